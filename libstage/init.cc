@@ -34,7 +34,7 @@ void Init(int* argc, char** argv[]) {
 void World::InitIfNotDone() {
   const std::lock_guard<std::mutex> lock(init_mutex);
   if (init_done) return;
-  messages::Warn("a World is made before Init(), which is called now");
+  messages::Warn("a World was created before Init(); Init() is called now");
   InitAlone(nullptr, nullptr);
 }
 

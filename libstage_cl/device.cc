@@ -120,9 +120,8 @@ void LookForDevices(Search* search) {
     if (search->found.empty()) advice += WhyPoclCantWrite(name) + WhyRusticlIsEmpty(name);
   }
   if (!search->found.empty()) return;
-  search->reason = platforms.empty()
-                       ? Advice()
-                       : "there is a driver (" + platforms + "), but it offers none" + advice;
+  search->reason =
+      platforms.empty() ? Advice() : "the driver " + platforms + " offers no device" + advice;
 }
 
 Search SearchDevices() {

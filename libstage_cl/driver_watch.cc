@@ -53,7 +53,7 @@ class Line {
     return *this << "the OpenCL driver" << (name[0] ? " of " : "") << name;
   }
   void Write() {
-    *this << "; without --opencl, no driver is needed for the same results\n";
+    *this << "; run without --opencl for the same results without a driver\n";
     size_t written = 0;
     while (written < length_) {
       const ssize_t count = write(STDERR_FILENO, text_ + written, length_ - written);
@@ -137,7 +137,7 @@ void TellOfExit() {
   char text[16];
   std::snprintf(text, sizeof text, "%u", seconds);
   const char* const call = record.call;
-  (Line().AddDriver(record) << " hangs: " << (call ? call : "a call") << " has not come back for "
+  (Line().AddDriver(record) << " hangs: " << (call ? call : "a call") << " has not returned for "
                             << text << " s (STAGE_CL_TIMEOUT)")
       .Write();
   // Flush earlier output, unless the hanging thread holds the stream.

@@ -56,7 +56,7 @@ std::string LogOf(const ::cl::Program& program, const ::cl::Device& device) {
   try {
     program.build(std::vector<::cl::Device>{device}, options.c_str());
   } catch (const ::cl::Error& error) {
-    throw sensing::PrefilterError("its compiler refuses the kernels (error " +
+    throw sensing::PrefilterError("its compiler rejects the kernels (error " +
                                   std::to_string(error.err()) + "): " + LogOf(program, device));
   }
   return program;

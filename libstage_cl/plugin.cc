@@ -37,7 +37,8 @@ std::unique_ptr<ClPrefilter> Make(const std::string& choice, uint32_t hits_per_r
   }
   const std::vector<FoundDevice> matching = MatchingDevices(devices, choice);
   if (matching.empty()) {
-    *message = "no OpenCL device matches \"" + choice + "\"; there are:\n" + DescribeAll(devices);
+    *message =
+        "no OpenCL device matches \"" + choice + "\"; available devices:\n" + DescribeAll(devices);
     return nullptr;
   }
   const FoundDevice& device = matching.front();

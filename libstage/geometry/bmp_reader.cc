@@ -60,7 +60,8 @@ class BmpReader {
   void ReadHeader() {
     header_size_ = Bytes(input_, 4).U32(0);
     if (std::ranges::find(kHeaders, header_size_) == std::end(kHeaders))
-      Fail(input_, "damaged BMP: found a header of " + std::to_string(header_size_) + " bytes");
+      Fail(input_, "damaged BMP: found a header of " + std::to_string(header_size_) +
+                       " bytes, expected 12, 40, 52, 56, 64, 108 or 124");
     const Bytes header(input_, header_size_ - 4);
     if (header_size_ == kCoreHeader) {
       width_ = header.U16(0);
@@ -85,7 +86,8 @@ class BmpReader {
       Fail(input_, "this is a compressed BMP picture; save it uncompressed, or as PNG");
     constexpr std::uint32_t kDepths[] = {1, 4, 8, 16, 24, 32};
     if (std::ranges::find(kDepths, depth_) == std::end(kDepths))
-      Fail(input_, "damaged BMP: found " + std::to_string(depth_) + " bits for each pixel");
+      Fail(input_, "damaged BMP: found " + std::to_string(depth_) +
+                       " bits per pixel, expected 1, 4, 8, 16, 24 or 32");
     if (red_mask_ == 0) red_mask_ = depth_ == 16 ? 0x7c00 : 0xff0000;
   }
 

@@ -35,7 +35,7 @@ Bitmap MakeBitmap(const Input& input, std::uint64_t width, std::uint64_t height,
   if (width * height > kMaxSampleBytes * 8 / bits_per_pixel) {
     Fail(input, "a picture of " + size + " with " + std::to_string(bits_per_pixel) +
                     " bits each is too large; at most " + std::to_string(kMaxSampleBytes) +
-                    " bytes are accepted; black and white, or grey, takes fewer bits");
+                    " bytes are accepted; a grey or black-and-white picture needs fewer bits");
   }
   if (input.size < least_size) Fail(input, "the file is cut short");
   return Bitmap(static_cast<int>(width), static_cast<int>(height));

@@ -25,7 +25,9 @@ class PnmReader {
     const unsigned width = ReadNumber("the width");
     const unsigned height = ReadNumber("the height");
     if (!bitmap_) largest_ = ReadNumber("the largest sample");
-    if (largest_ == 0 || largest_ > 65535) Fail(input_, "the largest sample is not 1 to 65535");
+    if (largest_ == 0 || largest_ > 65535)
+      Fail(input_,
+           "found a largest sample of " + std::to_string(largest_) + ", expected 1 to 65535");
     if (!plain_) SkipSeparator();
 
     const std::uint64_t bits = bitmap_ ? 1 : channels_ * (largest_ > 255 ? 16 : 8);
@@ -101,7 +103,7 @@ class PnmReader {
     if (byte == '#') {
       SkipLine();
     } else if (!IsBlank(byte)) {
-      FailAt(byte, "a blank");
+      FailAt(byte, "a space");
     }
   }
 
@@ -121,7 +123,7 @@ class PnmReader {
     if (byte == EOF) Fail(input_, "the file is cut short");
     char found[16];
     std::snprintf(found, sizeof found, byte > ' ' && byte < 127 ? "'%c'" : "byte 0x%02x", byte);
-    Fail(input_, std::string(found) + " found, " + expected + " expected");
+    Fail(input_, std::string("found ") + found + ", expected " + expected);
   }
 
   int GetByte() { return at_ < end_ || Fill() ? buffer_[at_++] : EOF; }

@@ -88,9 +88,10 @@ void ModelActuator::Load() {
   has_reference_ = true;
   const double start = wf->ReadFloat(wf_entity, "start_position", 0);
   if (start < min_position_ || start > max_position_)
-    wf->Warn(wf_entity, "start_position",
-             "found a start_position beyond the actuator's way, expected one from min_position to "
-             "max_position");
+    wf->Warn(
+        wf_entity, "start_position",
+        "found a start_position outside the actuator's range, expected one from min_position to "
+        "max_position");
   turned_ = start;
   if (start != 0) SetPose(pose + Displacement(start));
   if (!watch.gone()) NoteSensed();

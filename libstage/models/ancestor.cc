@@ -51,7 +51,7 @@ Pose Ancestor::GetGlobalPose() const { return Pose(); }
 
 void Ancestor::SetToken(const std::string& str) {
   if (str.empty()) {
-    WarnAbout(*this, "found an empty name for it; it keeps its own");
+    WarnAbout(*this, "found an empty name; keeping the old one");
     return;
   }
   token = str;

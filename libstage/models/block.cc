@@ -263,7 +263,7 @@ void BlockGroup::KeepLoaded() {
 bool BlockGroup::ReturnToLoaded(StateExchange* exchange) {
   if (is_as_loaded_) return false;
   if (!as_loaded_) {
-    exchange->Fail("found a body as it was loaded, of a model that was not loaded");
+    exchange->Fail("found a reference to the loaded body of a model that was not loaded");
     return false;
   }
   const bool other_body = TakeShapes(*as_loaded_);
@@ -546,7 +546,7 @@ void Placement::TellTooLarge(const Item& item) {
   if (told) return;
   told = true;
   WarnAbout(*item.model,
-            "found bodies whose outlines pass more than %.0f cells of the grid, %.0f of them this "
+            "found bodies whose outlines cross more than %.0f cells of the grid, %.0f of them this "
             "one's, expected smaller bodies or a coarser resolution; this one is not drawn",
             MostCells(*item.model), item.refused_cells);
 }

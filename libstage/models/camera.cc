@@ -108,8 +108,7 @@ void ModelCamera::LoadLens() {
   double near = camera_.nearClip(), far = camera_.farClip();
   wf->ReadTuple(wf_entity, "range", 0, 2, "ll", &near, &far);
   if (!(near > 0 && near < far && std::isfinite(far)))
-    wf->Fail(wf_entity, "range",
-             "found clipping planes that make no view, expected 0 < near < far");
+    wf->Fail(wf_entity, "range", "found invalid clipping planes, expected 0 < near < far");
   camera_.setClip(near, far);
 
   double horizontal = camera_.horizFov(), vertical = camera_.vertFov();
@@ -215,7 +214,7 @@ void ModelCamera::ExchangeState(StateExchange& exchange) {
   Model::ExchangeState(exchange);
   exchange(width_, height_, pan_, tilt_, camera_, picture_->depth, picture_->color);
   if (picture_->depth.size() != picture_->color.size())
-    exchange.Fail("found a camera's picture with half of its pixels");
+    exchange.Fail("found a camera's picture with depth and color of different sizes");
   if (!IsPossible(width_, height_)) exchange.Fail("found a camera's picture that is too large");
 }
 

@@ -304,7 +304,7 @@ bool Model::HasCollision() {
 bool Model::RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax,
                                   size_t max_iter) {
   if (!std::isfinite(xmax - xmin) || !std::isfinite(ymax - ymin)) {
-    WarnAbout(*this, "refused to look for a place in a rectangle that is not finite");
+    WarnAbout(*this, "refused to search a rectangle that is not finite");
     return false;
   }
   const Watch watch(*this);
@@ -382,7 +382,9 @@ void Model::Subscribe() {
 
 void Model::Unsubscribe() {
   if (subs == 0) {
-    WarnAbout(*this, "has no subscriber to lose");
+    WarnAbout(
+        *this,
+        "found a call of Unsubscribe() without subscribers, expected a Subscribe() before each");
     return;
   }
   if (--subs == 0) Shutdown();

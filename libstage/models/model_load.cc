@@ -179,7 +179,7 @@ void Model::LoadEnergy() {
     if (!std::isfinite(joules))
       wf->Fail(wf_entity, name,
                std::string("property \"") + name +
-                   "\": found more joules than numbers go, expected fewer than 1.8e308");
+                   "\": found a number of joules that is too large, expected less than 1.8e308");
     if (!power_pack) power_pack = std::make_unique<PowerPack>(this);
     power_pack->SetCapacity(joules);
     if (is_stored) power_pack->SetStored(joules);
@@ -211,7 +211,7 @@ void Model::LoadName() {
   if (token.size() > kLongestText)
     wf->Fail(wf_entity, "name",
              "found a name of " + std::to_string(token.size()) +
-                 " bytes, those of the models around it included, expected at most " +
+                 " bytes, including the names of its ancestors, expected at most " +
                  std::to_string(kLongestText));
 }
 
@@ -220,7 +220,7 @@ void Model::TakeName(const std::string& name) {
   const Model* holder = world->host().names.Find(name, world->host());
   if (holder && holder != this && holder->token == name)
     wf->Warn(wf_entity, "name",
-             "found the name of an earlier model, expected another; who looks it up gets the last");
+             "found the name of an earlier model, expected another; a lookup finds the last one");
   SetToken(name);
 }
 
@@ -246,7 +246,7 @@ void Model::LoadPicture(bool keeps_frame) {
   const std::vector<std::vector<point_t>>& outlines = picture.polygons;
   if (outlines.empty())
     wf->Warn(wf_entity, "bitmap",
-             "found a picture without a dark pixel, expected a body; it adds none");
+             "found a picture without a dark pixel, expected a body; no body is added");
   const size_t corners = std::accumulate(
       outlines.begin(), outlines.end(), size_t{0},
       [](size_t sum, const std::vector<point_t>& outline) { return sum + outline.size(); });

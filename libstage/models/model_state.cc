@@ -70,7 +70,7 @@ void Model::ExchangeState(StateExchange& exchange) {
   Ancestor::ExchangeState(exchange);
   std::string same_type = type;
   exchange(same_type, token);
-  if (same_type != type) exchange.Fail("found a model of another type than there is");
+  if (same_type != type) exchange.Fail("found a model of a different type");
 
   const Pose pose_before = pose;
   const Geom geom_before = geom;

@@ -115,7 +115,7 @@ void ModelPosition::TellIfUnheard() {
   if (HasSubscribers() || told_unheard_) return;
   told_unheard_ = true;
   WarnAbout(*this,
-            "found a command for a robot without subscribers, which nobody obeys; Subscribe() to "
+            "found a command for a robot without subscribers; it has no effect; Subscribe() to "
             "it, or give it alwayson 1 in the world file");
 }
 
@@ -252,12 +252,12 @@ void ModelPosition::LoadOdomError() {
     wf->ReadTuple(wf_entity, kName, 5, 1, "a", &error.a);
     wf->Warn(wf_entity, kName,
              "property \"odom_error\": found 6 values, expected 4, [x y z turn]; the sixth is "
-             "taken for the turn, the fourth and the fifth are not read");
+             "used for the turn, the fourth and the fifth are not read");
   }
   if (std::max({std::fabs(error.x), std::fabs(error.y), std::fabs(error.a)}) > 1)
     wf->Warn(wf_entity, kName,
-             "property \"odom_error\": found an error larger than the motion, expected a share of "
-             "it, up to 1 (for the turn: 1 rad)");
+             "property \"odom_error\": found an error larger than the motion, expected a "
+             "fraction of it, up to 1 (for the turn: 1 rad)");
 }
 
 void ModelPosition::StartLocalization() {

@@ -18,7 +18,8 @@ void CheckNotNegative(const Worldfile& wf, int entity, const char* name, double 
 
 void CheckInOrder(const Worldfile& wf, int entity, const char* name, double lower, double upper) {
   if (lower > upper)
-    wf.Fail(entity, name, Start(name) + "the least above the most, expected the least first");
+    wf.Fail(entity, name,
+            Start(name) + "the minimum above the maximum, expected the minimum first");
 }
 
 void CheckInOrder(const Worldfile& wf, int entity, const char* name, const Bounds* bounds,
@@ -29,9 +30,10 @@ void CheckInOrder(const Worldfile& wf, int entity, const char* name, const Bound
 void WarnIfEqual(Worldfile* wf, int entity, const char* name, double lower, double upper,
                  const char* effect) {
   if (lower == upper && wf->PropertyExists(entity, name))
-    wf->Warn(
-        entity, name,
-        Start(name) + "the least equal to the most, expected the most above the least; " + effect);
+    wf->Warn(entity, name,
+             Start(name) +
+                 "the minimum equal to the maximum, expected the maximum above the minimum; " +
+                 effect);
 }
 
 }  // namespace Stg

@@ -21,7 +21,7 @@ class StateChoice {
     exchange(number);
     if (!exchange.restoring() || exchange.failed()) return;
     if (number < 0 || number > static_cast<int32_t>(last_))
-      return exchange.Fail("found a number that stands for no choice");
+      return exchange.Fail("found an invalid enumeration value");
     value_ = static_cast<E>(number);
   }
 

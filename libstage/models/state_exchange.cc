@@ -140,7 +140,8 @@ void StateExchange::Reference(Model*& model, uint32_t& id) {
     id = kGoneModel;
     return;
   }
-  if (place != kNoModel && place >= models_.size()) return Fail("found a model that is not there");
+  if (place != kNoModel && place >= models_.size())
+    return Fail("found an invalid index of a model");
   model = place == kNoModel ? nullptr : models_[place];
   if (model) id = model->GetId();
 }

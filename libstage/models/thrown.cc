@@ -31,7 +31,7 @@ std::string DescribeException() {
   } catch (int number) {
     return "the number " + std::to_string(number);
   } catch (...) {
-    return "an exception of a type of its own";
+    return "an exception of unknown type";
   }
 }
 

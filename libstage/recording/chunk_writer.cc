@@ -27,7 +27,7 @@ uint32_t Crc(std::string_view bytes) {
 
 std::string WhyNotWritten(const std::string& name, int error) {
   return "--log: " + messages::Quoted(name) + " can't be written: " +
-         (error == EEXIST ? "it is there, and no MCAP file" : std::strerror(error));
+         (error == EEXIST ? "it exists and is not an MCAP file" : std::strerror(error));
 }
 
 }  // namespace

@@ -126,7 +126,7 @@ std::string Unpack(std::string_view packed, std::string_view compression, size_t
     return "it is compressed by " + messages::Quoted(compression) +
            ", which this program was built without";
   }
-  return good ? "" : "what is compressed in it is damaged";
+  return good ? "" : "the compressed data are damaged";
 }
 
 }  // namespace Stg::recording

@@ -95,7 +95,7 @@ std::string_view McapReader::Look(uint64_t offset, uint64_t size) {
 }
 
 void McapReader::Scan() {
-  if (Look(0, kMagic.size()) != kMagic) Fail("found something else, expected an MCAP file");
+  if (Look(0, kMagic.size()) != kMagic) Fail("found no MCAP signature, expected an MCAP file");
   for (uint64_t at = kMagic.size(); size_ - at >= kRecordHead;) {
     FieldReader fields(Look(at, kRecordHead));
     const auto op = static_cast<Op>(fields.Get<uint8_t>());
@@ -171,7 +171,7 @@ void McapReader::TakeNames(Op op, std::string_view fields) {
 void McapReader::TakeChunk(uint64_t offset, uint64_t length) {
   FieldReader from(Look(offset, std::min<uint64_t>(length, 16)));
   const auto start = from.Get<uint64_t>(), end = from.Get<uint64_t>();
-  if (!from.is_good()) FailAt(offset, "its head is not whole");
+  if (!from.is_good()) FailAt(offset, "its header is incomplete");
   chunks_.push_back({start, end, offset, length});
 }
 
@@ -195,7 +195,7 @@ void McapReader::Unpack(std::string_view fields, uint64_t offset, Buffer* record
   const std::string_view packed = from.GetLongText();
   std::string problem;
   if (!from.is_good())
-    problem = "its head is not whole";
+    problem = "its header is incomplete";
   else if (size > kLargestChunk)
     problem = "found " + std::to_string(size) + " bytes in it, expected " +
               std::to_string(kLargestChunk >> 20) + " MB at most";

@@ -250,7 +250,7 @@ void Recorder::Impl::CheckRobots() const {
   if (!robots_.empty() || options_.robots.empty()) return;
   throw std::runtime_error("--log-models: found no robot called " +
                            messages::Quoted(options_.robots[0]) +
-                           (options_.robots.size() > 1 ? " or like the others" : ""));
+                           (options_.robots.size() > 1 ? " or matching the other patterns" : ""));
 }
 
 // ---- written per step ---------------------------------------------------------------------------

@@ -41,7 +41,7 @@ Replay::Replay(const std::string& file)
   const auto world = about.find("world");
   if (world == about.end() || log_.attachments().empty() ||
       log_.attachments()[0].first != world->second)
-    Fail("found no world file in it, expected a log that stage --log has written");
+    Fail("found no world file in the log, expected a log that stage --log has written");
   for (const auto& [name, content] : log_.attachments()) files_.push_back({name, content});
   if (const auto seed = about.find("seed"); seed != about.end())
     seed_ = std::strtoull(seed->second.c_str(), nullptr, 10);
@@ -76,7 +76,7 @@ void Replay::FindFirstPoses() {
       if (found) good = GetModelPoses(message.data, &first_poses_);
     });
   }
-  if (!found) Fail("found no poses in it: the run has ended too early, or a topic is missing");
+  if (!found) Fail("found no poses in the log: the run ended too early, or a topic is missing");
   if (!good) Fail("a message of the topic /stage/poses is damaged");
 }
 

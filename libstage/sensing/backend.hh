@@ -77,7 +77,7 @@ void CallForBackend(TakeText tell, void* user, F f) noexcept {
   } catch (const std::exception& error) {
     tell(user, error.what());
   } catch (...) {
-    tell(user, "something was thrown that is no exception");
+    tell(user, "an exception of unknown type was thrown");
   }
 }
 

@@ -217,7 +217,7 @@ void BatchTracer::SendAhead() {
 void BatchTracer::LoseDevice(const PrefilterError& error) {
   messages::Warn(messages::Shortened(prefilter_->DeviceName()) + " failed (" +
                  messages::Shortened(error.what(), messages::kLongestDetail) +
-                 "); going on without it");
+                 "); continuing without it");
   SetPrefilter(nullptr, false);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The range of a hit in the cell model: to the middle of the ray's way through the cell, because
+// The range of a hit in the cell model: to the midpoint of the ray's path in the cell, because
 // the outline may lie anywhere in it. The result is bit-equal for single rays, pairs (MiddlesOf())
 // and the lanes of wide_walk_lanes.hh, as tests verify.
 

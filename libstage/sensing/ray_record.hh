@@ -32,7 +32,7 @@ struct RayRecord {
   /// An occupied cell on the ray's way.
   struct PotentialHit {
     int32_t x, y;
-    double middle;  ///< metres from the start to the middle of the ray's way through the cell
+    double middle;  ///< metres from the start to the midpoint of the ray's path in the cell
     /// In order of stamps. Empty if the cell belongs to the other kind of rasterization only.
     std::vector<Question> questions;
   };

@@ -171,7 +171,7 @@ class HitPlaces {
 /// Finds the ends of intervals of rays with the same bodies.
 template <class Lanes>
 void FindEnds(uint32_t count, const WideHits& found) {
-  static_assert(Lanes::kCount <= 8, "fewer than there is room for behind the bodies");
+  static_assert(Lanes::kCount <= 8, "the padding behind the bodies is too small for a vector");
   for (uint32_t i = 0; i < WideHits::kEndWords; i++) found.ends[i] = 0;
   for (uint32_t first = 0; first < count; first += Lanes::kCount) {
     const uint64_t differ = Lanes::BitsOf(

@@ -144,7 +144,7 @@ typename Lanes::M Settled(const OutlineRays& rays, uint32_t first, typename Lane
 
 template <class Lanes>
 void MeetInLanes(const OutlineRays& rays, const Outlines& outlines, OutlineHits* found) {
-  static_assert(64 % Lanes::kCount == 0, "a word of settled rays is filled by whole lanes");
+  static_assert(64 % Lanes::kCount == 0, "vectors must divide a word of settled rays evenly");
   using D = typename Lanes::D;
   using V = typename Lanes::V;
   const Fan& fan = *rays.fan;

@@ -101,7 +101,7 @@ void WorldEngine::SetThreads(unsigned count) {
   Employ(MakePool(count));
   if (workers_->threads() < count)
     messages::Warn("the system grants " + std::to_string(workers_->threads()) + " of " +
-                   std::to_string(count) + " threads; going on with them");
+                   std::to_string(count) + " threads; continuing with them");
 }
 
 void WorldEngine::NoticeFork() {

@@ -95,7 +95,7 @@ std::unique_ptr<sensing::Prefilter> ChoosePrefilter(const RunOptions& options) {
       LoadPrefilter(kOpenClPlugin, options.device, &message);
   if (prefilter) return prefilter;
   if (!options.device.empty() && options.device != "auto") throw LoadError("stage: " + message);
-  messages::Warn(message + "; going on without OpenCL, with the same results");
+  messages::Warn(message + "; continuing without OpenCL; the results are the same");
   return nullptr;
 }
 
@@ -258,14 +258,14 @@ void World::DrawAll() {
 /// Init functions may delete and add models. Added models are not initialized here.
 void World::InitControllers() {
   if (engine_->controllers_left_out > 0 && !engine_->image)  // copies do not warn again
-    messages::Warn("controllers left out, as asked for: " +
+    messages::Warn("controllers ignored as requested: " +
                    std::to_string(engine_->controllers_left_out));
   engine_->ForEachModel([](Model* model) { model->InitOrThrow(); });
 }
 
 bool World::RefuseToNest() {
   messages::Report(LogLevel::kError, "stage: found " + std::to_string(kMostNestedLoads) +
-                                         " worlds loaded one within another, expected fewer");
+                                         " nested loads of worlds, expected fewer");
   load_status_ = 1;
   return false;
 }
@@ -339,7 +339,7 @@ void World::LoadWorldProperties() {
       Microseconds(positive("interval_sim", static_cast<double>(sim_interval) / 1000.0), 1e3);
   if (sim_interval == 0)
     wf->Fail(0, "interval_sim",
-             "found a step below a microsecond or beyond the clock, expected 0.001 to 1.8e16 (ms)");
+             "found a step outside the valid range, expected 0.001 to 1.8e16 (ms)");
   quit_time = Microseconds(wf->ReadFloat(0, "quit_time", 0), 1e6);
   if (wf->PropertyExists(0, "resolution")) {
     const double cell = positive("resolution", 0.02);
@@ -410,7 +410,7 @@ void World::CheckOutlines(const std::vector<Model*>& models) {
     most += kMostCellsPerModel;
     if (cells > most)
       wf->Fail(static_cast<int>(entity), "size",
-               "found bodies whose outlines pass more than " + std::to_string(std::llround(most)) +
+               "found bodies whose outlines cross more than " + std::to_string(std::llround(most)) +
                    " cells of the grid, expected smaller bodies or a coarser resolution");
   }
 }
@@ -424,9 +424,9 @@ void World::CheckNotNested(int entity, Model* parent_model) {
         entity, "",
         "found " + messages::Quoted(type) + " inside a " + parent_type + ", expected properties");
   if (parent_type == "window" && type != "block" && type != "sensor")
-    wf->Warn(
-        entity, "",
-        "found " + messages::Quoted(type) + " inside a window, expected it outside; taken as such");
+    wf->Warn(entity, "",
+             "found " + messages::Quoted(type) +
+                 " inside a window, expected it outside; read as if it were outside");
   if (type == "block" && !parent_model)
     wf->Fail(entity, "", "found a block outside of any model, expected it inside the body of one");
   if (type == "sensor" && !dynamic_cast<ModelRanger*>(parent_model))
@@ -460,7 +460,7 @@ void World::LoadEntity(int entity) {
     if (!create)
       wf->Fail(entity, "",
                UnknownType(type) + (engine_->plugins_left_out > 0
-                                        ? "; the plug-ins of the world are left out, as asked for"
+                                        ? "; the world's plug-ins are ignored as requested"
                                         : ""));
     Model* const model = engine_->Make(this, parent_model, type, create);
     if (!model) wf->Fail(entity, "", DeletedTooSoon(type));

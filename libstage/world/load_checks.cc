@@ -111,13 +111,13 @@ void World::LoadChecks::CheckPicture(const Model& model) {
   const double y = std::max(margins.top, margins.bottom) / picture.height;
   const double moved = std::max(x * std::fabs(model.geom.size.x), y * std::fabs(model.geom.size.y));
   if (moved * engine_.scene.cells_per_metre <= 1) return;
-  Doubt(
-      model.wf_entity, "bitmap",
-      "found a picture with light margins (pixels: left " + Pixels(margins.left) + ", right " +
-          Pixels(margins.right) + ", top " + Pixels(margins.top) + ", bottom " +
-          Pixels(margins.bottom) + "), which are cut off before the rest is stretched to size: " +
-          "that moves walls by up to " + Metres(moved) +
-          "; bitmap_frame \"picture\" keeps the margins, bitmap_frame \"dark\" keeps this silent");
+  Doubt(model.wf_entity, "bitmap",
+        "found a picture with light margins (pixels: left " + Pixels(margins.left) + ", right " +
+            Pixels(margins.right) + ", top " + Pixels(margins.top) + ", bottom " +
+            Pixels(margins.bottom) + "), which are cut off before the rest is stretched to size: " +
+            "that moves walls by up to " + Metres(moved) +
+            "; bitmap_frame \"picture\" keeps the margins, bitmap_frame \"dark\" silences this "
+            "warning");
 }
 
 // ---- what rangers see of robots -----------------------------------------------------------------
@@ -173,7 +173,8 @@ void World::LoadChecks::CheckRanger(const ModelRanger& ranger) {
         "found sensors at a height of " + Metres(lowest) +
             ", where no other robot has a body, so that they see none (bodies of robots reach up "
             "to " +
-            Metres(highest) + "); expected a ranger whose z, or robots whose size, lets them meet");
+            Metres(highest) +
+            "); expected a ranger whose z, or robots whose size, makes them visible to each other");
 }
 
 }  // namespace Stg

@@ -100,7 +100,7 @@ void* OpenPlugin(const std::string& name, std::string* error, Stamp stamp) {
     return error->empty() ? handle : nullptr;
   }
   *error = "there is no " + messages::Shortened(file, kFewBytes) + " in " + tried +
-           " nor where the system looks";
+           " nor in the system's folders";
   return nullptr;
 }
 

@@ -227,7 +227,7 @@ std::string World::Restorer::RestoreAll(const StateRow& row) {
   SetAside();
   std::string wrong = RestoreSections(row, [](size_t) { return false; });
   if (!wrong.empty()) return wrong;
-  if (!IsATree()) return "found models that are in two places";
+  if (!IsATree()) return "found a model with two parents";
   DeleteOthers();
   engine_.fiducials.Forget(nullptr);
   engine_.family_changes++;
@@ -239,13 +239,14 @@ template <typename F>
 std::string World::Restorer::RestoreSections(const StateRow& row, F is_same) {
   std::string wrong;
   const std::span<const unsigned char> left_out = row.section(kLeftOut);
-  if (left_out.size() != models_.size()) return "found another number of models than are listed";
+  if (left_out.size() != models_.size())
+    return "found a number of models that differs from the list";
   const auto restore = [&](size_t i, auto exchange_state) {
     if (!wrong.empty()) return;
     const std::span<const unsigned char> section = row.section(i);
     StateExchange exchange(models_, section.data(), section.size());
     exchange_state(exchange);
-    if (exchange.left() > 0) exchange.Fail("found more than the state of a part of the world");
+    if (exchange.left() > 0) exchange.Fail("found extra bytes after the state of a section");
     if (exchange.failed()) wrong = exchange.message();
   };
   restore(kHead, [&](StateExchange& exchange) { world_.ExchangeHead(exchange); });
@@ -272,7 +273,7 @@ std::string World::Restorer::ReadList(const StateRow& row) {
   exchange(list_);
   if (exchange.failed()) return exchange.message();
   if (exchange.left() > 0 || row.count() != list_.size() + kOtherSections)
-    return "found a list of models that is none";
+    return "found an invalid list of models";
   return Check();
 }
 
@@ -281,13 +282,13 @@ std::string World::Restorer::Check() const {
     const Listed& listed = list_[i];
     if (listed.parent > list_.size() || listed.parent == i + 1 ||
         (i > 0 && listed.id <= list_[i - 1].id) || !FindCreator(listed.type))
-      return "found a list of models that is none";
+      return "found an invalid list of models";
   }
-  if (AnyBelowItself()) return "found a model below itself";
+  if (AnyBelowItself()) return "found a model that is its own ancestor";
   if (!world_.ground || (!list_.empty() && list_[0].type != world_.ground->type))
     return "found a list of models without the ground";
   if (list_.empty() || list_[0].id != world_.ground->id)
-    return "found models that are numbered otherwise: restore into a world that was loaded once, "
+    return "found models with other ids: restore into a world that was loaded once, "
            "or reset";
   for (const Listed& listed : list_)
     if (!Fits(listed)) return "found a snapshot of another world file";
@@ -427,7 +428,7 @@ bool World::Take(Snapshot* to, Snapshot::Keep keep) const {
     if (!model->StateIsKept())
       return Refuse("a snapshot can't be taken: a controller of " +
                     messages::Quoted(model->TokenStr()) +
-                    " doesn't say what it remembers, with KeepState() or KeepsNoState()");
+                    " does not declare its state with KeepState() or KeepsNoState()");
   if (const std::string waiting = world->WhoWaits(); !waiting.empty())
     return Refuse("a snapshot can't be taken: " + waiting);
   SnapshotRoom& room = *engine_->snapshot_room;
@@ -449,17 +450,17 @@ std::string World::WhoWaits() {
   std::string who;
   engine_->scheduler.ForEach([&](usec_t, const Scheduler::Event& event) {
     if (!event.callback || !who.empty()) return;
-    who = "a callback that was put off with Enqueue() is to be called";
+    who = "a callback of Enqueue() is pending";
     if (event.model) who += " for " + messages::Quoted(event.model->TokenStr());
   });
   return who;
 }
 
 bool World::Restore(const Snapshot& from) {
-  if (from.empty()) return Refuse("a world can't go back to a snapshot that was never taken");
-  if (!engine_->IsIdle()) return Refuse("a callback can't go back to a snapshot");
+  if (from.empty()) return Refuse("cannot restore a snapshot that was never taken");
+  if (!engine_->IsIdle()) return Refuse("a callback cannot restore a snapshot");
   if (const std::string waiting = WhoWaits(); !waiting.empty())
-    return Refuse("can't go back to a snapshot: " + waiting);
+    return Refuse("cannot restore the snapshot: " + waiting);
   engine_->LetOrphansGo();
   engine_->TraceBatch();
   SnapshotRoom& room = *engine_->snapshot_room;
@@ -469,7 +470,7 @@ bool World::Restore(const Snapshot& from) {
   try {
     wrong = restorer.Restore(row, &room.before);
     if (wrong.empty() && from.is_from_file_ && !(IsIn(row) && engine_->scene.grid.LiesInExtent()))
-      wrong = "found a state that no world is in";
+      wrong = "found an inconsistent state";
   } catch (...) {  // out of memory, or thrown by a controller's Init()
     if (restorer.has_begun()) Restorer(this).PutBack(room.before);
     throw;
@@ -480,7 +481,7 @@ bool World::Restore(const Snapshot& from) {
     return true;
   }
   Restorer(this).PutBack(room.before);
-  return Refuse("can't go back to a snapshot: " + wrong);
+  return Refuse("cannot restore the snapshot: " + wrong);
 }
 
 bool World::IsIn(const StateRow& row) {

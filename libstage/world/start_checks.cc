@@ -62,7 +62,7 @@ void World::LoadChecks::CheckStarts() {
   if (starts_ > kMostStarts)
     wf_.Warn(0, "",
              "found " + std::to_string(starts_ - kMostStarts) +
-                 " more robots that start inside of something");
+                 " more robots that start inside other bodies");
 }
 
 void World::LoadChecks::TellStart(const Model& robot, const Model& obstacle) {

@@ -244,7 +244,7 @@ void World::RemoveModel(Model* mod) {
 void World::ReplaceGround(uint32_t id) {
   messages::Report(LogLevel::kError,
                    "stage: found the ground deleted, expected it to stay as long as its world; it "
-                   "has been made anew");
+                   "has been recreated");
   ground = nullptr;
   const uint32_t next = std::exchange(engine_->next_model_id, id);
   auto counts = std::exchange(child_type_counts, {});

@@ -131,7 +131,8 @@ void World::RestoreSchedule(uint64_t events, StateExchange& exchange) {
     bool is_update = true;
     exchange(time, model, is_update);
     if (exchange.failed()) return;
-    if (!model || !is_update) return exchange.Fail("found an event that is no model's update");
+    if (!model || !is_update)
+      return exchange.Fail("found an event that is not an update of a model");
     engine_->scheduler.Add(time + sim_time, {model, nullptr, nullptr, model->update_chain_});
   }
 }
@@ -243,7 +244,7 @@ void World::ExchangeOrder(StateExchange& exchange) {
   for (const DrawnBody& listed : late)
     if (listed.model < models.size()) models[listed.model]->blockgroup->NoteDrawnSinceLoading(true);
   std::vector<DrawnBody> bodies = BodiesOf(models, grid, false);
-  if (!MarkLate(&bodies, &late)) return exchange.Fail("found an order of bodies that is none");
+  if (!MarkLate(&bodies, &late)) return exchange.Fail("found an invalid order of bodies");
   ReturnEarly(models, bodies);
   for (const DrawnBody& body : late)
     engine_->scene.grid.MoveToEnd(body.block->body(), body.block->cells());

@@ -71,7 +71,7 @@ void Expander::CheckLimits(const Child& child, std::size_t depth) const {
         "found more than " + std::to_string(most) + " entities" +
             (macro ? " while expanding macro " : " at ") +
             Quoted(document_.names.Text(outermost_->name)) +
-            (most < kMaxEntities ? ", expected fewer for the few that are written in the file"
+            (most < kMaxEntities ? ", expected fewer, given the number written in the file"
                                  : ", expected fewer"));
   }
 }

@@ -114,7 +114,8 @@ void Lexer::CheckEncoding(std::uint16_t source) const {
   const auto nul = [&](std::size_t i) { return text[i] == '\0'; };
   const bool unmarked = text.size() > 3 && nul(0) == nul(2) && nul(1) == nul(3) && nul(0) != nul(1);
   if (!marked && !unmarked) return;
-  document_.sources.Fail(source, 0, "found UTF-16 or UTF-32, expected UTF-8: save the file so");
+  document_.sources.Fail(source, 0,
+                         "found UTF-16 or UTF-32, expected UTF-8; save the file as UTF-8");
 }
 
 void Lexer::LexToken(Cursor& cursor) {
@@ -280,7 +281,7 @@ std::uint16_t Lexer::OpenInclude(const Cursor& cursor, std::size_t quote, const 
     fail("unable to open include file " +
          Shortened(CompletePath(base_directory_, name), messages::kLongestDetail) + " : " + reason +
          (hint.empty() ? AdviceForMissing(base_directory_, name, ".inc")
-                       : "; of the files that come with this Stage, " + hint));
+                       : "; among the files installed with Stage, " + hint));
   }
   const std::string key = FileKey(path);
   CheckCycle(cursor, quote, key);

@@ -42,7 +42,7 @@ const Color& Color::Load(Worldfile* wf, int entity) {
   if (!name.empty() && name != "random" && !Lookup(name, &ignored)) {
     wf->Warn(entity, "color",
              "found " + worldfile::Quoted(name) +
-                 ", expected a colour of X11, such as \"red\" or "
+                 ", expected an X11 color name, such as \"red\" or "
                  "\"#ff0000\"; using red" +
                  SimilarColor(name));
   }

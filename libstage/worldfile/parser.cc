@@ -279,7 +279,7 @@ std::string Parser::BlankHint() const {
   if (last_name_ == kNone) return "";
   const std::string_view name = document_.Text(document_.tokens[last_name_]);
   if (name.find('[') == std::string_view::npos || name.back() == ']') return "";
-  return " (a blank is needed before the '[' in " + Quoted(name) + ")";
+  return " (a space is needed before the '[' in " + Quoted(name) + ")";
 }
 
 }  // namespace Stg::worldfile

@@ -94,7 +94,7 @@ std::string SavePlan::Text() {
 // Replaces the section by its members.
 void SavePlan::PlanPopulation(const Population& population) {
   if (population.entity < 0) {
-    document_.Warn(document_.tokens[0], "what --set has asked for is not saved");
+    document_.Warn(document_.tokens[0], "populations made by --set are not saved");
     return;
   }
   const Entity& section = document_.entities[static_cast<std::size_t>(population.entity)];

@@ -54,7 +54,7 @@ TEST_F(ControllerCalls, WhatInitThrowsIsSaidInOneLine) {
       {"throw_number", "the number 42"},
       {"throw_text", "the text \"some text\""},
       {"throw_error", "an exception: out of order"},
-      {"throw_own", "an exception of a type of its own"}};
+      {"throw_own", "an exception of unknown type"}};
   for (const auto& [argument, what] : kWhat) {
     const LoadOutcome outcome = LoadWith(argument);
     EXPECT_FALSE(outcome.loaded);
@@ -117,7 +117,7 @@ TEST_F(ControllerCalls, AWorldThatLoadsItselfForEverIsLoadedAFewTimes) {
   Write("self.world", WorldWith(Unruly() + " load_itself"));
   const auto result = Stage({"-g", "--duration", "1", Path("self.world")});
   EXPECT_EQ(result.status, 0);
-  EXPECT_TRUE(cli_testing::Contains(result.err, "loaded one within another")) << result.err;
+  EXPECT_TRUE(cli_testing::Contains(result.err, "nested loads of worlds")) << result.err;
 }
 
 TEST_F(ControllerCalls, TheProgramSurvivesAll) {

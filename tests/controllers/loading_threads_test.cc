@@ -57,8 +57,9 @@ TEST(LoadingThreadsDeathTest, MakeTheFirstWorldsAtOnce) {
     });
     std::exit(InitDone() ? 0 : 1);
   };
-  EXPECT_EXIT(run(), testing::ExitedWithCode(0),
-              "^stage: warning: a World is made before Init\\(\\), which is called now\n$");
+  EXPECT_EXIT(
+      run(), testing::ExitedWithCode(0),
+      "^stage: warning: a World was created before Init\\(\\); Init\\(\\) is called now\n$");
 }
 
 }  // namespace

@@ -200,7 +200,7 @@ class TutorialTest(unittest.TestCase):
         self.assertEqual(figures["simulated_seconds"], 60)
         self.assertGreater(figures["r_acc"], 0)
         (explained,) = self.output_of("--explain")
-        for heading in ("What is modelled", "What is left out", "What may pay"):
+        for heading in ("Simulated", "Not simulated", "Suggestions"):
             self.assertIn(heading, explained)
 
     def test_robots_drive_and_none_is_stuck(self) -> None:

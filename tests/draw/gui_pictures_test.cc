@@ -350,7 +350,7 @@ TEST_F(PicturesTest, MistakesAreToldInALine) {
   ExpectOneLine(Stage(folder_, "--screenshot a.png@5 --duration 2 t.world"), kUsage,
                 "within the --duration");
   ExpectOneLine(Stage(folder_, "--screenshot a.png t.world t.world"), kUsage, "expected one");
-  ExpectOneLine(Stage(folder_, "--record output.txt t.world"), kUsage, "is no folder");
+  ExpectOneLine(Stage(folder_, "--record output.txt t.world"), kUsage, "is not a folder");
   fs::create_directories(folder_ / "film");
   std::ofstream(folder_ / "film/stage-000007.png") << "mine";
   ExpectOneLine(Stage(folder_, "--record film t.world"), kUsage, "stage-000007.png exists");

@@ -314,7 +314,7 @@ TEST(Large, BodiesThatNoMemoryHoldsAreRefused) {
   if (kSanitized) GTEST_SKIP() << "sanitizers need more memory than the limit allows";
   testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(MakeAnIslandIn2GB(), testing::ExitedWithCode(0),
-              "model:1: found bodies whose outlines pass more than 32006000 cells of the grid, "
+              "model:1: found bodies whose outlines cross more than 32006000 cells of the grid, "
               "20000000. of them this one's, expected smaller bodies or a coarser resolution; this "
               "one is not drawn");
 }

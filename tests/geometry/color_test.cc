@@ -142,7 +142,7 @@ TEST(ColorTest, UnknownNameInAWorldFileIsRedWithAWarning) {
   ASSERT_EQ(wf.warnings().size(), 1U);
   EXPECT_EQ(
       wf.warnings()[0],
-      "<stream>:2:8: warning: found \"LightBlu\", expected a colour of X11, such as \"red\" or "
+      "<stream>:2:8: warning: found \"LightBlu\", expected an X11 color name, such as \"red\" or "
       "\"#ff0000\"; using red; did you mean \"light blue\"?");
 }
 

@@ -332,9 +332,9 @@ TEST(Pnm, Errors) {
   ExpectContains(ErrorOfBytes("P5 10000 10000 255\n"), "cut short");
   ExpectContains(ErrorOfBytes("P5 10001 10000 255\n"), "at most 100000000 pixels");
   ExpectContains(ErrorOfBytes("P6 10000 10000 65535\n"), "48 bits each is too large");
-  ExpectContains(ErrorOfBytes("P1 2 1 1 2"), "'2' found, 0 or 1 expected");
-  ExpectContains(ErrorOfBytes("P2 x 1"), "'x' found, the width expected");
-  ExpectContains(ErrorOfBytes("P5 1 -1 255\na"), "the height expected");
+  ExpectContains(ErrorOfBytes("P1 2 1 1 2"), "found '2', expected 0 or 1");
+  ExpectContains(ErrorOfBytes("P2 x 1"), "found 'x', expected the width");
+  ExpectContains(ErrorOfBytes("P5 1 -1 255\na"), "expected the height");
 }
 
 // ---- files

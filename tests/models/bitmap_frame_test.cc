@@ -30,7 +30,7 @@ std::string Map(const std::string& more) {
 constexpr char kHint[] =
     "found a picture with light margins (pixels: left 20, right 20, top 10, bottom 20), which are "
     "cut off before the rest is stretched to size: that moves walls by up to 4 m; bitmap_frame "
-    "\"picture\" keeps the margins, bitmap_frame \"dark\" keeps this silent";
+    "\"picture\" keeps the margins, bitmap_frame \"dark\" silences this warning";
 
 TEST(BitmapFrame, IsTheDarkPartByDefaultWithAHint) {
   const auto world = EmptyWorld();

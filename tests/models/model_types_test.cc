@@ -135,7 +135,7 @@ TEST(ModelTypes, FailToLoadInOneLine) {
   World world(options);
   const LoadOutcome careful = TryToLoad(&world, "plugins \"nowhere\"\nelsewhere( )\n");
   EXPECT_FALSE(careful.loaded);
-  EXPECT_NE(careful.errors.find("plug-ins of the world are left out"), std::string::npos)
+  EXPECT_NE(careful.errors.find("the world's plug-ins are ignored"), std::string::npos)
       << careful.errors;
 }
 

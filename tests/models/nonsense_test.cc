@@ -140,7 +140,7 @@ const Contradiction kContradictions[] = {
     {"fiducial( range_max 2 range_min 3 )", false, "range_min above range_max"},
     {"fiducial( range_min 9 )", false, "range_min above range_max"},
     {"actuator( min_position 2 max_position 1 )", false, "above max_position"},
-    {"actuator( start_position 5 )", true, "beyond the actuator's way"},
+    {"actuator( start_position 5 )", true, "outside the actuator's range"},
     {"model( block( points 3 point[0] [0 0] point[1] [1 0] point[2] [0 1] z [1 0] ) )", false,
      "\"z\""},
     {"model( block( points 100000 ) )", true, "found 0 of 100000 points"},

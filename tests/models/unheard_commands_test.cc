@@ -8,7 +8,7 @@ namespace Stg {
 namespace {
 
 constexpr char kLine[] =
-    "stage: warning: r: found a command for a robot without subscribers, which nobody obeys; "
+    "stage: warning: r: found a command for a robot without subscribers; it has no effect; "
     "Subscribe() to it, or give it alwayson 1 in the world file\n";
 
 struct Robot {

@@ -178,8 +178,8 @@ TEST_F(FaultsTest, WithoutTheOptionNoDriverIsTouched) {
 TEST_F(FaultsTest, KernelsThatDoNotCompile) {
   if (!DeviceFound()) GTEST_SKIP() << "no OpenCL device";
   const Environment environment = {{"STAGE_CL_OPTIONS", "-Dray_begin="}};
-  ExpectGoesOn(environment, "refuses the kernels");
-  ExpectFails("--opencl=auto:0", environment, "refuses the kernels");
+  ExpectGoesOn(environment, "rejects the kernels");
+  ExpectFails("--opencl=auto:0", environment, "rejects the kernels");
   ExpectGoesOn({{"STAGE_CL_OPTIONS", "--no-such-option"}}, "");
 }
 
@@ -341,7 +341,8 @@ TEST_F(FaultsTest, DeviceLostOnTheWay) {
     EXPECT_EQ(with.device_steps, static_cast<uint64_t>(steps));
     EXPECT_EQ(with.device, "");
     EXPECT_EQ(CountOf(with.warnings, "\n"), 1u) << with.warnings;
-    for (const char* part : {"warning", "fake device", "the cable was pulled", "going on without"})
+    for (const char* part :
+         {"warning", "fake device", "the cable was pulled", "continuing without"})
       EXPECT_TRUE(Contains(with.warnings, part)) << part << " in " << with.warnings;
   }
   const Ended kept = TenSteps(file, std::make_unique<FailingPrefilter>(1000));

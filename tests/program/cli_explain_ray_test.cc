@@ -36,7 +36,7 @@ TEST_F(ExplainRay, SaysWhyTheRangeIsWhatItIs) {
   EXPECT_EQ(r.status, 0) << r.err;
   EXPECT_TRUE(r.out.starts_with("sample 4 of sensor 0 of r0.ranger:0, cast at 1 s\n")) << r.out;
   EXPECT_TRUE(Contains(r.out, "wall, 0 to 1 m high: stops the ray")) << r.out;
-  EXPECT_TRUE(MatchesPart(r.out, "hit    wall: the middle .*, 2\\.[89]")) << r.out;
+  EXPECT_TRUE(MatchesPart(r.out, "hit    wall: the midpoint .*, 2\\.[89]")) << r.out;
   EXPECT_TRUE(Contains(r.out, "noise  none")) << r.out;
   const Result far = Explain("r0:0:1:0@1");
   EXPECT_TRUE(Contains(far.out, "hit    nothing: the sensor's greatest range, 2 m")) << far.out;

@@ -58,10 +58,10 @@ TEST_F(CliExplainTest, SaysWhatThereIs) {
   EXPECT_EQ(r.status, 0) << r.err;
   EXPECT_EQ(r.out.find("w.world: explained, not run\n"), 0u) << r.out;
   for (const char* part :
-       {"What is modelled", "What is left out", "What a step will take", "What memory it will take",
-        "1 that nobody has subscribed to: 1 ranger of 7 rays (position:1.ranger:0)",
+       {"Simulated", "Not simulated, because nothing needs it", "Time of a step", "Memory, MB",
+        "1 without subscribers: 1 ranger of 7 rays (position:1.ranger:0)",
         "1 with ranger_return < 0", "all of 3 models: position:0, position:1, ghost",
-        "1 robot that nobody drives", "no window, no OpenCL", "30 steps"})
+        "1 robot without subscribers", "no window, no OpenCL", "30 steps"})
     EXPECT_TRUE(Contains(Unwrapped(r.out), part)) << part << "\n" << r.out;
   EXPECT_TRUE(MatchesPart(r.out, "ranger +1 +90 +100 ms +90")) << r.out;
   EXPECT_LE(CountOf(r.out, "\n"), 60u);
@@ -97,7 +97,7 @@ TEST_F(CliExplainTest, ToAFile) {
   WriteScene("w.world", "");
   const Result r = Stage({"--explain", "w.world", "--stats", "e.json", "--duration", "2"});
   EXPECT_EQ(r.status, 0) << r.err;
-  EXPECT_TRUE(Contains(r.out, "What is modelled"));
+  EXPECT_TRUE(Contains(r.out, "Simulated\n"));
   EXPECT_EQ(Stats("e.json")["steps"], 20);
   EXPECT_TRUE(Json::parse(Stage({"--explain=json", "w.world"}).out)["steps"].is_null());
   ExpectRefused({"--explain", "w.world", "--stats", "/no/such/folder/e.json"}, "/no/such/folder");

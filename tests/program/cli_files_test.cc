@@ -109,7 +109,7 @@ TEST_F(CliFilesTest, ScreenshotsReplaceOnlyScreenshots) {
   if (Contains(made.err, "no pictures")) GTEST_SKIP() << made.err;
   EXPECT_EQ(made.status, 0) << made.err;
   EXPECT_EQ(r.status, 2);
-  EXPECT_TRUE(Contains(r.err, "map.png is no picture that Stage made")) << r.err;
+  EXPECT_TRUE(Contains(r.err, "map.png exists and was not made by Stage")) << r.err;
   const std::string first = ReadFile(Path("new.png"));
   EXPECT_TRUE(Contains(first, std::string("tEXtSoftware\0Stage", 18)));
   ExpectStatus(0, with("new.png@0"));
@@ -199,7 +199,7 @@ TEST_F(CliFilesTest, LostErrorOutputDoesNotChangeTheStatus) {
   Write("my.world", kWorld);
   const Result r = Shell("", "--explain my.world", ">text 2>/dev/full");
   EXPECT_EQ(r.status, 0);
-  EXPECT_TRUE(Contains(ReadFile(Path("text")), "What is modelled"));
+  EXPECT_TRUE(Contains(ReadFile(Path("text")), "Simulated\n"));
 }
 
 /// A limit on file sizes simulates a disk that becomes full during the run.
@@ -240,13 +240,13 @@ TEST_F(CliFilesTest, NoControllersMeansThatNoCodeRuns) {
   for (const char* how : {"-g", "--explain"}) {
     const Result r = Stage({how, "--no-controllers", "w.world"});
     EXPECT_EQ(r.status, 0) << r.err;
-    EXPECT_TRUE(Contains(r.err, "controllers left out, as asked for: 2\n")) << r.err;
+    EXPECT_TRUE(Contains(r.err, "controllers ignored as requested: 2\n")) << r.err;
     EXPECT_FALSE(fs::exists(Path("opened")));
   }
   EXPECT_TRUE(Contains(Stage({"--explain", "--no-controllers", "w.world"}).out,
                        "No controller was loaded"));
   Write("w.world", "quit_time 0.5\nposition( ctrl \"" + Plugin("mark") + "\" )\n");
-  EXPECT_TRUE(Contains(Stage({"--explain", "w.world"}).out, "ran but its Init"));
+  EXPECT_TRUE(Contains(Stage({"--explain", "w.world"}).out, "Only the controllers' Init ran"));
   EXPECT_TRUE(fs::exists(Path("opened")));
   EXPECT_TRUE(fs::exists(Path("initialised")));
 }
@@ -295,7 +295,7 @@ TEST_F(CliFilesTest, ExplainTellsWhatMayBeAMistake) {
         "define r position( size [0.4 0.4 0.3] ranger( alwayson 1 sensor( ) ) )\n"
         "r( ) r( pose [2 0 0 0] )\n");
   const Result text = Stage({"--explain", "w.world"});
-  EXPECT_TRUE(Contains(text.out, "What may be a mistake")) << text.out;
+  EXPECT_TRUE(Contains(text.out, "Possible mistakes")) << text.out;
   EXPECT_TRUE(Contains(text.out, "none has a body where rangers look, at 0.31 m")) << text.out;
   EXPECT_TRUE(Contains(text.out, "w.world:1:39: found sensors at a height of 0.31 m")) << text.out;
   const Result json = Stage({"--explain=json", "w.world"});

@@ -73,7 +73,7 @@ TEST_F(CliSnapshot, BadOptionsAreRefused) {
     ExpectOneLine({"-g", "--save-snapshot", order, world}, 2, "expected FILE@SECONDS");
   ExpectOneLine({"-g", "--duration", "1", "--save-snapshot", file + "@2", world}, 2, "--duration");
   ExpectOneLine({"-g", "--save-snapshot", file + "@2", world, world}, 2, "expected one");
-  ExpectOneLine({"-g", "--save-snapshot", world + "@2", world}, 2, "no snapshot");
+  ExpectOneLine({"-g", "--save-snapshot", world + "@2", world}, 2, "is not a snapshot");
   ExpectOneLine({"-g", "--from-snapshot", file, world}, 1, "can't be read");
   ExpectOneLine({"-g", "--from-snapshot", world, world}, 1, "found something else");
 }
@@ -104,7 +104,7 @@ TEST_F(CliSnapshot, AnotherWorldsSnapshotIsRefused) {
   HashOf({"--save-snapshot", file + "@1", worlds[0]});
   for (size_t i = 1; i < worlds.size(); i++)
     ExpectOneLine({"-g", "--duration", "2", "--from-snapshot", file, worlds[i]}, 1,
-                  "can't go back to a snapshot: found ");
+                  "cannot restore the snapshot: found ");
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ class SweepFolderTest : public CliTest {
 };
 
 TEST_F(SweepFolderTest, PlacesThatHoldSomethingElseAreRefused) {
-  const std::string else_is_there = "which holds something else than a sweep";
+  const std::string else_is_there = "which is not a sweep folder";
   ExpectNoPlace("/", "the root folder");
   ExpectNoPlace("//.", "the root folder");
   Write("home/.profile", "");
@@ -57,7 +57,7 @@ TEST_F(SweepFolderTest, PlacesThatHoldSomethingElseAreRefused) {
     ExpectNoPlace(home, "a home folder", {{"HOME", Path(home)}});
   ExpectNoPlace("w", else_is_there);
   ExpectNoPlace(".", else_is_there);
-  ExpectNoPlace("w/w.world", "which is no folder");
+  ExpectNoPlace("w/w.world", "which is not a folder");
   Write("notes/notes.txt", "precious");
   ExpectNoPlace("notes", else_is_there);
   Write("records/runs/000/000000.json", "{}");  // of a sweep whose plan is gone
@@ -67,7 +67,7 @@ TEST_F(SweepFolderTest, PlacesThatHoldSomethingElseAreRefused) {
   fs::create_symlink("nowhere", Path("dangling"));
   ExpectNoPlace("dangling", "a symbolic link that leads nowhere");
   ASSERT_EQ(mkfifo(Path("pipe").c_str(), 0600), 0);
-  ExpectNoPlace("pipe", "which is no folder");
+  ExpectNoPlace("pipe", "which is not a folder");
 }
 
 TEST_F(SweepFolderTest, NewAndEmptyPlacesAreTaken) {

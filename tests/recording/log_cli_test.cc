@@ -42,7 +42,7 @@ TEST_F(LogCli, MistakesAreOneLine) {
   ExpectRefused({"--log", "a.mcap", "--log-compression", "zip", "w.world"}, "none, lz4 or zstd");
   ExpectRefused({"--log", "a", "--stats", "a", "w.world"}, "a name that no other output has");
   Write("notes.txt", "mine");
-  ExpectRefused({"--log", "notes.txt", "w.world"}, "it is there, and no MCAP file");
+  ExpectRefused({"--log", "notes.txt", "w.world"}, "it exists and is not an MCAP file");
   EXPECT_EQ(ReadFile(Path("notes.txt")), "mine");
   ExpectRefused({"replay"}, "replay: found 0 files");
   ExpectRefused({"replay", "a", "b"}, "replay: found 2 files");
@@ -59,7 +59,8 @@ TEST_F(LogCli, RobotsThatAreNotThereEndTheRun) {
   const Result result = Stage({"-g", "--duration", "1", "--log", "a.mcap", "--log-models", "x,y",
                                SourceFile("worlds/simple.world")});
   EXPECT_EQ(result.status, 1);
-  EXPECT_TRUE(Contains(result.err, "--log-models: found no robot called \"x\" or like the others"));
+  EXPECT_TRUE(Contains(result.err,
+                       "--log-models: found no robot called \"x\" or matching the other patterns"));
 }
 
 TEST_F(LogCli, AFullDiskEndsTheRun) {
@@ -108,7 +109,7 @@ TEST_F(LogCli, AReplayOfManyRobotsWarnsOfLeftOutControllersAlone) {
     const Result result = Stage(all);
     if (Contains(result.err, "no pictures")) GTEST_SKIP() << result.err;
     EXPECT_EQ(result.status, 0) << result.err;
-    EXPECT_EQ(result.err, "stage: warning: controllers left out, as asked for: 100\n");
+    EXPECT_EQ(result.err, "stage: warning: controllers ignored as requested: 100\n");
   }
 }
 
@@ -116,12 +117,12 @@ TEST_F(LogCli, ABadLogIsRefusedInOneLine) {
   std::string log = Record();
   ExpectFails({"replay", "none.mcap"}, "none.mcap: No such file");
   Write("a.mcap", "not at all");
-  ExpectFails({"replay", "a.mcap"}, "a.mcap: found something else, expected an MCAP file");
+  ExpectFails({"replay", "a.mcap"}, "a.mcap: found no MCAP signature, expected an MCAP file");
   Write("a.mcap", log.substr(0, 100));
-  ExpectFails({"replay", "a.mcap"}, "a.mcap: found no world file in it");
+  ExpectFails({"replay", "a.mcap"}, "a.mcap: found no world file in the log");
   log[log.size() / 2] ^= 1;
   Write("a.mcap", log);
-  ExpectFails({"replay", "a.mcap"}, "is damaged");
+  ExpectFails({"replay", "a.mcap"}, "damaged");
 }
 
 }  // namespace

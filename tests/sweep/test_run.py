@@ -188,7 +188,7 @@ def test_merge_refuses_other_endings(experiment: Experiment, tmp_path: Path) -> 
         results.merge(tmp_path / "all.txt")
     mine = tmp_path / "mine.h5"
     mine.write_text("my own")
-    with pytest.raises(SweepError, match="holds something else"):
+    with pytest.raises(SweepError, match="is not a merged table"):
         results.merge(mine)
     assert mine.read_text() == "my own"
 

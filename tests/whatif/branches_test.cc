@@ -295,7 +295,7 @@ TEST_F(BranchesTest, ErrorsAreTheirOwn) {
         0, 1000000, branch.GetGround(), [](Model*, void*) { return 0; }, nullptr);
   });
   EXPECT_EQ(branches[2].fate, Branch::kFailed);
-  EXPECT_NE(branches[2].error.find("put off with Enqueue()"), std::string::npos);
+  EXPECT_NE(branches[2].error.find("a callback of Enqueue() is pending"), std::string::npos);
   EXPECT_TRUE(branches.StateOf(2).empty());
   Branches others(*world, 1);
   others.Restore(0, Snapshot());

@@ -142,8 +142,9 @@ TEST(LifecycleDeathTest, AWorldThatIsMadeBeforeInitCallsIt) {
     Init(nullptr, nullptr);
     std::exit(works && InitDone() && world.GetAllModels().size() == 4 ? 0 : 1);
   };
-  EXPECT_EXIT(run(), testing::ExitedWithCode(0),
-              "^stage: warning: a World is made before Init\\(\\), which is called now\n$");
+  EXPECT_EXIT(
+      run(), testing::ExitedWithCode(0),
+      "^stage: warning: a World was created before Init\\(\\); Init\\(\\) is called now\n$");
 }
 
 TEST(Lifecycle, AFailedLoadLeavesAWorldThatCanLoad) {

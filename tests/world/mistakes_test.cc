@@ -95,7 +95,7 @@ TEST(OdomError, WithSixValuesIsTakenForTheDiagonalOfACovariance) {
   EXPECT_EQ(error.y, 0.04);
   EXPECT_NEAR(error.a, 2 * M_PI / 180, 1e-12);
   EXPECT_NE(outcome.errors.find("t.world:1:23: warning: property \"odom_error\": found 6 values, "
-                                "expected 4, [x y z turn]; the sixth is taken for the turn"),
+                                "expected 4, [x y z turn]; the sixth is used for the turn"),
             std::string::npos)
       << outcome.errors;
 }
@@ -217,11 +217,12 @@ TEST(OldIncludes, NameWhatComesWithThisStage) {
     const LoadOutcome outcome =
         TryToLoad(world.get(), "include \"" + std::string(file) + "\"\n", "/nonexistent/t.world");
     EXPECT_EQ(outcome.status, 1);
-    EXPECT_NE(outcome.errors.find("; of the files that come with this Stage, "), std::string::npos)
+    EXPECT_NE(outcome.errors.find("; among the files installed with Stage, "), std::string::npos)
         << outcome.errors;
     EXPECT_NE(outcome.errors.find(hint), std::string::npos) << outcome.errors;
   }
-  EXPECT_EQ(TryToLoad("include \"mine.inc\"\n").errors.find("come with"), std::string::npos);
+  EXPECT_EQ(TryToLoad("include \"mine.inc\"\n").errors.find("installed with Stage"),
+            std::string::npos);
 }
 
 // ---- files of other formats ---------------------------------------------------------------------
@@ -252,7 +253,7 @@ TEST(ForeignFiles, AreNamed) {
 
 TEST(Colours, ThatAreMisspeltGetASuggestion) {
   ExpectOneLine("model( color \"bleu\" )",
-                "found \"bleu\", expected a colour of X11, such as "
+                "found \"bleu\", expected an X11 color name, such as "
                 "\"red\" or \"#ff0000\"; using red; did you mean "
                 "\"blue\"?");
   ExpectOneLine("model( color \"#12345\" )", "found \"#12345\"");
@@ -290,7 +291,7 @@ TEST(Starts, AreNamedUpToTen) {
   for (int i = 0; i < 15; i++) text += "position( pose [0 0 0 0] size [0.2 0.2 0.2] )\n";
   const std::string warnings = WarningsOf(text);
   EXPECT_EQ(CountLines(warnings), 11u) << warnings;
-  EXPECT_NE(warnings.find("found 5 more robots that start inside of something"), std::string::npos);
+  EXPECT_NE(warnings.find("found 5 more robots that start inside other bodies"), std::string::npos);
 }
 
 TEST(Sizes, ThatAreNegativeAreWarnedOf) {
@@ -300,7 +301,7 @@ TEST(Sizes, ThatAreNegativeAreWarnedOf) {
 }
 
 TEST(Bounds, WithoutChoiceAreWarnedOf) {
-  const std::string least = "found the least equal to the most";
+  const std::string least = "found the minimum equal to the maximum";
   ExpectOneLine("position( velocity_bounds [1 1 -1 1 -1 1 -1 1] )", least);
   ExpectOneLine("position( velocity_bounds [-1 1 -1 1 -1 1 0 0] )", least);
   ExpectOneLine("position( acceleration_bounds [0 0 -1 1 -1 1 -1 1] )", least);

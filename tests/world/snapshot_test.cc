@@ -272,8 +272,7 @@ TEST_F(SnapshotTest, WhatCannotBeKeptIsNamed) {
   world->Enqueue(0, 1000000, world->GetModel("puck"), DoNothing, nullptr);
   const std::string errors = ErrorsOf([&] { EXPECT_FALSE(world->Take(&snapshot)); });
   EXPECT_EQ(errors,
-            "stage: a snapshot can't be taken: a callback that was put off with Enqueue() is to be "
-            "called for \"puck\"\n");
+            "stage: a snapshot can't be taken: a callback of Enqueue() is pending for \"puck\"\n");
   EXPECT_TRUE(snapshot.empty());
   EXPECT_NE(ErrorsOf([&] { EXPECT_FALSE(world->Restore(snapshot)); }).find("never taken"),
             std::string::npos);
@@ -382,7 +381,7 @@ TEST_F(SnapshotTest, StatesThatNoWorldIsInDoNoHarm) {
       ASSERT_TRUE(world->Restore(good));
     } else {
       refused++;
-      EXPECT_NE(errors.find("can't go back to a snapshot: "), std::string::npos) << errors;
+      EXPECT_NE(errors.find("cannot restore the snapshot: "), std::string::npos) << errors;
     }
     ASSERT_EQ(world->StateHash(), hash) << i << " " << errors;
   }

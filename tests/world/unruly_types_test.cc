@@ -131,7 +131,7 @@ TEST_F(UnrulyTypes, ThatDeleteTheGroundAreToldSoAndGetAnotherOne) {
       Step(*world, 3);
     });
     EXPECT_EQ(errors.find("stage: found the ground deleted, expected it to stay as long as its "
-                          "world; it has been made anew\n"),
+                          "world; it has been recreated\n"),
               0u)
         << errors;
     const auto is_ground = [&](const Model* model) { return model == world->GetGround(); };

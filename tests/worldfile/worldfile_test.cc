@@ -41,7 +41,7 @@ TEST(WorldfileWords, NoBlankNeededWhereCharactersDiffer) {
 }
 
 TEST(WorldfileWords, BlankBeforeBracketIsNeeded) {
-  EXPECT_ERROR("model( size[1 2 3] )", "t.world:1:17: ", "a blank is needed before the '['");
+  EXPECT_ERROR("model( size[1 2 3] )", "t.world:1:17: ", "a space is needed before the '['");
 }
 
 TEST(WorldfileWords, StringsKnowNoEscapes) {

@@ -146,7 +146,7 @@ std::string TextOf(const Options& options, const World& world, const Budget& bud
   text += Format("%g ms on %u thread%s: ", options.budget_ms, budget.threads,
                  budget.threads == 1 ? "" : "s");
   if (budget.scenarios == 0)
-    text += "not one scenario\n";
+    text += "no scenario\n";
   else
     text += Count(budget.scenarios, "scenario") + (budget.is_least ? " or more" : "") +
             Format(" (they take %.3g ms)\n", budget.decision * 1e3);

@@ -103,11 +103,13 @@ void EstimateMemory(const SceneSummary& scene, const StepCosts& costs, const Mem
       other < 0              ? "counted above, but not touched yet"
       : scene.device.empty() ? "world file, names, controllers, heap"
                              : "world file, names, controllers, OpenCL, heap");
-  add("layers", mb(m.layers), "to come: of the grid, for rangers");
-  add("readings", mb(m.readings), "to come: of rangers");
-  add("pictures", PicturesMb(scene, costs), "to come: of cameras, and what they draw with");
-  add("batch", mb(m.batch), "to come: the rays of a step, what is due");
-  add("device", costs.device_bytes_per_ray * e->rays / kMegabyte, "to come: lists of hits");
+  add("layers", mb(m.layers), "allocated during the run: layers of the grid, for rangers");
+  add("readings", mb(m.readings), "allocated during the run: readings of rangers");
+  add("pictures", PicturesMb(scene, costs),
+      "allocated during the run: pictures of cameras, and rendering buffers");
+  add("batch", mb(m.batch), "allocated during the run: rays and due updates of a step");
+  add("device", costs.device_bytes_per_ray * e->rays / kMegabyte,
+      "allocated during the run: lists of hits");
   e->peak_mb = std::max(e->memory_mb, read.peak);
 }
 

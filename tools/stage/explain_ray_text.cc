@@ -39,11 +39,11 @@ const char* AnswerName(RayRecord::Answer answer) {
 const char* AnswerText(RayRecord::Answer answer) {
   switch (answer) {
     case RayRecord::Answer::kOtherHeight:
-      return "at another height: the ray goes on";
+      return "at another height: the ray continues";
     case RayRecord::Answer::kMissed:
-      return "its edges are missed, or are behind the hit: the ray goes on";
+      return "its edges are missed, or are behind the hit: the ray continues";
     case RayRecord::Answer::kRefused:
-      return "rangers look through it, or it belongs to the robot: the ray goes on";
+      return "rangers look through it, or it belongs to the robot: the ray continues";
     case RayRecord::Answer::kAccepted:
       break;
   }
@@ -115,7 +115,7 @@ std::string RangeText(const ExplainedRay& e) {
     text = "hit    " + Printable(e.ray.hit) +
            Format(": %s, %.17g m\n",
                   r.fan.exact ? "the ray crosses its outline there"
-                              : "the middle of the ray's way through the cell",
+                              : "the midpoint of the ray's path in the cell",
                   r.hit.range);
   const double noise = e.reading() - r.hit.range;
   const ModelRanger::Sensor& sensor = e.ranger->GetSensors()[e.sensor];

@@ -51,9 +51,9 @@ class Page {
   // ---- content ----
 
   void PrintModelled() {
-    Heading("What is modelled");
+    Heading("Simulated");
     Line("models", Models());
-    Line("robots", Format("%zu that somebody drives; %zu models have a controller", s_.robots,
+    Line("robots", Format("%zu with subscribers; %zu models have a controller", s_.robots,
                           s_.with_controller));
     PrintSensors();
     Line("bodies", Format("%zu, of %s with %zu corners", s_.bodies,
@@ -75,7 +75,7 @@ class Page {
   std::string Threads() const {
     const std::string count = Count(s_.threads, "thread");
     if (!s_.chooses_threads || s_.threads == 1) return count;
-    return count + ", those of all processors, where a step is faster with them";
+    return count + ", one per processor, where a step is faster with them";
   }
 
   static std::string Width(const Bounds& b) { return Rounded(b.max - b.min); }
@@ -93,7 +93,7 @@ class Page {
     size_t listed = 0, subscribed = 0;
     for (const SensorKind& kind : s_.sensors) subscribed += kind.subscribed;
     if (subscribed == 0) {
-      Line("sensors", "none that anybody has subscribed to");
+      Line("sensors", "none with subscribers");
       return;
     }
     Line("sensors", Format("%-12s %7s %9s %10s %12s %10s", "kind", "count", "rays each", "every",
@@ -130,7 +130,7 @@ class Page {
       parts.push_back(
           Format("%s m (%zu of %zu blocks)", Rounded(height.z).c_str(), height.blocks, s_.blocks));
     }
-    if (parts.empty()) return "1: everything, for collisions; no ranger looks at anything";
+    if (parts.empty()) return "1: everything, for collisions; no ranger has subscribers";
     if (s_.layers - 1 > parts.size())
       parts.push_back(Format("%zu more", s_.layers - 1 - parts.size()));
     return Format("%zu: everything, for collisions; for rangers at ", s_.layers) + Joined(parts);
@@ -138,7 +138,7 @@ class Page {
 
   void PrintDoubts() {
     if (s_.doubts.empty() && RobotsUnseen().empty()) return;
-    Heading("What may be a mistake");
+    Heading("Possible mistakes");
     if (!RobotsUnseen().empty()) Line("robots", RobotsUnseen());
     for (const std::string& doubt : s_.doubts) text_ += Wrapped("  " + Printable(doubt), 4) + "\n";
   }
@@ -157,12 +157,12 @@ class Page {
   // ---- left out ----
 
   void PrintLeftOut() {
-    Heading("What is left out, as nobody asks for it");
+    Heading("Not simulated, because nothing needs it");
     Line("sensors", IdleSensors());
     Line("heights", Heights());
     Line("bodies", HiddenBodies());
     Line("models",
-         Format("%zu without controller; %s that nobody drives", s_.models - s_.with_controller,
+         Format("%zu without controller; %s without subscribers", s_.models - s_.with_controller,
                 Count(Number(s_.undriven), "robot").c_str()));
     Line("plane", Plane());
     Line("energy", s_.power_packs == 0
@@ -187,11 +187,11 @@ class Page {
     }
     if (all == 0)
       return s_.sensors.empty() ? "none: there is no sensor" : "none: all are subscribed";
-    return Format("%zu that nobody has subscribed to: ", all) + Joined(parts);
+    return Format("%zu without subscribers: ", all) + Joined(parts);
   }
 
   std::string Heights() const {
-    if (s_.blocks == 0) return "nothing has a height";
+    if (s_.blocks == 0) return "no bodies";
     const std::string all =
         Format("bodies reach from %s to %s m; ", Rounded(s_.body_heights.min).c_str(),
                Rounded(s_.body_heights.max).c_str());
@@ -204,16 +204,17 @@ class Page {
     }
     const size_t used = s_.heights.size() - idle_count;
     std::string text =
-        all + (used == 0 ? "rangers look at none of it"
-                         : "rangers look at " + Count(Number(used), "height") + " of that only");
+        all + (used == 0 ? "no ranger has subscribers"
+                         : "rangers look at " + Count(Number(used), "height") + " only");
     if (idle_count > 0)
-      text += Format(", not at the %zu of those without subscriber: ", idle_count) + Joined(idle);
+      text +=
+          Format(", not at the %zu of rangers without subscribers: ", idle_count) + Joined(idle);
     return text;
   }
 
   std::string HiddenBodies() const {
     const size_t unseen = s_.hidden_blocks + s_.overlooked_blocks;
-    if (s_.blocks == 0) return "there is none";
+    if (s_.blocks == 0) return "no bodies";
     if (unseen == 0) return "all blocks are seen by some ranger";
     std::string text = Format(
         "%zu of %zu blocks are in no ranger's layer: %zu with ranger_return < 0, %zu at other "
@@ -233,7 +234,7 @@ class Page {
   }
 
   std::string Plane() const {
-    if (s_.plane_cells == 0) return "all of it: nothing is drawn";
+    if (s_.plane_cells == 0) return "all of it: there are no bodies";
     constexpr double kTileCells = 64;
     const double made = Number(s_.tiles) * kTileCells / Number(s_.plane_cells);
     return Format(
@@ -246,7 +247,7 @@ class Page {
   // ---- cost ----
 
   void PrintStep() {
-    Heading("What a step will take, milliseconds");
+    Heading("Time of a step, milliseconds");
     for (const Part& part : e_.step)
       Line(part.name, Format("%10.3f %4.0f %%   %s", part.value, 100 * part.value / e_.step_ms,
                              part.text.c_str()));
@@ -261,7 +262,7 @@ class Page {
     Line("in all", total);
     constexpr double kNoticeable = 1.15;
     if (w_.costs.busy > kNoticeable)
-      Line("now", Format("%10.3f          the machine has other things to do: %s x as long",
+      Line("now", Format("%10.3f          the machine is busy: %s x as long",
                          e_.step_ms * w_.costs.busy, Rounded(w_.costs.busy).c_str()));
     if (w_.world->speedup > 0)
       Line("pace", Format("the world's speedup holds it at %s x real time",
@@ -269,27 +270,27 @@ class Page {
   }
 
   void PrintMemory() {
-    Heading("What memory it will take, MB");
+    Heading("Memory, MB");
     for (const Part& part : e_.memory)
       Line(part.name, Format("%10.2f          %s", part.value, part.text.c_str()));
     Line("peak", Format("%10.2f          %s", e_.peak_mb,
-                        e_.peak_mb > e_.memory_mb ? "while loading" : "these together"));
+                        e_.peak_mb > e_.memory_mb ? "while loading" : "sum of these"));
   }
 
   void PrintHints() {
     const std::vector<std::string> hints = Hints(w_);
     if (hints.empty()) return;
-    Heading("What may pay");
+    Heading("Suggestions");
     for (const std::string& hint : hints) text_ += Wrapped("  " + hint, 4) + "\n";
   }
 
   void PrintMethod() {
     text_ += Format(
-        "\nMeasured on this machine in %s, the best of several tries: samples of the sensors\n"
-        "updated (%s) and of the robots drove, all with the bodies where they are, and\n"
-        "all was put back. %s: what robots will do is not known.\n",
+        "\nMeasured on this machine in %s, the best of several tries: some sensors were updated\n"
+        "(%s) and some robots were driven, with all bodies at their places; all state was\n"
+        "restored. %s. Future behaviour of robots is unknown.\n",
         Time(w_.costs.seconds).c_str(), Count(Number(w_.costs.rays), "ray").c_str(),
-        World::run_options.controllers ? "No controller ran but its Init"
+        World::run_options.controllers ? "Only the controllers' Init ran"
                                        : "No controller was loaded");
   }
 

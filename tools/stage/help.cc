@@ -11,162 +11,162 @@ const char kHelpText[] =
        stage merge FOLDER -o FILE
        stage report FOLDER
 
-Simulates crowds of robots in the plane. A WORLDFILE describes what there is: surroundings, robots,
-their sensors, and the controllers (plug-ins) that drive them. Several worlds run side by side, one
-step each in turn, in the order given. A LOG is what --log has recorded: replay shows it again, in
-the window, where < and > go back and on, or by --screenshot and --record; no controllers run.
+Simulates crowds of robots in the plane. A WORLDFILE describes a world: the surroundings, robots,
+their sensors, and the controllers (plug-ins) that drive them. Several worlds run side by side: each
+makes one step in turn, in the order given. A LOG is a file that --log has recorded. "stage replay"
+shows it in the window, where < and > skip backward and forward, or makes pictures of it with
+--screenshot and --record; no controllers run.
 
-How long, and what comes out
-  --duration S         end after S simulated seconds, whatever the worlds' quit_time says;
-                       a world without either runs until its controllers or Ctrl-C end it
-  --seed N             begin the random numbers differently (default 1): the same seed gives the
-                       same run, another seed another sample of it
-  --ray-model MODEL    what ranges go to where the world leaves it open to its sensors, instead of
-                       what the world says: cell, the grid cell that was hit (right to about a
-                       cell), or exact, the outline itself, whatever the size of the cells
-  -a, --args STR       hand STR to every controller
+Run length and results
+  --duration S         end after S simulated seconds; overrides the worlds' quit_time. Without
+                       either, a world runs until its controllers or Ctrl-C end it
+  --seed N             seed of the random numbers (default 1). Equal seeds give equal runs
+  --ray-model MODEL    ray model of all sensors that do not set their own; overrides the world's.
+                       With cell, ranges go to the grid cell that was hit, accurate to about one
+                       cell; with exact, to the outline of the body, whatever the size of the cells
+  -a, --args STR       pass STR to every controller
   --set NAME.PROPERTY=VALUE
-                       use VALUE in place of what the world file says; NAME is "world", a type such
-                       as ranger, a macro such as robot, or the name of one model; may be given
-                       several times: --set world.resolution=0.05 --set robot.ctrl=wander
-  --set NAME=COUNT     so many models of the population of that name or, without one, of that type,
-                       in place of those of the file; at random on free ground: --set robots=100
-  --no-controllers     load no controllers: a world file is a program, as its controllers are any
-                       plug-ins; without them it can be looked at before it is trusted
+                       replace a value of the world file. NAME is "world", a type such as ranger, a
+                       macro such as robot, or the name of one model. May be given several times:
+                       --set world.resolution=0.05 --set robot.ctrl=wander
+  --set NAME=COUNT     number of models of the population NAME; if there is none, of the type NAME.
+                       Replaces those of the file by models at random free places: --set robots=100
+  --no-controllers     load no controllers. Controllers are programs: use this option to look at a
+                       world file that you do not trust
 
-How fast
-  A world's speedup, if positive, keeps it to that multiple of real time; otherwise it runs as fast
-  as it can (in a window: if it has none, in real time). None of these options changes any result.
-  --threads N          simulate in N threads (1 to 1024; default: the world's threads, or else as
-                       many as there are processors for the program, in steps that are faster
-                       with them)
-  --opencl[=DEVICE]    trace sensor rays with an OpenCL device wherever that is faster; pays from
-                       some ten thousand rays a step. DEVICE is one of
-                         auto            the best one; without any, the run goes on (default)
-                         cpu, gpu        the first of that kind
-                         NAME[:INDEX]    one whose name contains NAME; the INDEXth, from 0
-                         list            none: print the devices that there are, and end
-  --opencl-always      use the device for every step, even where it is slower: for measurements
-  --no-batch           trace each sensor on its own instead of all at once: for comparisons
+Performance
+  A world with a positive speedup runs at that multiple of real time, any other as fast as possible
+  (in a window: in real time). None of these options changes any result.
+  --threads N          number of threads, 1 to 1024 (default: that of the world, or else one for
+                       each processor that the program may use, in steps that are faster with
+                       them)
+  --opencl[=DEVICE]    trace sensor rays with an OpenCL device in steps where that is faster, which
+                       needs some ten thousand rays per step. DEVICE is one of
+                         auto            the best device; without any, the run continues (default)
+                         cpu, gpu, accelerator
+                                         the first device of that kind
+                         NAME[:INDEX]    a device whose name contains NAME; the INDEXth, from 0
+                         list            print the available devices and exit
+  --opencl-always      use the device in every step, even where it is slower: for measurements
+  --no-batch           trace the rays of each sensor separately: for comparisons
 
-What you see
+Output
   -c, --clock          print the simulated time, every show_clock_interval steps of the world
-  --progress           say on standard error, even if that is no terminal, what is done and how far
-                       it is: version, files that are loaded, remarks of controllers, whether
-                       --opencl has helped, the end
-  --no-progress        say nothing of that; default: on a terminal (how far a run is if its end is
-                       known and no clock is shown). Standard output has only what options ask for
-  --explain[=json]     take no step: load, which calls the controllers' Init, say what would be
-                       simulated and what is left out because nobody asks for it, what a step and
-                       its memory will take (parts of a step are measured for 0.3 s), what
-                       may pay; as JSON too with --stats
+  --progress           print progress messages to standard error: version, loaded files, messages
+                       of controllers, whether --opencl helped, the end. On a terminal also how far
+                       the run is, if its end is known and no clock is shown
+  --no-progress        suppress progress messages. Default: print them only to a terminal. Standard
+                       output contains only what options ask for
+  --explain[=json]     load the worlds, which calls the controllers' Init, and make no step; print
+                       what would be simulated, what would not because it has no subscriber, the
+                       estimated time and memory (parts of a step are measured for 0.3 s), and
+                       suggestions. As JSON too with --stats
   --explain-ray ROBOT:RANGER:SENSOR:SAMPLE@SECONDS
-                       run to that simulated time and say why that sample of a ranger reads what it
-                       reads: its fan, the cells of the walk, the bodies in them and what each
-                       answered, noise; as JSON too with --stats. RANGER is a name or a number
-                       from 0, and may be left out if the robot has one; SENSOR and SAMPLE are
-                       numbers from 0
-  --budget-ms MS       say how many scenarios fit into so many milliseconds on this machine: what-if
+                       run to that simulated time and explain the reading of that sample of a
+                       ranger: its fan, the cells of the walk, the bodies in them and the answer of
+                       each, noise. RANGER is a name or a number from 0, and may be omitted if the
+                       robot has one; SENSOR and SAMPLE are numbers from 0. As JSON too with --stats
+  --budget-ms MS       print how many scenarios this machine simulates in MS milliseconds: what-if
                        runs of the world from its state after 1 s (or --duration), each of
-                       --budget-horizon seconds, on all processors (or --threads); as JSON too with
-                       --stats. Measuring takes some seconds, or six times MS if that is more
+                       --budget-horizon seconds, on all processors (or --threads). Takes some
+                       seconds, or six times MS if that is more. As JSON too with --stats
   --budget-horizon SECONDS
                        simulated seconds of a scenario of --budget-ms (default 5)
-  --stats FILE         at the end write figures about the run (robots, speed, rays, memory, where
-                       the time went) to FILE as JSON; - for standard output, where nothing else
-                       goes then. Like the other outputs it replaces nothing but an earlier one of
-                       its kind
-  --state-hash         at the end print a line "state-hash DIGITS" for each world: equal digits mean
+  --stats FILE         at the end write statistics of the run (robots, speed, rays, memory, times)
+                       to FILE as JSON; - is standard output, to which nothing else is written then.
+                       Like all outputs it replaces only an earlier output of its kind
+  --state-hash         at the end print a line "state-hash DIGITS" for each world. Equal digits mean
                        that all poses, velocities and sensor readings are equal
   --save-snapshot FILE@SECONDS
-                       write the state of the world at that simulated time to FILE. Without a
+                       write the state of the world at that simulated time to FILE. Without
                        --duration the run ends there
-  --from-snapshot FILE begin with that state of the same world file instead of its beginning: the run
-                       goes on to the bit as the one that FILE is from, with its seed. --duration
-                       counts from the beginning of the world
-  --log FILE.mcap      record what robots sense, believe and do, as messages of ROS 2 in an MCAP file,
-                       for its tools, Foxglove and replay; changes no result. One world only. Killed
-                       runs leave a file that is good up to its last whole chunk
-  --log-every SECONDS  record every so many simulated seconds (default: whenever something updates)
-  --log-models NAMES   record these robots alone: names with a comma between them, or patterns with
-                       * and ?
+  --from-snapshot FILE start from that state of the same world file. The run continues exactly as
+                       the run that wrote FILE, with its seed. --duration counts from the beginning
+                       of the world
+  --log FILE.mcap      record what robots sense, estimate and do, as messages of ROS 2 in an MCAP
+                       file, for ROS tools, Foxglove and replay. Changes no result. One world only.
+                       The file of a killed run is valid up to its last complete chunk
+  --log-every SECONDS  simulated time between records (default: record at every update)
+  --log-models NAMES   record only these robots: names or patterns with * and ?, separated by commas
   --log-compression HOW
                        lz4 (default), zstd (smaller) or none
-  --log-ranges HOW     what ranges read where nothing is: rep117 (default): infinity, and minus
-                       infinity where something is too near; stage: the maximum, and the distance
+  --log-ranges HOW     readings of rays that hit nothing. rep117 (default): infinity, and minus
+                       infinity for bodies that are too near; stage: the maximum, and the distance
   --screenshot FILE.png[@SECONDS]
-                       make a picture at that simulated time, without a window or a display (default:
-                       at the end of --duration, or at 1 s); may be given several times. Without a
-                       --duration the run ends with the last one. What is shown and from where is
-                       what the window section of the world file says
-  --record FILE.mp4    make a film, as quick as the simulated world: a frame for each step, 25 in a
-                       simulated second at most. The program ffmpeg makes the file; .m4v, .mov, .mkv,
-                       .webm and .avi are good too. What exists is not replaced
-  --record DIR         the same as pictures stage-000000.png and so on in DIR, in which there are none
-                       yet
-  --size WxH           pixels of these pictures; default: those of the world file's window
-  --live[=PORT]        serve a page at 127.0.0.1 that shows the running world in a browser, and print
-                       its address: pause, step, speed, drag and drive robots. Needs Python with the
-                       package stagesim[live]; python3 -m stagesim.live --help has more options
-  --foxglove[=PORT]    the same, and serve Foxglove, at port 8765 unless another one is given; needs
+                       save a picture at that simulated time, without a window or display (default:
+                       at the end of --duration, or at 1 s). May be given several times. Without
+                       --duration the run ends with the last picture. The window section of the
+                       world file sets the view
+  --record FILE.mp4    save a film at simulated speed: one frame per step, at most 25 per simulated
+                       second. Needs the program ffmpeg. Other formats: .m4v, .mov, .mkv, .webm,
+                       .avi. Existing files are not replaced
+  --record DIR         save the frames as stage-000000.png and so on in DIR, which must not contain
+                       any yet
+  --size WxH           pixels of these pictures (default: those of the world file's window)
+  --live[=PORT]        serve a page at 127.0.0.1 that shows the running world in a browser, and
+                       print its address: pause, step, speed, drag and drive robots. Needs Python
+                       with the package stagesim[live]. See also python3 -m stagesim.live --help
+  --foxglove[=PORT]    like --live, and serve Foxglove at PORT (default 8765); needs
                        stagesim[foxglove]
-  -g, --gui            no window. (The name has historical reasons.) Without it, with a display and
-                       a single world file, the world runs in a window, and pauses at its quit_time
-  -h, -?, --help       print this and end
-  --version            print the version and end
+  -g, --gui            no window. (The name has historical reasons.) Without this option, with a
+                       display and a single world file, the world runs in a window, and pauses at
+                       its quit_time
+  -h, -?, --help       print this help and exit
+  --version            print the version and exit
 
-Options may stand anywhere and long ones may be shortened; after -- everything is a world file.
+Options and world files may be given in any order. Long options may be abbreviated. All words after
+-- are world files.
 
 Examples
   stage worlds/simple.world
-      two robots stroll about a flat, in a window: p pauses, d shows what their sensors see
+      two robots explore a flat, in a window: p pauses, d shows what their sensors see
   stage --explain worlds/hospital.world
-      before a long run: how long, how much memory, and what for
+      time and memory of a long run, before it starts
   stage -g -c worlds/simple.world
-      two robots stroll about a flat; print the clock
+      without a window; print the clock
   stage -g --duration 60 --threads 8 --stats run.json worlds/hospital.world
-      one simulated minute with 8 threads; then look up r_acc in run.json: simulated robot seconds
-      for each second of real time
+      one simulated minute with 8 threads; r_acc in run.json is the number of robots times simulated
+      seconds per second of real time
   stage -g --duration 60 --opencl=gpu --state-hash worlds/cave.world
-      the same sort of run on a GPU; the state hash shows that the result is that of the CPU
-
+      on a GPU; the state hash shows that the result equals that of the CPU
   stage --screenshot flat.png@20 --size 640x480 worlds/simple.world
-      where the robots are after 20 s, as a picture
+      a picture of the robots after 20 s
   stage -g --duration 60 --log run.mcap worlds/simple.world; stage replay run.mcap
-      one minute, recorded, and shown again
+      record one minute, then replay it
   stage --record film.mp4 --duration 10 worlds/simple.world
-      ten simulated seconds as a film
+      a film of ten simulated seconds
 
 World files
-  simple.world is where to start: in worlds/ of the source tree, in share/stage/worlds/ below the
-  place where Stage is installed. Their comments explain the format. These worlds, what they include
-  and their pictures are found by their plain names from any folder.
+  Start with simple.world, in worlds/ of the source tree or in share/stage/worlds/ of the
+  installation; its comments explain the format. The installed worlds, the files that they include
+  and their pictures are found by name from any folder.
 
 Environment
-  DISPLAY              the X display for the window; without one, all runs are headless
-  STAGEPATH            folders, with : between them, for world files, includes and pictures that don't
-                       lie where they are named, and for controllers, before those that come with Stage
-  LD_LIBRARY_PATH      further folders for controllers
-  STAGE_LANES          how the host walks rays side by side: avx512, avx2, neon or none; default:
-                       the fastest one of this processor. For measurements
-  STAGE_PYTHON         the Python interpreter of --live and --foxglove; default: python3
-  STAGE_CL_DEVICE      DEVICE for an --opencl that names none
-  STAGE_CL_HITS        potential hits that the device lists for each ray, 1 (default) to 16: where
-                       none of them is a hit, the host walks on by itself
-  STAGE_CL_MEMORY      own or shared: whether the device has memory of its own, instead of what it
-                       says about itself
-  STAGE_CL_OPTIONS     further options for the device's compiler
-  STAGE_CL_TIMEOUT     seconds that a call of an OpenCL driver may take before the driver is taken for
-                       hung, 120 by default; 0: no limit
-  POSIXLY_CORRECT      if set, options only count before the first world file
+  DISPLAY              the X display of the window; without one, all runs are headless
+  STAGEPATH            folders, separated by :, that are searched for world files, includes and
+                       pictures that are missing at their own places, and for controllers, before
+                       the folders of the installation
+  LD_LIBRARY_PATH      further folders of controllers
+  STAGE_LANES          vector instructions for rays on the host: avx512, avx2, neon or none
+                       (default: the fastest of this processor). For measurements
+  STAGE_PYTHON         the Python interpreter of --live and --foxglove (default: python3)
+  STAGE_CL_DEVICE      DEVICE of an --opencl without one
+  STAGE_CL_HITS        potential hits that the device lists per ray, 1 (default) to 16. If none of
+                       them is a hit, the host continues the walk
+  STAGE_CL_MEMORY      own or shared: whether the device has its own memory, instead of what the
+                       driver reports
+  STAGE_CL_OPTIONS     further options of the device's compiler
+  STAGE_CL_TIMEOUT     seconds after which a call of an OpenCL driver is considered hung (default
+                       120; 0: no limit)
+  POSIXLY_CORRECT      if set, options count only before the first world file
 
 Exit status
-  0        all worlds have come to their end
-  1        a world file is missing or wrong; or the run can't go on; or output is lost
-  2        wrong options, or no world file, or a FILE or DIR can't be written or holds something else
-  255      something that a world file names is missing or wrong: a controller, a bitmap, a tuple
-  128+N    ended by signal N, such as 130 for Ctrl-C: the step is finished, figures are written
-  A controller that ends the program chooses its own.
+  0        all worlds have ended
+  1        a world file is missing or invalid, the run cannot continue, or output was lost
+  2        invalid options, no world file, or a FILE or DIR that cannot be written or replaced
+  255      something that a world file names is missing or invalid: a controller, a bitmap, a tuple
+  128+N    ended by signal N, such as 130 for Ctrl-C: the step is finished, statistics are written
+  A controller that ends the program chooses its own status.
 )";
 
 }  // namespace Stg::program

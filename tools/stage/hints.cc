@@ -44,7 +44,7 @@ class Hinter {
   std::string Ms(double ms) const { return Rounded(ms) + " ms"; }
 
   void HintAtNothing() {
-    hints_.push_back("nothing: a step takes less than a millisecond, too little to share out");
+    hints_.push_back("nothing: a step takes less than a millisecond, too little to parallelize");
   }
 
   void HintAtSensors() {

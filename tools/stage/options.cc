@@ -430,7 +430,7 @@ void CheckOutputs(const Options& options) {
   std::set<std::string> places;
   for (const auto& [id, name] : outputs) {
     if (IsWorld(name, options.worldfiles))
-      Refuse(id, "the name of something to be written, not a world file", name);
+      Refuse(id, "the name of an output file, not a world file", name);
     if (!places.insert(files::PlaceOf(name)).second)
       Refuse(id, "a name that no other output has", name);
   }
@@ -444,7 +444,7 @@ void CheckReplay(const Options& options) {
                      " files, expected one: a log that --log has written");
   if (options.action != Options::Action::kRun || !options.log.file.empty() ||
       !options.first_snapshot.empty() || options.snapshot)
-    throw UsageError("replay: found an option of runs, expected those of what you see alone");
+    throw UsageError("replay: found an option of runs; replay accepts only output options");
 }
 
 /// Runs need worlds; other actions do not.

@@ -115,7 +115,7 @@ Json Describe(const LoadedWorld& loaded) {
 [[noreturn]] void Fail(const std::string& name, int error) {
   if (error == EEXIST)
     throw std::runtime_error("--stats: found '" + name +
-                             "', which holds something else, expected a new name or earlier "
+                             "', which is not a statistics file, expected a new name or earlier "
                              "statistics");
   throw std::runtime_error("can't write the statistics to '" + name + "': " + std::strerror(error));
 }
@@ -169,8 +169,7 @@ std::string DeviceUse(const RunStatistics& run, const RunOptions& options) {
     return name + " traced the rays of " + part + ", faster or not; --opencl alone measures that";
   if (2 * run.device_rays >= run.trace.rays)
     return name + " helped: it traced the rays of " + part +
-           "; in the others the host's threads were "
-           "as fast, or were tried";
+           "; on the other steps, the host was as fast or was being measured";
   return name + " did not help: it traced the rays of " + part +
          ", mostly to measure that; the host's threads were faster, and without --opencl the run "
          "takes less memory";

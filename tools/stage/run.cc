@@ -22,7 +22,7 @@ bool IsDone(World* world) { return world->PastQuitTime() || world->TestQuit(); }
 /// Exits if a controller has deleted its world.
 void EndIfDeleted(const LoadedWorld& loaded) {
   if (loaded.handle) return;
-  messages::Report(LogLevel::kError, "stage: a callback has deleted the world of " + loaded.file);
+  messages::Report(LogLevel::kError, "stage: a callback deleted the world of " + loaded.file);
   std::exit(1);
 }
 

@@ -21,7 +21,7 @@ bool IsSnapshot(std::string_view beginning) { return beginning.starts_with(Snaps
 
 std::string WhyNotWritten(const std::string& file, int error) {
   return "--save-snapshot: " + messages::Quoted(file) + " can't be written: " +
-         (error == EEXIST ? "it is there, and no snapshot" : std::strerror(error));
+         (error == EEXIST ? "it exists and is not a snapshot" : std::strerror(error));
 }
 
 bool Refuse(const std::string& what) {

@@ -65,7 +65,7 @@ bool FrameFolder::Open(const std::string& folder, std::string* error) {
       return false;
     }
   } else if (!S_ISDIR(found.st_mode)) {
-    *error = folder + " is no folder, expected one, a new name, or a video's, such as film.mp4";
+    *error = folder + " is not a folder, expected one, a new name, or a video's, such as film.mp4";
     return false;
   } else if (access(folder.c_str(), W_OK | X_OK) != 0) {
     *error = folder + " can't be written: " + std::strerror(errno);

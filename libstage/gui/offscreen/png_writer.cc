@@ -72,7 +72,7 @@ int TryWritePng(const std::string& file) { return files::TryReplaceFile(file, Is
 
 std::string PngProblem(const std::string& file, int error) {
   if (error == EISDIR) return file + " is a folder, expected the name of a file";
-  if (error == EEXIST) return file + " is no picture that Stage made, expected one or a new name";
+  if (error == EEXIST) return file + " exists and was not made by Stage; expected another name";
   return file + " can't be written: " + std::strerror(error);
 }
 

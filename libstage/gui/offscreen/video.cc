@@ -97,7 +97,7 @@ bool Video::Open(const std::string& file, std::string* error) {
   if (program_.empty()) {
     *error = file +
              " needs the program ffmpeg, which is not on PATH: install the package ffmpeg, or " +
-             "give a folder's name, in which the film becomes single pictures";
+             "give a folder name to get single images";
     return false;
   }
   if (Exists(file)) {
@@ -202,7 +202,7 @@ std::string Video::LastComplaint() const {
   text.resize(static_cast<size_t>(std::max<ssize_t>(count, 0)));
   while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
   text = text.substr(text.rfind('\n') + 1);
-  return text.empty() ? "it does not say why" : text;
+  return text.empty() ? "no reason given" : text;
 }
 
 bool Video::Finish(std::string* error) {

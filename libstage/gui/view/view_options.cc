@@ -41,7 +41,7 @@ constexpr Row kTable[] = {
     {Show::kTrailFast, "Fast", "show_trailfast", "Ctrl+F", Place::kTrailsMenu, false},
     {Show::kTrailBlocks, "Rising blocks", "show_trailrise", "Ctrl+R", Place::kTrailsMenu, false},
     {Show::kTrailBlur, "Blur", "show_trailblur", "", Place::kNowhere, false},
-    {Show::kOverlay, "Figures of the simulation", "show_overlay", "i", Place::kViewMenu, false},
+    {Show::kOverlay, "Performance figures", "show_overlay", "i", Place::kViewMenu, false},
     {Show::kScreenshots, "Save screenshots", "screenshots", "", Place::kViewMenu, false},
     {Show::kSelectedOnly, "Selected only", "vis_all", "", Place::kNowhere, false},
     {Show::kRanger, "Ranger", "ranger_vis", "", Place::kFilter, true},

@@ -115,12 +115,12 @@ constexpr char kHelp[] =
     R"(docs/window.md of the source tree has a table of all keys and of what the mouse does;
 docs/properties.md explains every property of a world file, docs/ has more.
 
-The keys stand beside the items of the menus. Some to begin with:
-  p      pause, and go on          .      one step
+The menus show the keys of their items. Some keys:
+  p      pause and continue        .      one step
   ]  [   faster, slower            {  }   real time, as fast as possible
-  d      what the sensors see      space  look from straight above
-  r      perspective view          f      follow the robot that was clicked last
-  Home   begin anew                The buttons beside the menus tell their keys, too.
+  d      show sensor data          space  view from above
+  r      perspective view          f      follow the selected robot
+  Home   restart                   Each button beside the menus shows its key as well.
 
 Mouse: drag a robot to move it, with the right button to turn it; drag anything
 else to move the view, turn the wheel to zoom, press Ctrl and move to tilt.

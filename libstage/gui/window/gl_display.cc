@@ -40,7 +40,7 @@ std::string DisplayObstacle() {
            " has no OpenGL (GLX), which the window needs; -g runs without a window";
   if (!Fl_Gl_Window::can_do(FL_RGB | FL_DOUBLE | FL_DEPTH))
     return std::string("the X display ") + (name ? name : "") +
-           " has no OpenGL with 24 bits of colour, depth and two buffers, which the window needs; "
+           " has no OpenGL with 24 bits of color, depth and two buffers, which the window needs; "
            "-g runs without a window";
   return "";
 }

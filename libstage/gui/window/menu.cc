@@ -85,7 +85,7 @@ void Menu::AddRunMenu() {
   Add("Run/Pause", "p", [this] { parts_.TogglePause(); });
   Add("Run/One step", ".", [this] { parts_.OneStep(); });
   Add(
-      "Run/Begin anew", "Home", [this] { parts_.Restart(); }, FL_MENU_DIVIDER);
+      "Run/Restart", "Home", [this] { parts_.Restart(); }, FL_MENU_DIVIDER);
   Add("Run/Faster", "]", [this] { parts_.Faster(); });
   Add(
       "Run/Slower", "[", [this] { parts_.Slower(); }, FL_MENU_DIVIDER);

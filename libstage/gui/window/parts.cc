@@ -123,7 +123,7 @@ void Parts::Restart() {
   const bool good = its_world.Reset(world.seed());
   if (!World::Exists(&its_world)) return;  // the world and this object were deleted
   loaded = good;
-  if (!good) return Alert("The world can't begin anew: see the messages in the terminal.");
+  if (!good) return Alert("The world cannot restart: see the messages in the terminal.");
   view = view_before;
   world.speedup = speedup;
   selection.SetLast(last.empty() ? nullptr : world.GetModel(last));

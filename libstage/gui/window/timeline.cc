@@ -47,7 +47,7 @@ Timeline::Timeline(Parts& parts, ReplayedLog log, int y, int width)
   row_ = new Fl_Group(0, y, width, kHeight);
   row_->box(FL_UP_BOX);
   const int name_width = std::min(WidthOf(log_.name), kWidestName);
-  AddText(kGap, y, name_width, log_.name, FL_ALIGN_LEFT)->tooltip("The log that is shown again");
+  AddText(kGap, y, name_width, log_.name, FL_ALIGN_LEFT)->tooltip("The replayed log");
   const int left = kGap + name_width, right = std::max(left + 1, width - kTimeWidth - kGap);
   slider_ = new Fl_Hor_Nice_Slider(left, y + 4, right - left, kHeight - 8);
   slider_->box(FL_FLAT_BOX);
@@ -55,7 +55,7 @@ Timeline::Timeline(Parts& parts, ReplayedLog log, int y, int width)
   slider_->selection_color(fl_rgb_color(40, 45, 60));
   slider_->bounds(log_.start, std::max(log_.end, log_.start + 1e-3));
   slider_->step(kKeyStep);
-  slider_->tooltip("Drag to another time. Ten seconds back <, on >, to the start Home");
+  slider_->tooltip("Drag to another time. < and > skip ten seconds, Home goes to the start");
   slider_->callback(
       [](Fl_Widget*, void* self) {
         auto* timeline = static_cast<Timeline*>(self);

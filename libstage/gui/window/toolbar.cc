@@ -54,7 +54,7 @@ Toolbar::Toolbar(Parts& parts, Fl_Widget* menu_bar, int width, int height) : par
   x_ = kMenuWidth + 4 * kGap;
   run_ = AddButton(kRun, "Run (p)", [this] { parts_.TogglePause(); });
   step_ = AddButton(kStep, "One step (.)", [this] { parts_.OneStep(); });
-  restart_ = AddButton(kRestart, "Begin anew (Home)", [this] { parts_.Restart(); });
+  restart_ = AddButton(kRestart, "Restart (Home)", [this] { parts_.Restart(); });
   AddSpeeds();
   auto* rest = new Fl_Box(x_, 0, std::max(1, width - x_), height);
   row->resizable(rest);

@@ -23,23 +23,23 @@ def arguments() -> argparse.ArgumentParser:
         prog="python -m stagesim.live", description="Runs a world and shows it in a browser.", allow_abbrev=False)
     parser.add_argument("world", metavar="WORLD", help="a world file, or the name of a shipped world")
     parser.add_argument("--port", type=port_of, default=PORT, metavar="N",
-                        help=f"of the page (default {PORT}); 0: any that is free")
+                        help=f"port of the page (default {PORT}); 0: any free port")
     parser.add_argument("--host", default="127.0.0.1", metavar="ADDRESS",
-                        help="where to serve (default: only programs of this machine come there)")
+                        help="address to serve at (default 127.0.0.1: only for programs of this machine)")
     parser.add_argument("--foxglove", type=port_of, nargs="?", const=FOXGLOVE_PORT, metavar="PORT",
-                        help=f"also serve Foxglove (default port {FOXGLOVE_PORT})")
+                        help=f"also serve Foxglove at PORT (default {FOXGLOVE_PORT})")
     parser.add_argument("--no-browser", action="store_true", help="don't open the page")
     parser.add_argument("--speed", type=float, metavar="X",
-                        help="simulated seconds for each real one, 0: as many as can be (default: what the"
-                             " world file says, or else 1)")
-    parser.add_argument("--paused", action="store_true", help="wait for somebody to let it run")
-    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of all random numbers (default 1)")
+                        help="simulated seconds per real second; 0: as fast as possible (default: that of the"
+                             " world file, or else 1)")
+    parser.add_argument("--paused", action="store_true", help="start paused")
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the random numbers (default 1)")
     parser.add_argument("--threads", type=int, metavar="N",
-                        help="that work on a step (default: the world's, or else all processors where that is faster)")
+                        help="number of threads (default: the world's, or else one per processor where that is faster)")
     parser.add_argument("--opencl", type=lambda device: device or True, nargs="?", default=False, metavar="DEVICE",
                         help="use an OpenCL device where that is faster")
-    parser.add_argument("--opencl-always", action="store_true", help="use it for every step: for measurements")
-    parser.add_argument("--ray-model", choices=("cell", "exact"), help="what ranges go to")
+    parser.add_argument("--opencl-always", action="store_true", help="use the device in every step: for measurements")
+    parser.add_argument("--ray-model", choices=("cell", "exact"), help="ray model of sensors that do not set their own")
     parser.add_argument("--no-controllers", action="store_true", help="load no controllers")
     return parser
 

@@ -52,12 +52,13 @@ class Keyboard(Node):
 def main() -> None:
     """Handles keys until q is pressed."""
     parser = argparse.ArgumentParser(prog="python -m stagesim.ros.keyboard",
-                                     description="Drives a robot: i , ahead and back, j l turn, u o m . both; other "
-                                                 "keys stop it, q ends.")
-    parser.add_argument("robot", nargs="?", default="", help="its prefix; none if it is the only one")
-    parser.add_argument("--stamped", action="store_true", help="cmd_vel is a TwistStamped")
-    parser.add_argument("--speed", type=float, default=0.4, help="metres a second")
-    parser.add_argument("--turn", type=float, default=0.8, help="radians a second")
+                                     description="Drives a robot. i and , drive ahead and back, j and l turn, u o m . "
+                                                 "do both; other keys stop the robot, q quits.")
+    parser.add_argument("robot", nargs="?", default="",
+                        help="prefix of the robot's topics (default: none, as for a single robot)")
+    parser.add_argument("--stamped", action="store_true", help="send cmd_vel as TwistStamped")
+    parser.add_argument("--speed", type=float, default=0.4, help="metres per second (default 0.4)")
+    parser.add_argument("--turn", type=float, default=0.8, help="radians per second (default 0.8)")
     chosen = parser.parse_args(remove_ros_args(sys.argv)[1:])
     if not sys.stdin.isatty():
         sys.exit("stagesim.ros.keyboard: found no terminal to read keys from")

@@ -23,21 +23,21 @@ from .node import StageNode
 def options(argv: Sequence[str]) -> argparse.Namespace:
     """Parses the command line without ROS's own arguments."""
     parser = argparse.ArgumentParser(
-        prog="python -m stagesim.ros", description="The robots of a world as ROS 2 robots.",
-        epilog="ROS's arguments follow, such as: --ros-args -p naming:=stage_ros -p speed:=2.0")
-    parser.add_argument("world", nargs="?", help="world file, or a shipped one's name; "
-                        "else that of the parameter world_file")
-    parser.add_argument("--seed", type=int, default=1, help="of all random numbers")
+        prog="python -m stagesim.ros", description="Simulates a world whose robots are robots of ROS 2.",
+        epilog="Arguments of ROS follow, such as: --ros-args -p naming:=stage_ros -p speed:=2.0")
+    parser.add_argument("world", nargs="?", help="a world file, or the name of a shipped world "
+                        "(default: the parameter world_file)")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the random numbers (default 1)")
     parser.add_argument("--threads", type=int,
-                        help="that work on a step (default: the world's, or else all processors where that is faster)")
+                        help="number of threads (default: the world's, or else one per processor where that is faster)")
     parser.add_argument("--opencl", action="store_true", help="use an OpenCL device where that is faster")
-    parser.add_argument("--no-controllers", action="store_true", help="leave the world's controllers out")
+    parser.add_argument("--no-controllers", action="store_true", help="load no controllers")
     parser.add_argument("--duration", type=float, default=float("inf"), metavar="SECONDS",
-                        help="of simulated time, after which it ends")
-    parser.add_argument("--stats", action="store_true", help="in the end print what took how long, as JSON")
+                        help="simulated time after which the node ends (default: none)")
+    parser.add_argument("--stats", action="store_true", help="at the end print how long each part took, as JSON")
     parser.add_argument("--gui", type=_port_of, nargs="?", const=0, metavar="PORT",
-                        help="show the world in a page for browsers of this machine, which takes the place of a "
-                             "window: --gui=PORT, or --gui for any port that is free")
+                        help="show the world in a page for browsers of this machine instead of a window: "
+                             "--gui=PORT, or --gui for any free port")
     given = {printable(word): word for word in argv}  # ROS accepts only valid Unicode
     try:
         own = [given.get(word, word) for word in remove_ros_args([printable(word) for word in argv])[1:]]

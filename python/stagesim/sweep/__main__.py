@@ -18,15 +18,16 @@ def arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m stagesim.sweep", allow_abbrev=False,
                                      description="Merges the runs of a sweep into one file, or makes a report.")
     commands = parser.add_subparsers(dest="command", required=True, metavar="merge|report")
-    merging = commands.add_parser("merge", help="all runs as one file", allow_abbrev=False)
+    merging = commands.add_parser("merge", help="write all runs to one file", allow_abbrev=False)
     merging.add_argument("folders", type=Path, nargs="+", metavar="FOLDER",
-                         help="of the sweep; several if each has a part of it")
+                         help="folder of the sweep, or several that are parts of one sweep")
     merging.add_argument("-o", "--out", type=Path, required=True, metavar="FILE",
-                         help="ends with .csv, .parquet (needs pyarrow) or .h5 (needs h5py)")
-    merging.add_argument("--timings", action="store_true", help="also what differs from time to time")
-    merging.add_argument("--partial", action="store_true", help="some runs may be missing")
-    reporting = commands.add_parser("report", help="a page with pictures, in FOLDER/report", allow_abbrev=False)
-    reporting.add_argument("folder", type=Path, metavar="FOLDER", help="of the sweep")
+                         help="the file: .csv, .parquet (needs pyarrow) or .h5 (needs h5py)")
+    merging.add_argument("--timings", action="store_true",
+                         help="add columns that differ between repetitions: seconds, r_acc")
+    merging.add_argument("--partial", action="store_true", help="merge the finished runs even if others are missing")
+    reporting = commands.add_parser("report", help="write a page with figures to FOLDER/report", allow_abbrev=False)
+    reporting.add_argument("folder", type=Path, metavar="FOLDER", help="folder of the sweep")
     return parser
 
 

@@ -28,7 +28,8 @@ def merge(folders: Sequence[Path], file: Path, *, timings: bool = False, partial
         raise SweepError(f"{file}: found the ending {file.suffix!r}, expected .csv, {' or '.join(FORMATS)}")
     begins, write = FORMATS[file.suffix]
     if file.exists() and not beginning(file).startswith(begins):
-        raise SweepError(f"{file}: it holds something else, expected a new name or an earlier {file.suffix} file")
+        raise SweepError(f"{file}: it exists and is not a merged table, expected a new name or an earlier "
+                         f"{file.suffix} file")
     plan = Plan.read(folders[0])
     columns = read_columns(folders, plan, timings, partial)
     handle, name = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")

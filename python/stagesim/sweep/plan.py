@@ -109,13 +109,13 @@ def check_place(folder: Path) -> None:
     elif not folder.exists():
         return
     elif not folder.is_dir():
-        found = "which is no folder"
+        found = "which is not a folder"
     elif folder.resolve() in (Path("/"), Path.home().resolve()):
         found = "the root folder or a home folder"
     elif plan_file(folder).exists() or all(is_of_a_sweep(entry) for entry in folder.iterdir()):
         return
     else:
-        found = "which holds something else than a sweep"
+        found = "which is not a sweep folder"
     raise SweepError(f"found '{folder}', {found}, expected the name of a new folder, or of one that is empty")
 
 

@@ -216,9 +216,9 @@ def write_whole(file: Path, text: str) -> None:
 def main() -> None:
     """Executes commands until there are no more."""
     parser = argparse.ArgumentParser(prog="python -m stagesim.sweep.worker", allow_abbrev=False,
-                                     description="Does runs of a sweep: for stage sweep --worker.")
-    parser.add_argument("--metrics", metavar="MODULE:NAME", help="what to measure besides: see docs/sweeps.md")
-    parser.add_argument("folder", metavar="FOLDER", help="of the sweep")
+                                     description="Worker for stage sweep --worker.")
+    parser.add_argument("--metrics", metavar="MODULE:NAME", help="function that adds metrics; see docs/sweeps.md")
+    parser.add_argument("folder", metavar="FOLDER", help="folder of the sweep")
     options = parser.parse_args()
     try:
         # Child processes of controllers must not inherit these descriptors, or they would keep them open.

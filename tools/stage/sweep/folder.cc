@@ -126,7 +126,7 @@ bool SweepFolder::HasPlan() const { return std::filesystem::exists(PlanFile()); 
 Plan SweepFolder::Read() const {
   if (!HasPlan())
     throw std::runtime_error("found no sweep in '" + path_ +
-                             "', expected the folder that a sweep's -o has named");
+                             "', expected a folder created by stage sweep -o");
   try {
     return ReadPlan(ReadWhole(PlanFile()));
   } catch (const std::runtime_error& error) {
@@ -148,14 +148,14 @@ bool SweepFolder::Make() const {
     MakeFolder(path_);
     return true;
   }
-  if (!fs::is_directory(status)) refuse("which is no folder");
+  if (!fs::is_directory(status)) refuse("which is not a folder");
   if (fs::equivalent(path_, "/", failed)) refuse("the root folder");
   if (IsHome(path_)) refuse("a home folder");
   if (HasPlan()) return false;
   fs::directory_iterator entry(path_, failed);
   if (failed) Fail("read", path_, failed.value());
   for (; !failed && entry != fs::directory_iterator(); entry.increment(failed))
-    if (!IsOfASweep(entry->path())) refuse("which holds something else than a sweep");
+    if (!IsOfASweep(entry->path())) refuse("which is not a sweep folder");
   return false;
 }
 
@@ -231,7 +231,7 @@ SweepLock::SweepLock(const SweepFolder& folder, const std::string& part)
     close(file_);
     if (error == EWOULDBLOCK)
       throw std::runtime_error("another stage sweep works on '" + folder.path() +
-                               "' now; --status says how far it is");
+                               "' now; --status shows its progress");
     Fail("lock", name_, error);
   } while (!IsInPlace());
 }

@@ -10,70 +10,72 @@ const char kSweepHelpText[] =
        stage sweep --status FOLDER
 
 Runs a world with every combination of some values, each with many seeds, and keeps a small record
-of each run: its metrics, its state hash, and the command that does it again.
+of each run: its metrics, its state hash, and the command that repeats it.
 
-What to run
+Plan
   --set NAME=VALUE,VALUE...
-                       an axis of the sweep, as --set of stage: NAME is NAME.PROPERTY, or a type or
-                       population, of which VALUE is the number: --set robots=10,100
-                       --set world.resolution=0.02,0.1. Commas in quotes or brackets are no ends
-  --runs FIRST:END     runs of each combination (default 0:1); 0:100 are 100
-  --seed N             of the sweep (default 1). A run's seed comes from it, from the values and
-                       from the number of the run, not from how many there are
-  --common-seeds       run n has the same seed in every combination, to compare them in pairs
-  --duration S         end each run after S simulated seconds, whatever the world's quit_time
-  -a, --args STR       hand STR to every controller
+                       an axis of the sweep. NAME is as for --set of stage: NAME.PROPERTY, or a type
+                       or population, of which VALUE is the number: --set robots=10,100
+                       --set world.resolution=0.02,0.1. Commas in quotes or brackets do not separate
+                       values
+  --runs FIRST:END     run numbers of each combination (default 0:1); 0:100 are 100 runs
+  --seed N             seed of the sweep (default 1). The seed of a run depends on it, on the run's
+                       values and on its number, not on the number of runs
+  --common-seeds       run n has the same seed in every combination, for comparisons in pairs
+  --duration S         end each run after S simulated seconds; overrides the world's quit_time
+  -a, --args STR       pass STR to every controller
   --ray-model MODEL    cell or exact
   --no-controllers     load no controllers
-  --threads N          of each worker (default 1); --opencl[=DEVICE]: trace rays with that device.
-                       Neither changes any result
+  --threads N          threads of each worker (default 1); changes no result
+  --opencl[=DEVICE]    trace rays with that device; changes no result
   --log                record each run as an MCAP file beside its record; --log-every SECONDS,
-                       --log-models NAMES, --log-compression HOW, --log-ranges HOW as those of stage
-  --dry-run            say what would be run, and end
+                       --log-models NAMES, --log-compression HOW, --log-ranges HOW as for stage
+  --dry-run            print the plan and exit
 
-How to run it
-  -o, --out FOLDER     where the plan and the records go: a new folder, or an empty one
-  --jobs N             processes at work (default: one for each core)
-  --resume             do those runs of FOLDER that have no record yet, whatever has ended the sweep
-  --retry-failed       those that have failed, too
-  --shard K/N          only the Kth part of N, from 1/N to N/N, each perhaps on another machine that
-                       sees FOLDER
-  --only FIRST:END     only the runs of these numbers
-  --fresh              a new process for each run; otherwise worlds are reset and used again
-  --limit-seconds S    a run that takes longer has failed (default: a day, and ten minutes for the
-                       loading of a world before anything runs)
-  --limit-mb MB        one whose process, and those that it has started, take more memory, too
-  --tries N            a run whose process has died so often has failed (default 3)
+Execution
+  -o, --out FOLDER     folder for the plan and the records: a new one, or an empty one
+  --jobs N             number of worker processes (default: one for each core)
+  --resume             do the runs of FOLDER that have no record yet, however the sweep was ended
+  --retry-failed       also repeat the failed runs
+  --shard K/N          do only the Kth of N parts, from 1/N to N/N; other machines that see FOLDER
+                       may do the other parts
+  --only FIRST:END     do only the runs with these numbers
+  --fresh              start a new process for each run instead of resetting and reusing worlds
+  --limit-seconds S    a run that takes longer fails (default: a day, and ten minutes for loading
+                       a world before the first run)
+  --limit-mb MB        a run whose processes use more memory fails
+  --tries N            a run fails when its process has died N times (default 3). A run that was
+                       ended by a limit or for a wrong reply is not tried again
   --plan-only          write the plan, run nothing
-  --worker COMMAND     have the runs done by other workers than this program; see docs/sweeps.md.
-                       The plan keeps it; --resume can be given another
+  --worker COMMAND     command that starts another kind of worker; see docs/sweeps.md. The plan
+                       keeps it; --resume can replace it
   --progress, --no-progress
-                       say how far it is; default: if standard error is a terminal
-  -h, --help           print this and end
+                       show progress, or do not (default: if standard error is a terminal)
+  -h, --help           print this help and exit
 
-A failed run stops no other; its record has the signal and the last lines that were printed. The
-status to exit with is 0 if all went well, 1 if a run has failed. Ctrl-C, or a kill, loses at most
-the run that each process was at.
+A failed run does not stop the sweep; its record contains the signal and the last lines of output.
+The exit status is 0 if all runs succeeded, 1 if one failed. Ctrl-C or a kill loses at most the run
+that each worker is doing.
 
 Examples
   stage sweep worlds/cave.world --set robots=10,100 --set world.resolution=0.02,0.1 --runs 0:100
         --duration 60 -o out
       400 runs, on all cores
   stage merge out -o all.csv; stage report out
-      as a table, and as a page with pictures
+      the results as a table, and as a page with figures
 )";
 
 const char kMergeHelpText[] =
     R"(Usage: stage merge [OPTION]... FOLDER... -o FILE
 
-Writes the records of a sweep as one table, a row for each run in the order of their numbers. The
-same sweep gives the same bytes, whoever has run it and however often it was interrupted. With
-several FOLDERs, each has a part of the same sweep, perhaps done by another machine.
+Writes the records of a sweep as one table: a row for each run, in the order of their numbers. The
+same sweep gives the same bytes, whatever machines did the runs and however often it was
+interrupted. Several FOLDERs must be parts of one sweep, such as those of several machines.
 
-  -o, --out FILE   ends in .csv; in .parquet or .h5, which needs Python with stagesim[sweep]
-  --partial        merge what there is, though runs are missing
-  --timings        columns for what differs from one time to the next: seconds, r_acc
-  -h, --help       print this and end
+  -o, --out FILE   the table: .csv; or .parquet or .h5, which need Python with stagesim[sweep]
+  --partial        merge the finished runs even if others are missing
+  --timings        add columns that differ between repetitions: seconds, r_acc
+  -h, --help       print this help and exit
 )";
 
 }  // namespace Stg::program

@@ -173,7 +173,7 @@ void CheckWhole(const SweepFolder& folder, const std::vector<size_t>& places, bo
                            std::to_string(places.size()) + " runs are not finished";
   if (!partial)
     throw std::runtime_error(text + "; stage sweep --resume " + folder.path() +
-                             " does them, --partial merges what there is");
+                             " runs them; --partial merges the finished runs");
   messages::Warn(text);
 }
 
@@ -221,8 +221,9 @@ int Merge(int argc, char* argv[]) {
     return beginning.starts_with("index,run,seed,");
   };
   if (const int error = files::ReplaceFile(options.file, table, is_table); error != 0)
-    throw std::runtime_error("can't write '" + options.file + "': " +
-                             (error == EEXIST ? "it holds something else" : std::strerror(error)));
+    throw std::runtime_error(
+        "can't write '" + options.file +
+        "': " + (error == EEXIST ? "it exists and is not a merged table" : std::strerror(error)));
   return 0;
 }
 

@@ -298,8 +298,7 @@ class Parser {
                        " folders, expected one: that of the sweep");
     for (const int id : kOfThePlan)
       if (given_.count(id) > 0)
-        throw UsageError(NameOf(id) + " does not go with " + name +
-                         ": what the sweep is has been settled");
+        throw UsageError(NameOf(id) + " does not go with " + name + ": the plan is already fixed");
     options_.folder = words[0];
   }
 
@@ -308,7 +307,7 @@ class Parser {
       throw UsageError("sweep: found " + std::to_string(words.size()) +
                        " world files, expected one");
     if (options_.folder.empty() && options_.action != Action::kDryRun)
-      throw UsageError("sweep: expected -o FOLDER, where the results go");
+      throw UsageError("sweep: expected -o FOLDER for the results");
     options_.plan.worker = options_.effort.worker;
     const std::string found =
         worldfile::FindFile("", words[0]);  // also finds worlds that come with Stage

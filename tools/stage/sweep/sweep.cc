@@ -131,7 +131,7 @@ int TellResult(const SweepFolder& folder, const Coordinator& coordinator, size_t
     text += ", " + std::to_string(coordinator.failed()) + " failed: stage sweep --status " +
             folder.path() + " names them";
   PrintWhole(text + "\n");
-  if (done < todo) PrintWhole("to go on: stage sweep --resume " + folder.path() + "\n");
+  if (done < todo) PrintWhole("continue with: stage sweep --resume " + folder.path() + "\n");
   FlushOutput();
   if (CaughtSignal() != 0) return DieOf(CaughtSignal());
   return coordinator.failed() > 0 ? 1 : 0;
@@ -161,7 +161,7 @@ int TellNothingToDo(const SweepFolder& folder, const Plan& plan, const SweepOpti
                      : "nothing to do: all runs " +
                            std::string(options.shard || options.only ? "of this part " : "") +
                            "are finished; stage sweep --status " + folder.path() +
-                           " says how they ended\n");
+                           " shows how they ended\n");
   return 0;
 }
 
@@ -199,7 +199,7 @@ int Begin(const SweepFolder& folder, const Plan& plan, const SweepOptions& optio
   const bool was_made = folder.Make(), is_new = !folder.HasPlan();
   if (!is_new && !options.shard && options.action != Action::kPlanOnly)
     throw UsageError("found a sweep in '" + folder.path() +
-                     "', expected a new folder; to go on with that one: stage sweep --resume " +
+                     "', expected a new folder; continue that one with: stage sweep --resume " +
                      folder.path());
   CatchSignals();
   folder.Write(plan);
@@ -212,8 +212,7 @@ int Resume(const SweepFolder& folder, const SweepOptions& options) {
   const Plan plan = folder.Read();
   if (DigestOf(plan.world) != plan.digest)
     throw std::runtime_error(plan.world +
-                             " has changed since the sweep began, expected it as it was; for the "
-                             "new one begin a new sweep");
+                             " has changed since the sweep began; start a new sweep to use it");
   CatchSignals();
   return Work(folder, plan, options);
 }

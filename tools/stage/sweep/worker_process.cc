@@ -125,7 +125,7 @@ bool WorkerProcess::HasEnded() {
   // A process started by a controller may keep the pipes open, so only the worker's own death
   // counts.
   if (IsDead()) return true;
-  if (reader_.is_full()) Kill("replied with a line that has no end");
+  if (reader_.is_full()) Kill("replied with an overlong line");
   if (silent_since_ > 0 && Now() - silent_since_ > kFarewell)
     Kill("closed the file that its replies go to");
   return killed_since_ > 0 && Now() - killed_since_ > kLongestDeath;
