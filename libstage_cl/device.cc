@@ -164,11 +164,12 @@ std::vector<FoundDevice> MatchingDevices(const std::vector<FoundDevice>& devices
     const auto contains = [&](const std::string& text) {
       return strcasestr(text.c_str(), name.c_str()) != nullptr;
     };
-    const bool by_kind =
-        strcasecmp(name.c_str(), "gpu") == 0 || strcasecmp(name.c_str(), "cpu") == 0;
-    const bool any = name.empty() || strcasecmp(name.c_str(), "auto") == 0;
-    if (any || (by_kind ? strcasecmp(name.c_str(), device.kind.c_str()) == 0
-                        : contains(device.name) || contains(device.platform)))
+    const auto is = [&](const std::string& text) {
+      return strcasecmp(text.c_str(), name.c_str()) == 0;
+    };
+    const bool by_kind = is("gpu") || is("cpu") || is("accelerator");
+    if (name.empty() || is("auto") ||
+        (by_kind ? is(device.kind) : contains(device.name) || contains(device.platform)))
       matching.push_back(device);
   }
   if (index == std::string::npos) return matching;

@@ -25,9 +25,9 @@ struct FoundDevice {
 /// end the process (see probe.hh).
 const std::vector<FoundDevice>& FindDevices(std::string* reason);
 
-/// The devices that match a choice: "" or "auto" all; "gpu" or "cpu" those of that kind; otherwise
-/// those whose name or platform contains the text, ignoring case. A suffix ":N" selects the N-th
-/// match, from 0.
+/// The devices that match a choice: "" or "auto" all; "gpu", "cpu" or "accelerator" those of that
+/// kind; otherwise those whose name or platform contains the text, ignoring case. A suffix ":N"
+/// selects the N-th match, from 0.
 std::vector<FoundDevice> MatchingDevices(const std::vector<FoundDevice>& devices,
                                          const std::string& choice);
 

@@ -235,6 +235,14 @@ TEST_F(DeviceTest, TheEmbeddedProfileWillDo) {
   EXPECT_FALSE(Contains(With({}, "--opencl=list").out, "embedded"));
 }
 
+TEST_F(DeviceTest, AcceleratorsAreChosenByTheirKind) {
+  const Environment device = {{"STAGE_DEVICE_TYPE", "8"}};
+  EXPECT_TRUE(Contains(With(device, "--opencl=list").out, "  accelerator: "));
+  const Result result = With(device, "--opencl=accelerator");
+  EXPECT_EQ(HashOf(result), plain_) << result.err;
+  EXPECT_NE(With(device, "--opencl=cpu").status, 0);
+}
+
 TEST_F(DeviceTest, ButNotWithoutLongIntegers) {
   ExpectRefused({{"STAGE_DEVICE_PROFILE", "EMBEDDED_PROFILE"}, {"STAGE_DEVICE_EXTENSIONS", ""}},
                 "embedded profile without 64-bit integers (cles_khr_int64)");

@@ -5,6 +5,7 @@
 //
 //   STAGE_DEVICE_PROFILE, STAGE_DEVICE_EXTENSIONS   strings
 //   STAGE_DEVICE_COMPILER, STAGE_DEVICE_ALIGNMENT   numbers: 0 or 1; bits
+//   STAGE_DEVICE_TYPE                               a number: 8 is an accelerator
 
 #include <cstdlib>
 #include <cstring>
@@ -24,6 +25,8 @@ const char* Wanted(cl_device_info info) {
       return std::getenv("STAGE_DEVICE_COMPILER");
     case CL_DEVICE_MEM_BASE_ADDR_ALIGN:
       return std::getenv("STAGE_DEVICE_ALIGNMENT");
+    case CL_DEVICE_TYPE:
+      return std::getenv("STAGE_DEVICE_TYPE");
     default:
       return nullptr;
   }
@@ -46,6 +49,10 @@ STAGE_SHIM_CALL cl_int clGetDeviceInfo(cl_device_id device, cl_device_info info,
     return Real<decltype(clGetDeviceInfo)>("clGetDeviceInfo")(device, info, room, value, needed);
   if (info == CL_DEVICE_PROFILE || info == CL_DEVICE_EXTENSIONS)
     return Answer(wanted, std::strlen(wanted) + 1, room, value, needed);
+  if (info == CL_DEVICE_TYPE) {
+    const auto type = static_cast<cl_device_type>(std::atoi(wanted));
+    return Answer(&type, sizeof type, room, value, needed);
+  }
   const auto number = static_cast<cl_uint>(std::atoi(wanted));
   return Answer(&number, sizeof number, room, value, needed);
 }
