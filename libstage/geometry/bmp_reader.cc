@@ -16,9 +16,9 @@ namespace picture {
 namespace {
 
 constexpr std::uint32_t kFileHeader = 14;  // bytes
-// Header sizes in bytes: OS/2 1.x, Windows 3, and all known variants.
-constexpr std::uint32_t kCoreHeader = 12, kInfoHeader = 40;
-constexpr std::uint32_t kHeaders[] = {kCoreHeader, kInfoHeader, 52, 56, 64, 108, 124};
+// Header sizes in bytes: OS/2 1.x, Windows 3, OS/2 2.x, and all known variants.
+constexpr std::uint32_t kCoreHeader = 12, kInfoHeader = 40, kOs2Header = 64;
+constexpr std::uint32_t kHeaders[] = {kCoreHeader, kInfoHeader, 52, 56, kOs2Header, 108, 124};
 constexpr std::uint32_t kNoCompression = 0, kMasks = 3, kMasksWithAlpha = 6;
 
 // Little-endian bytes of a file.
@@ -76,6 +76,7 @@ class BmpReader {
     depth_ = header.U16(10);
     compression_ = header.U32(12);
     colors_ = header.U32(28);
+    if (header_size_ == kOs2Header) return;  // it has no masks: its compression 3 is Huffman's
     if (compression_ != kMasks && compression_ != kMasksWithAlpha) return;
     // Later headers contain the masks; after the one of Windows 3 they follow.
     red_mask_ = header_size_ > kInfoHeader ? header.U32(36) : Bytes(input_, 12).U32(0);

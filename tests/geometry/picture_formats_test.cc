@@ -166,12 +166,13 @@ std::string MakeBmp(const BmpKind& kind) {
 
 TEST(Bmp, AllDepthsAndHeadersGiveTheSameBitmap) {
   int kinds = 0;
-  for (const unsigned header : {12, 40, 108, 124}) {
+  for (const unsigned header : {12, 40, 64, 108, 124}) {
     for (const unsigned depth : {1, 4, 8, 16, 24, 32}) {
       for (const bool from_top : {false, true}) {
         for (const unsigned mask : {0x0U, 0xf800U, 0xffU}) {
           const bool has_masks = depth == 16 || depth == 32;
-          if (header == 12 && (from_top || mask != 0)) continue;
+          if (header == 12 && from_top) continue;
+          if (mask != 0 && (header == 12 || header == 64)) continue;
           if (mask != 0 && !has_masks) continue;
           const auto drawing = Drawing(LoadBytes(MakeBmp({header, depth, from_top, mask})));
           const std::string what = std::to_string(header) + ' ' + std::to_string(depth) + ' ' +
@@ -195,10 +196,19 @@ TEST(Bmp, RefusesWhatItCannotRead) {
     return ErrorOf(bytes);
   };
   EXPECT_NE(changed(30, 1).find("compressed BMP"), std::string::npos);
-  EXPECT_NE(changed(28, 23).find("23 bits"), std::string::npos);
-  EXPECT_NE(changed(14, 39).find("a header of 39 bytes"), std::string::npos);
+  EXPECT_NE(changed(28, 23).find("23 bits per pixel, expected 1,"), std::string::npos);
+  EXPECT_NE(changed(14, 39).find("a header of 39 bytes, expected 12, 40,"), std::string::npos);
   EXPECT_NE(changed(20, 100).find("too large"), std::string::npos);
   EXPECT_NE(changed(23, 1).find("cut short"), std::string::npos);
+}
+
+// Compression 3 means masks in a header of Windows, but Huffman's code in that of OS/2 2.x.
+TEST(Bmp, RefusesHuffmanCodeOfOs2) {
+  std::string bytes = MakeBmp({64, 24});
+  bytes[30] = 3;
+  EXPECT_NE(ErrorOf(bytes).find("compressed BMP"), std::string::npos);
+  bytes[14 + 40] = '\x7f';  // the mask of red in other headers of this size
+  EXPECT_NE(ErrorOf(bytes).find("compressed BMP"), std::string::npos);
 }
 
 }  // namespace
