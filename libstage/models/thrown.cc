@@ -9,6 +9,8 @@
 #include <exception>
 #include <new>
 
+#include "messages/report.hh"
+
 namespace Stg {
 
 namespace {
@@ -33,6 +35,11 @@ std::string DescribeException() {
   } catch (...) {
     return "an exception of unknown type";
   }
+}
+
+std::string DescribeThrown() {
+  return std::string(*Thrower() ? Thrower() : "something") + " has thrown " +
+         messages::Shortened(DescribeException(), messages::kLongestDetail);
 }
 
 const char* Thrower() noexcept { return thrower; }

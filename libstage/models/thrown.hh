@@ -26,6 +26,8 @@ void NoteUpdateThrower(const Model* model) noexcept;
 
 /// Describes the exception being handled, such as "the number 42".
 std::string DescribeException();
+/// Names its origin as well: `a callback of model "r0" in wander.so has thrown the number 42`.
+std::string DescribeThrown();
 
 }  // namespace Stg
 

@@ -3,13 +3,14 @@
 #include "whatif/branches.hh"
 
 #include <algorithm>
-#include <exception>
 #include <utility>
 
 #include "messages/report.hh"
 #include "models/position.hh"
+#include "models/thrown.hh"
 #include "threads/processors.hh"
 #include "threads/worker_pool.hh"
+#include "world/copy_source.hh"
 #include "world/world.hh"
 #include "world/world_handle.hh"
 
@@ -22,27 +23,6 @@ namespace {
 
 unsigned ThreadsOf(const BranchOptions& options) {
   return options.threads > 0 ? options.threads : threads::CountUsableProcessors();
-}
-
-RunOptions OptionsOfCopies(const World& prototype) {
-  RunOptions options = prototype.options();
-  options.threads = 1;
-  options.opencl = false;  // otherwise each copy would open the device again
-  options.duration = 0;
-  options.clock = false;
-  options.listed = false;
-  options.branch = true;
-  return options;
-}
-
-std::string DescribeException() {
-  try {
-    throw;
-  } catch (const std::exception& error) {
-    return messages::Shortened(error.what(), messages::kLongestDetail);
-  } catch (...) {
-    return "something that is no exception";
-  }
 }
 
 void Carry(const Command& command, ModelPosition* position) {
@@ -79,18 +59,11 @@ struct Branches::Impl {
 
   Impl(const World& prototype, uint32_t count, const BranchOptions& wanted)
       : options(wanted),
-        copy_options(OptionsOfCopies(prototype)),
-        image(prototype.Image()),
+        source(prototype, wanted.device),
         rows(count),
         copies(ThreadsOf(wanted)),
         pool(ThreadsOf(wanted)) {
-    if (!image) return;
-    if (options.device)
-      for (Copy& copy : copies) {  // now: the prototype may be deleted later
-        copy.world = std::make_unique<World>(copy_options);
-        copy.world->UseDeviceOf(prototype);
-      }
-    ready = WorldOf(&copies[0]) != nullptr;
+    ready = !source.empty() && WorldOf(&copies[0]) != nullptr;
   }
 
   static void Settle(World* world) {
@@ -110,8 +83,7 @@ struct Branches::Impl {
   void Work(Row* row, Copy* copy, F f);
 
   const BranchOptions options;
-  const RunOptions copy_options;
-  const std::shared_ptr<const WorldImage> image;
+  const CopySource source;
   std::vector<Row> rows;
   std::vector<Copy> copies;
   threads::WorkerPool pool;
@@ -122,8 +94,12 @@ struct Branches::Impl {
 World* Branches::Impl::WorldOf(Copy* copy) {
   if (copy->world && copy->world->GetWorldFile()) return copy->world.get();
   copy->resident = nullptr;
-  if (!copy->world) copy->world = std::make_unique<World>(copy_options);
-  if (!copy->world->LoadCopy(image)) return nullptr;
+  RunOptions options_of_copy = source.options();
+  options_of_copy.duration = 0;
+  options_of_copy.clock = false;
+  options_of_copy.branch = true;
+  copy->world = source.Make(options_of_copy);
+  if (!copy->world) return nullptr;
   copy->handle = WorldHandle(copy->world.get());
   Settle(copy->world.get());
   return copy->world.get();

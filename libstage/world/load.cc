@@ -188,11 +188,7 @@ bool World::LoadNow(WorldEngine& engine, Source source) {
     if (!engine.deserted) UnLoad();
     throw;
   } catch (...) {  // thrown by a callback
-    const std::string thrower = *Thrower() ? Thrower() : "something";
-    return FailToLoad(engine,
-                      "stage: " + thrower + " has thrown " +
-                          messages::Shortened(DescribeException(), messages::kLongestDetail) +
-                          " while a world was being loaded",
+    return FailToLoad(engine, "stage: " + DescribeThrown() + " while a world was being loaded",
                       255);
   }
   if (engine.deserted) return engine.TellLost("loaded");

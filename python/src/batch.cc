@@ -8,59 +8,33 @@
 #include <utility>
 
 #include "gil.hh"
+#include "models/thrown.hh"
 #include "parts.hh"
 #include "signals.hh"
 
 namespace Stg::python {
 
-namespace {
-
-RunOptions OptionsOfWorlds(const World& prototype) {
-  RunOptions options = prototype.options();
-  options.threads = 1;
-  options.opencl = false;  // worlds share the prototype's device instead of opening one each
-  options.listed = false;
-  return options;
-}
-
-}  // namespace
-
-struct Batch::Origin {
-  std::shared_ptr<const WorldImage> image;
-  RunOptions options;
-  std::shared_ptr<const World> device;
-};
-
-Batch::Origin Batch::OriginOf(Simulation* prototype) {
+CopySource Batch::SourceOf(Simulation* prototype) {
   const Use use(prototype);
-  const World& world = prototype->world();
-  const RunOptions options = OptionsOfWorlds(world);
-  std::shared_ptr<World> device;
-  if (world.options().opencl) {
-    device = std::make_shared<World>(options);
-    device->UseDeviceOf(world);
-  }
   const Complaints complaints;
-  Origin origin{world.Image(), options, std::move(device)};
-  if (!origin.image) throw Failure{Kind::kStage, complaints.Last("the world can't be copied")};
-  return origin;
+  CopySource source(prototype->world(), true);
+  if (source.empty()) throw Failure{Kind::kStage, complaints.Last("the world can't be copied")};
+  return source;
 }
 
-Batch::Origin Batch::OriginOf(Batch* other) {
+CopySource Batch::SourceOf(Batch* other) {
   const Use use(other);
-  return {other->image_, other->options_, other->device_};
+  return other->source_;
 }
 
 Batch::Batch(Simulation* prototype, const std::vector<uint64_t>& seeds, unsigned threads)
-    : Batch(OriginOf(prototype), seeds, threads) {}
+    : Batch(SourceOf(prototype), seeds, threads) {}
 
 Batch::Batch(Batch* other, const std::vector<uint64_t>& seeds)
-    : Batch(OriginOf(other), seeds, other->threads()) {}
+    : Batch(SourceOf(other), seeds, other->threads()) {}
 
-Batch::Batch(Origin origin, const std::vector<uint64_t>& seeds, unsigned threads)
-    : image_(std::move(origin.image)),
-      options_(std::move(origin.options)),
-      device_(std::move(origin.device)),
+Batch::Batch(CopySource source, const std::vector<uint64_t>& seeds, unsigned threads)
+    : source_(std::move(source)),
       worlds_(seeds.size()),
       seeds_(seeds),
       failures_(seeds.size()),
@@ -127,18 +101,13 @@ void Batch::Load(size_t index) {
   worlds_[index] = WorldHandle();
   failures_[index].clear();
   if (crowd_) crowd_->Forget(index);
-  RunOptions options = options_;
+  RunOptions options = source_.options();
   options.seed = seeds_[index];
-  auto world = std::make_unique<World>(options);
-  const WorldHandle handle(world.get());
-  if (device_) world->UseDeviceOf(*device_);
   const Complaints complaints;
-  const bool loaded = world->LoadCopy(image_);
-  if (!handle) static_cast<void>(world.release());
-  if (!loaded) throw Failure{Kind::kWorld, complaints.Last("the world can't be copied")};
+  World* const world = source_.Make(options).release();
+  if (!world) throw Failure{Kind::kWorld, complaints.Last("the world can't be copied")};
   world->SetQuitTime(0);
-  worlds_[index] = handle;
-  static_cast<void>(world.release());
+  worlds_[index] = WorldHandle(world);
 }
 
 /// Resets the world to the state after loading with its seed; loads it if that is not possible.

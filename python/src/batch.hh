@@ -20,6 +20,7 @@
 #include "simulation.hh"
 #include "source.hh"
 #include "threads/worker_pool.hh"
+#include "world/copy_source.hh"
 
 namespace Stg::python {
 
@@ -84,10 +85,9 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   Model* Find(size_t index, const ModelKey& key) const override;
 
  private:
-  struct Origin;  // the image, options and device that worlds are created from
-  Batch(Origin origin, const std::vector<uint64_t>& seeds, unsigned threads);
-  static Origin OriginOf(Simulation* prototype);
-  static Origin OriginOf(Batch* other);
+  Batch(CopySource source, const std::vector<uint64_t>& seeds, unsigned threads);
+  static CopySource SourceOf(Simulation* prototype);
+  static CopySource SourceOf(Batch* other);
   void Load(size_t index);
   void BeginAgain(size_t index);
   void FindBeginning(const Indices& which);
@@ -105,9 +105,7 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   Indices All() const;
   World& WorldOf(uint32_t index) const;
 
-  const std::shared_ptr<const WorldImage> image_;
-  const RunOptions options_;
-  const std::shared_ptr<const World> device_;        // never loaded; shares its OpenCL device
+  const CopySource source_;
   std::shared_ptr<const WorldBeginning> beginning_;  // for resets; null: worlds are loaded again
   bool looked_for_beginning_ = false;
   std::vector<WorldHandle> worlds_;

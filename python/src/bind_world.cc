@@ -36,7 +36,8 @@ std::shared_ptr<Simulation> Make(uint64_t seed, int threads, bool opencl, bool o
                                              : RayModel::kDefault;
   options.controllers = controllers;
   options.settings = settings;
-  return std::make_shared<Simulation>(options);
+  options.listed = false;
+  return std::make_shared<Simulation>(std::make_unique<World>(options));
 }
 
 std::vector<ModelHandle> ModelsOf(Simulation& simulation) {

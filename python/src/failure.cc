@@ -9,7 +9,6 @@
 
 #include "messages/log.hh"
 #include "messages/report.hh"
-#include "models/thrown.hh"
 #include "text.hh"
 
 namespace Stg::python {
@@ -78,11 +77,6 @@ void LogMessages() {
   const nb::object logger = nb::module_::import_("logging").attr("getLogger")("stagesim");
   for (const Message& message : messages)
     logger.attr(message.level == LogLevel::kError ? "error" : "warning")("%s", message.line);
-}
-
-std::string DescribeThrown() {
-  const std::string what = messages::Shortened(DescribeException(), messages::kLongestDetail);
-  return std::string(*Thrower() ? Thrower() : "something") + " has thrown " + what;
 }
 
 void BindFailures(nb::module_&) {

@@ -72,9 +72,6 @@ auto Logged(F f) {
   }
 }
 
-/// Names the thrower and describes the exception. Call it in a catch block.
-std::string DescribeThrown();
-
 }  // namespace Stg::python
 
 #endif

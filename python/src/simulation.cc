@@ -8,20 +8,13 @@
 #include "crowd.hh"
 #include "gil.hh"
 #include "models/host.hh"
+#include "models/thrown.hh"
 #include "signals.hh"
+#include "world/copy_source.hh"
 
 namespace Stg::python {
 
-namespace {
-
-RunOptions Unlisted(RunOptions options) {
-  options.listed = false;
-  return options;
-}
-
-}  // namespace
-
-Simulation::Simulation(const RunOptions& options) : world_(new World(Unlisted(options))) {}
+Simulation::Simulation(std::unique_ptr<World> world) : world_(world.release()) {}
 
 Simulation::~Simulation() { delete world_.get(); }
 
@@ -176,14 +169,14 @@ std::shared_ptr<Simulation> Simulation::Fork() {
 std::shared_ptr<Simulation> Simulation::CopyOf(const World& world) {
   const GilRelease no_gil;
   const Complaints complaints;
-  RunOptions options = world.options();
-  options.opencl = false;  // the copy shares the original's device
-  const auto copy = std::make_shared<Simulation>(options);
-  World& own = copy->world();
-  own.UseDeviceOf(world);
+  const CopySource source(world, true);
+  RunOptions options = source.options();
+  options.threads = world.options().threads;
   Snapshot now;
-  if (!world.Take(&now) || !own.LoadCopy(world))
-    throw Failure{Kind::kStage, complaints.Last("the world can't be copied")};
+  std::unique_ptr<World> loaded;
+  if (!source.empty() && world.Take(&now)) loaded = source.Make(options);
+  if (!loaded) throw Failure{Kind::kStage, complaints.Last("the world can't be copied")};
+  const auto copy = std::make_shared<Simulation>(std::move(loaded));
   copy->Settle();
   if (!copy->world().Restore(now))
     throw Failure{Kind::kStage, complaints.Last("the copy can't take the state")};

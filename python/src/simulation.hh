@@ -25,7 +25,7 @@ class Crowd;
 class Simulation : public Source, public std::enable_shared_from_this<Simulation> {
  public:
   /// Creates a world that is not in the global list of worlds, so that it is independent of others.
-  explicit Simulation(const RunOptions& options);
+  explicit Simulation(std::unique_ptr<World> world);
   ~Simulation() override;
 
   void LoadFile(const std::string& path);

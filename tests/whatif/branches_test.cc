@@ -165,7 +165,7 @@ std::vector<uint64_t> HashesOfWild(const World& world, const BranchOptions& opti
   std::vector<uint64_t> hashes;
   for (uint32_t i = 0; i < kWild; i++) {
     EXPECT_EQ(branches[i].fate, i % 5 == 4 ? Branch::kFailed : Branch::kAlive) << i;
-    EXPECT_EQ(branches[i].error, i % 5 == 4 ? "too wild" : "") << i;
+    EXPECT_EQ(branches[i].error, i % 5 == 4 ? "an exception: too wild" : "") << i;
     uint64_t hash = 0;
     branches.Visit(i, [&](World& branch) {
       branch.Update();  // lean branches have readings only after a step

@@ -172,7 +172,7 @@ TEST_F(Engine, FailuresAreNotChosen) {
   } judge;
   ConsequenceEngine engine(*world_);
   const Decision decision = engine.Choose(question_, Budget(), &judge);
-  EXPECT_EQ(decision.outcomes[2].error, "broken");
+  EXPECT_EQ(decision.outcomes[2].error, "an exception: broken");
   EXPECT_NE(decision.best, 2u);
 }
 

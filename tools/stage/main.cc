@@ -145,12 +145,10 @@ void Complain(const std::string& text, const char* advice = "") {
   messages::Report(LogLevel::kError, "stage: " + shown + advice);
 }
 
-/// `message` is null if the exception is not a std::exception.
+/// Reports the exception being handled. `message` is what() of a std::exception, or null.
 void TellWhatWasThrown(const char* message) {
   std::fflush(stdout);
-  const std::string thrower = Thrower();
-  if (!message) message = "something that is not a std::exception";
-  Complain(thrower.empty() ? message : thrower + " threw: " + message);
+  Complain(*Thrower() ? DescribeThrown() : message ? message : DescribeException());
 }
 
 }  // namespace
