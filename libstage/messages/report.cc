@@ -56,6 +56,14 @@ std::string Formatted(const char* format, std::va_list arguments) {
   return text;
 }
 
+std::string Format(const char* format, ...) {
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::string text = Formatted(format, arguments);
+  va_end(arguments);
+  return text;
+}
+
 void Report(LogLevel level, const std::string& line) {
   constexpr std::size_t kLongest = 1000;  // bytes: room for a long path in a long message
   constexpr std::size_t kMostCollected = 1000;

@@ -15,7 +15,8 @@
 
 namespace Stg::messages {
 
-/// Returns the text that vprintf() would print.
+/// Returns the text that printf() would print.
+[[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...);
 std::string Formatted(const char* format, std::va_list arguments);
 
 /// Hands a line to the sink after making it printable and shortening it to 1000 bytes.

@@ -20,17 +20,17 @@ namespace {
 
 bool IsLog(std::string_view beginning) { return beginning.starts_with(kMagic); }
 
-uint32_t Crc(std::string_view bytes) {
-  return static_cast<uint32_t>(
-      crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
-}
-
 std::string WhyNotWritten(const std::string& name, int error) {
   return "--log: " + messages::Quoted(name) + " can't be written: " +
          (error == EEXIST ? "it exists and is not an MCAP file" : std::strerror(error));
 }
 
 }  // namespace
+
+uint32_t Crc(std::string_view bytes, uint32_t before) {
+  return static_cast<uint32_t>(
+      crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
 
 void Chunk::Clear() {
   records.Clear();

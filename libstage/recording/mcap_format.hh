@@ -14,6 +14,9 @@ namespace Stg::recording {
 /// First and last bytes of a file.
 inline constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
 
+/// Checksum of MCAP: CRC-32 as in zlib. `before` is that of the preceding bytes.
+uint32_t Crc(std::string_view bytes, uint32_t before = 0);
+
 enum class Op : uint8_t {
   kHeader = 1,
   kFooter,

@@ -2,8 +2,6 @@
 
 #include "recording/mcap_writer.hh"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <functional>
 #include <stdexcept>
@@ -16,11 +14,6 @@ namespace {
 // fit into the processor's caches take half the time to compress and write.
 constexpr size_t kChunkSize = 1 << 20;
 constexpr uint64_t kOldest = 10'000'000'000;  // ns
-
-uint32_t Crc(std::string_view bytes) {
-  return static_cast<uint32_t>(
-      crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
-}
 
 /// A record under construction; the destructor sets its length.
 class Record {
@@ -232,8 +225,7 @@ class McapWriter::Summary {
   explicit Summary(ChunkWriter* to) : to_(*to), start_(to->size()) {}
 
   void Add(std::string_view part) {
-    crc_ = static_cast<uint32_t>(
-        crc32_z(crc_, reinterpret_cast<const Bytef*>(part.data()), part.size()));
+    crc_ = Crc(part, crc_);
     to_.Append(part);
   }
   void AddGroup(Op op, const std::function<void(Buffer*)>& put) {

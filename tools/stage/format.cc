@@ -3,23 +3,8 @@
 #include "stage/format.hh"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
 namespace Stg::program {
-
-std::string Format(const char* format, ...) {
-  std::va_list arguments, again;
-  va_start(arguments, format);
-  va_copy(again, arguments);
-  const int length = std::vsnprintf(nullptr, 0, format, arguments);
-  va_end(arguments);
-  std::string text(length > 0 ? static_cast<size_t>(length) + 1 : 1, '\0');
-  std::vsnprintf(text.data(), text.size(), format, again);
-  va_end(again);
-  text.pop_back();
-  return text;
-}
 
 std::string Count(double number, const std::string& thing) {
   return Rounded(number) + " " + thing + (number == 1 ? "" : "s");

@@ -5,10 +5,11 @@
 
 #include <string>
 
+#include "messages/report.hh"
+
 namespace Stg::program {
 
-/// Formats like printf().
-[[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...);
+using messages::Format;
 
 /// A count with a noun: "1 robot", "12 robots".
 std::string Count(double number, const std::string& thing);

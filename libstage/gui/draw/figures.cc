@@ -3,9 +3,8 @@
 #include "gui/draw/figures.hh"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
+#include "messages/report.hh"
 #include "models/position.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -14,16 +13,9 @@ namespace Stg::draw {
 
 namespace {
 
-constexpr double kPeriod = 0.5;  // measuring period, s
+using messages::Format;
 
-__attribute__((format(printf, 1, 2))) std::string Format(const char* format, ...) {
-  char text[256];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
+constexpr double kPeriod = 0.5;  // measuring period, s
 
 /// Counts positions with subscribers, as --stats does.
 size_t CountRobots(World& world) {

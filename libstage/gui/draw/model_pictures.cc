@@ -27,8 +27,6 @@ std::string_view Number(double value, char* buffer, size_t size) {
 /// Returns the body's frame in world coordinates.
 Pose BodyFrame(const Model& model, const Pose& global) { return global + model.GetGeom().pose; }
 
-Bounds Half(double size) { return Bounds(-size / 2, size / 2); }
-
 void DrawOctahedron(Painter* painter, double z, double radius) {
   const point3_t top(0, 0, z + radius), bottom(0, 0, z - radius);
   const point3_t sides[] = {{radius, 0, z}, {0, radius, z}, {-radius, 0, z}, {0, -radius, z}};

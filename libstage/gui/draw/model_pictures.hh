@@ -18,6 +18,9 @@ class Model;
 
 namespace Stg::draw {
 
+/// Returns an interval of this length, centred at 0.
+inline Bounds Half(double size) { return Bounds(-size / 2, size / 2); }
+
 // ---- device data (types/) ----
 
 /// Paintings for device data: on the floor, occluded by higher things, or never occluded.

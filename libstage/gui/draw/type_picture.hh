@@ -24,8 +24,6 @@ inline constexpr double kFarthest = 1e5;  ///< drawing limit for infinite length
 inline double Finite(double length) {
   return std::isfinite(length) ? std::min(length, kFarthest) : kFarthest;
 }
-/// Returns an interval of this length, centred at 0.
-inline Bounds Half(double size) { return Bounds(-size / 2, size / 2); }
 
 /// Inputs for drawing data in one frame.
 struct DataFrame {
