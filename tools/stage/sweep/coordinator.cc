@@ -214,13 +214,15 @@ void Coordinator::Mourn(Slot* slot) {
   const uint64_t index = std::exchange(slot->index, kNone);
   const std::unique_ptr<WorkerProcess> process = std::move(slot->process);
   const Death death = process->Bury();
-  if (index == kNone) return;                  // it was idle
-  const bool limited = !death.reason.empty();  // Stage killed it, and would do so again
-  if (!limited && folder_.HasRecord(index)) {
+  if (index == kNone) return;  // it was idle
+  // Stage killed it because of a limit or a wrong reply. Runs are repeatable, so a retry would end
+  // in the same way.
+  const bool was_killed = !death.reason.empty();
+  if (!was_killed && folder_.HasRecord(index)) {
     done_++;  // it died after writing its record
     return;
   }
-  if (++attempts_[index] >= effort_.tries || limited)
+  if (++attempts_[index] >= effort_.tries || was_killed)
     Fail(index, death);
   else
     again_.push_back(index);
