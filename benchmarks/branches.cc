@@ -7,7 +7,6 @@
 //   branches --branches N      so many of them (default 1000)
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -19,14 +18,13 @@
 #include <vector>
 
 #include "stage.hh"
+#include "threads/wall_clock.hh"
 
 namespace {
 
-constexpr int kBranchSteps = 50;
+using Stg::threads::WallClock;
 
-double Now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+constexpr int kBranchSteps = 50;
 
 /// Best and median of so many calls, seconds.
 struct Timing {
@@ -36,9 +34,9 @@ template <typename F>
 Timing Time(int calls, F call) {
   std::vector<double> seconds;
   for (int i = 0; i < calls; i++) {
-    const double start = Now();
+    const double start = WallClock();
     call(i);
-    seconds.push_back(Now() - start);
+    seconds.push_back(WallClock() - start);
   }
   std::ranges::sort(seconds);
   return {seconds.front(), seconds[seconds.size() / 2]};
@@ -128,9 +126,9 @@ double SecondsOfBranches(const Stg::World& world, const Stg::Snapshot& now, uint
   Stg::Branches branches(world, count, options);
   const auto run = [&](uint32_t first, uint32_t end) {
     for (uint32_t i = first; i < end; i++) branches.Restore(i, now, i + 1);
-    const double start = Now();
+    const double start = WallClock();
     branches.Step(kBranchSteps);
-    return Now() - start;
+    return WallClock() - start;
   };
   run(0, std::min(count, 4 * threads));  // the worlds of the threads are made
   for (uint32_t i = 0; i < count; i++) branches.Retire(i);

@@ -5,19 +5,17 @@
 //
 //   rows WORLD BRANCHES STEPS THREADS SECONDS   prints the steps of all branches in a second
 
-#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <vector>
 
 #include "stage.hh"
+#include "threads/wall_clock.hh"
 
 namespace {
 
-double Now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+using Stg::threads::WallClock;
 
 /// The commands of benchmarks/python_speed.py: each branch's robots have others.
 class Driving : public Stg::Scenario {
@@ -63,9 +61,9 @@ int main(int argc, char* argv[]) {
   for (uint32_t i = 0; i < count; i++) branches.Restore(i, start, i);
   branches.Step(20, &driving);
   uint64_t made = 0;
-  const double begin = Now();
+  const double begin = WallClock();
   double now = begin;
-  for (; now - begin < seconds; now = Now()) {
+  for (; now - begin < seconds; now = WallClock()) {
     branches.Step(steps, &driving);
     made += steps;
   }

@@ -5,16 +5,18 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <span>
 #include <string>
 #include <utility>
 
 #include "libstage_cl/environment.hh"
+#include "threads/wall_clock.hh"
 
 namespace Stg::cl {
 
 namespace {
+
+using threads::WallClock;
 
 // Rays per work-group. A CPU runs groups one after the other, with some overhead per group; a GPU
 // balances small groups better.
@@ -29,11 +31,6 @@ constexpr std::size_t kRaysWorthParts = 500'000;
 /// Waits for an event. A null event means that there was nothing to do.
 void Await(const ::cl::Event& event) {
   if (event() != nullptr) event.wait();
-}
-
-double Now() {
-  using Clock = std::chrono::steady_clock;
-  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
 }
 
 /// Asks the device, unless the environment variable STAGE_CL_MEMORY overrides it.
@@ -123,7 +120,7 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
                                     const sensing::RayBatch& batch,
                                     threads::WorkerPool* workers) try {
   CheckProcess();
-  const double start = Now();
+  const double start = WallClock();
   calls::SetDriver(device_->found.platform);  // the thread may use other drivers too
   if (under_way_) Finish();
   hits_.Unmap();
@@ -134,7 +131,7 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
   SendDirections(tables, batch);
   hits_.Reserve(BytesOf(batch.ray_count()));
 
-  const double sent = Now();
+  const double sent = WallClock();
   const uint32_t* hits = nullptr;
   progress_.clear();
   progress_.resize(sorted_.parts().size());
@@ -143,7 +140,7 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
   statistics_.send_seconds += sent - start;
   statistics_.bytes_fetched += BytesOf(batch.ray_count());
   Await(progress_[0].walked);
-  statistics_.walk_seconds += Now() - sent;
+  statistics_.walk_seconds += WallClock() - sent;
   WaitFor(batch, 0);
   return {hits, per_ray_};
 } catch (const ::cl::Error& error) {
@@ -152,13 +149,13 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
 
 std::size_t ClPrefilter::WaitFor(const sensing::RayBatch& batch, std::size_t fan) try {
   if (!under_way_) return batch.fans().size();
-  const double start = Now();
+  const double start = WallClock();
   const std::vector<sensing::DeviceBatch::Part>& parts = sorted_.parts();
   std::size_t part = 0;
   while (part + 1 < parts.size() && parts[part].end_fan <= fan) part++;
   Await(progress_[part].fetched);
   if (part + 1 == parts.size()) Finish();
-  statistics_.fetch_seconds += Now() - start;
+  statistics_.fetch_seconds += WallClock() - start;
   return parts[part].end_fan;
 } catch (const ::cl::Error& error) {
   throw AsPrefilterError(error);
@@ -174,11 +171,11 @@ void ClPrefilter::Finish() {
 void ClPrefilter::SendAhead(grid::Grid& grid) try {
   CheckProcess();
   if (sent_ahead_) return;  // pinned memory is not free until a batch has been walked
-  const double start = Now();
+  const double start = WallClock();
   SendGrid(grid);
   queue_.flush();
   sent_ahead_ = true;
-  statistics_.send_seconds += Now() - start;
+  statistics_.send_seconds += WallClock() - start;
 } catch (const ::cl::Error& error) {
   throw AsPrefilterError(error);
 }

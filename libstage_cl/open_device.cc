@@ -3,7 +3,6 @@
 #include "libstage_cl/open_device.hh"
 
 #include <algorithm>
-#include <chrono>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "kernels_embedded.hh"
 #include "libstage_cl/environment.hh"
 #include "sensing/prefilter.hh"
+#include "threads/wall_clock.hh"
 
 namespace Stg::cl {
 
@@ -69,10 +69,9 @@ OpenDevice::OpenDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> w
   calls::SetDriver(found.platform);
   CheckDevice(found.device);
   context = ::cl::Context(found.device);
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point start = Clock::now();
+  const double start = threads::WallClock();
   program = Compile(context, found.device);
-  compile_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  compile_seconds = threads::WallClock() - start;
 }
 
 }  // namespace Stg::cl

@@ -236,8 +236,8 @@ int CloseWithinAStep(Stg::World* world, void* closed) {
   *static_cast<bool*>(closed) = true;
   TheHand().Close(WindowId(window));
   TheHand().Type("period");
-  const double end = Now() + 0.5;
-  while (Now() < end) Fl::wait(0.02);
+  const double end = WallClock() + 0.5;
+  while (WallClock() < end) Fl::wait(0.02);
   return 0;
 }
 

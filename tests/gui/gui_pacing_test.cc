@@ -14,10 +14,13 @@
 #include "gui/window/pacing.hh"
 #include "gui/window/runner.hh"
 #include "stage.hh"
+#include "threads/wall_clock.hh"
 
 namespace Stg::internal::window {
 
 namespace {
+
+using threads::WallClock;
 
 TEST(StepPacer, CatchesUpWithLateSteps) {
   StepPacer pacer;
@@ -94,11 +97,11 @@ class Canvas : public Fl_Widget {
   Canvas() : Fl_Widget(0, 0, 100, 100) {}
   /// Spends 20 ms, like drawing a picture.
   double Paint(Runner* runner) {
-    const double start = Now();
+    const double start = WallClock();
     Spend(0.02);
     clear_damage();
-    runner->Drawn(start, Now());
-    return Now() - start;
+    runner->Drawn(start, WallClock());
+    return WallClock() - start;
   }
 
  private:
@@ -116,19 +119,19 @@ TEST(Runner, PicturesOutOfTurnAreNotAddedToTheOthers) {
   canvas.clear_damage();
   runner.Begin();
 
-  const double start = Now();
+  const double start = WallClock();
   double drawing = 0;
   bool out_of_turn = false;
-  while (Now() - start < 3) {
+  while (WallClock() - start < 3) {
     Fl::wait(0);
-    if (canvas.damage() || (!out_of_turn && Now() - start > 0.3)) {
+    if (canvas.damage() || (!out_of_turn && WallClock() - start > 0.3)) {
       out_of_turn |= !canvas.damage();
       drawing += canvas.Paint(&runner);
     }
   }
   EXPECT_TRUE(out_of_turn);
   EXPECT_GT(drawing, 0.1);
-  EXPECT_LT(drawing / (Now() - start), 0.16);
+  EXPECT_LT(drawing / (WallClock() - start), 0.16);
 }
 
 // ---- meters -------------------------------------------------------------------------------------

@@ -56,13 +56,13 @@ void WindowTest::OpenFile(const std::string& file) {
 }
 
 void WindowTest::Run(double seconds) {
-  const double end = Now() + seconds;
-  for (double left = seconds; left > 0; left = end - Now()) Fl::wait(left);
+  const double end = WallClock() + seconds;
+  for (double left = seconds; left > 0; left = end - WallClock()) Fl::wait(left);
 }
 
 bool WindowTest::RunUntil(const std::function<bool()>& condition) {
-  const double end = Now() + patience::kPatience;
-  while (!condition() && Now() < end) Fl::wait(0.01);
+  const double end = WallClock() + patience::kPatience;
+  while (!condition() && WallClock() < end) Fl::wait(0.01);
   return condition();
 }
 

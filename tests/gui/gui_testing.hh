@@ -16,11 +16,12 @@
 #include "gui/window/parts.hh"
 #include "gui/x_server.hh"
 #include "stage.hh"
+#include "threads/wall_clock.hh"
 
 namespace gui_testing {
 
-using Stg::internal::window::Now;
 using Stg::internal::window::Parts;
+using Stg::threads::WallClock;
 
 /// Input to the display of these tests.
 Hand& TheHand();

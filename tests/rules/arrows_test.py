@@ -35,11 +35,11 @@ ALLOWED = {
     "whatif": "messages threads geometry models world",
     "recording": "config messages files geometry worldfile grid models world",
     "face": "config messages geometry worldfile models world insight whatif",
-    "libstage_cl": "grid sensing",
+    "libstage_cl": "threads grid sensing",
     "gui/view": "geometry worldfile models world",
     "gui/draw": "messages geometry sensing models world gui/view",
     "gui/offscreen": "files geometry worldfile models world gui/draw",
-    "gui/window": "messages geometry worldfile models world face gui/view gui/draw gui/offscreen",
+    "gui/window": "messages threads geometry worldfile models world face gui/view gui/draw gui/offscreen",
     "tools": "messages files threads geometry worldfile models world insight whatif recording face gui/offscreen gui/window",
 }
 

@@ -24,17 +24,14 @@
 #include <vector>
 
 #include "support/patience.hh"
+#include "threads/wall_clock.hh"
 
 namespace cli_testing {
 
 namespace fs = std::filesystem;
+using Stg::threads::WallClock;
 using Strings = std::vector<std::string>;
 using Environment = std::vector<std::pair<std::string, std::string>>;
-
-inline double Now() {
-  using Clock = std::chrono::steady_clock;
-  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-}
 
 inline void Nap() { std::this_thread::sleep_for(std::chrono::milliseconds(2)); }
 
@@ -88,7 +85,7 @@ struct Result {
 class Process {
  public:
   Process(const fs::path& directory, const Strings& arguments, const Environment& environment)
-      : directory_(directory), start_(Now()) {
+      : directory_(directory), start_(WallClock()) {
     Strings words = {Program()};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
@@ -121,7 +118,7 @@ class Process {
     Result result;
     int wait_status = 0;
     while (waitpid(pid_, &wait_status, WNOHANG) == 0) {
-      if (Now() - start_ > limit) {
+      if (WallClock() - start_ > limit) {
         result.hung = true;
         kill(pid_, SIGKILL);
         waitpid(pid_, &wait_status, 0);
@@ -131,7 +128,7 @@ class Process {
     }
     pid_ = -1;
     result.status = WIFEXITED(wait_status) ? WEXITSTATUS(wait_status) : 128 + WTERMSIG(wait_status);
-    result.seconds = Now() - start_;
+    result.seconds = WallClock() - start_;
     result.out = out();
     result.err = err();
     return result;
@@ -140,7 +137,7 @@ class Process {
  private:
   template <typename Condition>
   bool WaitUntil(Condition holds) const {
-    while (Now() < start_ + patience::kPatience) {
+    while (WallClock() < start_ + patience::kPatience) {
       if (holds()) return true;
       Nap();
     }

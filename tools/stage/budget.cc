@@ -53,9 +53,9 @@ class Gauge {
     constexpr size_t kTries = 5;
     constexpr double kEnough = 0.5;  // seconds after which no further run starts
     std::vector<double> seconds;
-    const double start = Now();
+    const double start = WallClock();
     do seconds.push_back(OneTry(scenarios));
-    while (seconds.size() < kTries && Now() - start < kEnough);
+    while (seconds.size() < kTries && WallClock() - start < kEnough);
     std::ranges::sort(seconds);
     return seconds[(seconds.size() - 1) / 2];
   }
@@ -71,10 +71,10 @@ class Gauge {
   }
   double OneTry(uint32_t scenarios) {
     branches_.Resize(scenarios);
-    const double start = Now();
+    const double start = WallClock();
     for (uint32_t i = 0; i < scenarios; i++) branches_.Restore(i, now_, i + 1);
     branches_.Step(steps_);
-    return Now() - start;
+    return WallClock() - start;
   }
 
   const Snapshot& now_;
@@ -89,7 +89,7 @@ class Search {
   /// budgets, or slightly over fifteen seconds.
   Search(double seconds, Gauge* gauge, Budget* budget, bool shows_progress)
       : seconds_(seconds),
-        end_(Now() + std::max(15.0, 4 * seconds)),
+        end_(WallClock() + std::max(15.0, 4 * seconds)),
         gauge_(*gauge),
         budget_(*budget),
         shows_progress_(shows_progress) {}
@@ -116,7 +116,7 @@ class Search {
   bool IsWide(uint32_t more) const {
     return budget_.scenarios + budget_.scenarios / 100 + 1 < more;
   }
-  bool HasTime() const { return Now() < end_; }
+  bool HasTime() const { return WallClock() < end_; }
   bool Fits(uint32_t scenarios) {
     if (shows_progress_)
       line_.Print(Format(" %u scenarios fit; trying %u", budget_.scenarios, scenarios));

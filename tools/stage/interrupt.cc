@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 
@@ -50,11 +49,6 @@ void Catch(int signal) {
 
 }  // namespace
 
-double Now() {
-  using Clock = std::chrono::steady_clock;
-  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-}
-
 void CatchSignals() {
   if (pipe(wake_pipe) != 0) return;  // without the pipe, signals keep their default action
   for (const int end : wake_pipe) {
@@ -74,7 +68,7 @@ bool SleepUntil(double time) {
   constexpr double kLongestNap = 3600;
   for (;;) {
     if (CaughtSignal() != 0) return false;
-    const double left = std::min(time - Now(), kLongestNap);
+    const double left = std::min(time - WallClock(), kLongestNap);
     if (left <= 0) return true;
     const double seconds = std::floor(left);
     const timespec nap = {static_cast<time_t>(seconds), static_cast<long>((left - seconds) * 1e9)};

@@ -5,10 +5,11 @@
 #ifndef STAGE_TOOLS_STAGE_INTERRUPT_HH
 #define STAGE_TOOLS_STAGE_INTERRUPT_HH
 
+#include "threads/wall_clock.hh"
+
 namespace Stg::program {
 
-/// Seconds since a fixed moment.
-double Now();
+using threads::WallClock;
 
 /// Installs the handlers. The first SIGINT or SIGTERM is only recorded; a second one of the same
 /// kind kills the process. SIGHUP is always only recorded.
@@ -17,7 +18,7 @@ void CatchSignals();
 void OnSignal(void (*action)());
 /// The recorded signal; 0: none.
 int CaughtSignal();
-/// Sleeps until Now() is `time`. Returns false immediately if a signal was caught.
+/// Sleeps until WallClock() is `time`. Returns false immediately if a signal was caught.
 bool SleepUntil(double time);
 /// Terminates the process by the signal's default action, so that the calling shell sees it.
 /// Returns an exit status if that is impossible.

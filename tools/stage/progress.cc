@@ -28,7 +28,7 @@ double Seconds(usec_t time) { return static_cast<double>(time) / 1e6; }
 }  // namespace
 
 Progress::Progress(std::optional<bool> wanted, const std::vector<LoadedWorld>& worlds)
-    : next_(Now() + kPeriod) {
+    : next_(WallClock() + kPeriod) {
   bool end_known = true, clock = false;
   World* last = nullptr;
   for (const LoadedWorld& loaded : worlds) {
@@ -41,12 +41,12 @@ Progress::Progress(std::optional<bool> wanted, const std::vector<LoadedWorld>& w
   }
   if (!last || !wanted.value_or(isatty(STDERR_FILENO) != 0 && end_known && !clock)) return;
   last_ = last;
-  samples_.push_back({Now(), Seconds(last->SimTimeNow())});
+  samples_.push_back({WallClock(), Seconds(last->SimTimeNow())});
 }
 
 void Progress::Tick() {
   if (!last_) return;
-  const double now = Now();
+  const double now = WallClock();
   if (now < next_) return;
   next_ = now + kPeriod;
   line_.Print(Text(now));

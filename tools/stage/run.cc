@@ -2,7 +2,6 @@
 
 #include "stage/run.hh"
 
-#include <algorithm>
 #include <cstdlib>
 #include <utility>
 
@@ -26,12 +25,23 @@ void EndIfDeleted(const LoadedWorld& loaded) {
   std::exit(1);
 }
 
+/// Sleeps until the next step is due. Returns false if a signal came.
+bool WaitForStep(const World& world, StepPacer* pacer) {
+  const double now = WallClock(), period = StepPacer::Period(world.sim_interval, world.speedup);
+  if (!(period > 0)) return true;
+  if (pacer->has_begun())
+    pacer->Stepped(now, period);
+  else
+    pacer->Restart(now, period);
+  return SleepUntil(now + pacer->UntilNext(now, period));
+}
+
 /// Makes one step when it is due. Returns true if the world is done.
 bool Step(LoadedWorld* loaded) {
-  if (!IsDone(loaded->world) && !loaded->pacer.Wait(*loaded->world)) return false;
-  const double start = Now();
+  if (!IsDone(loaded->world) && !WaitForStep(*loaded->world, &loaded->pacer)) return false;
+  const double start = WallClock();
   const bool done = loaded->world->Update();
-  loaded->wall_seconds += Now() - start;
+  loaded->wall_seconds += WallClock() - start;
   EndIfDeleted(*loaded);
   return done;
 }
@@ -47,17 +57,6 @@ bool Round(std::vector<LoadedWorld>* worlds) {
 }
 
 }  // namespace
-
-bool Pacer::Wait(const World& world) {
-  if (!(world.speedup > 0)) return true;
-  // Late steps are caught up with, but not after a long stop such as a suspended process: robots
-  // racing for minutes are of no use to the viewer.
-  constexpr double kMostArrears = 0.5;
-  const double now = Now();
-  const double period = static_cast<double>(world.sim_interval) / 1e6 / world.speedup;
-  due_ = std::max((due_ < 0 ? now : due_) + period, now - kMostArrears);
-  return SleepUntil(due_);
-}
 
 int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds, World* with_window) {
   for (const std::string& file : options.worldfiles) {
@@ -76,10 +75,10 @@ void RunWorlds(const Options& options, std::vector<LoadedWorld>* worlds, Picture
                SnapshotSaver* saver) {
   if (!pictures && !worlds->empty() && worlds->front().world->IsGUI()) {
     LoadedWorld& only = worlds->front();
-    const double start = Now();
+    const double start = WallClock();
     RunWindow(only.world);
     EndIfDeleted(only);
-    only.wall_seconds = Now() - start;
+    only.wall_seconds = WallClock() - start;
     return;
   }
   if (pictures) pictures->Begin(options);

@@ -11,21 +11,12 @@
 #include "stage.hh"
 #include "stage/options.hh"
 #include "stage/pictures.hh"
+#include "world/step_pacer.hh"
 #include "world/world_handle.hh"
 
 namespace Stg::program {
 
 class SnapshotSaver;
-
-/// Keeps the steps of a world at the pace that its `speedup` asks for.
-class Pacer {
- public:
-  /// Sleeps until the next step is due. Returns false if a signal came.
-  bool Wait(const World& world);
-
- private:
-  double due_ = -1;  // when the last step was due; negative: none yet
-};
 
 struct LoadedWorld {
   World* world;
@@ -33,7 +24,7 @@ struct LoadedWorld {
   std::string file;    ///< as on the command line
   /// Time spent in steps, without loading and waiting. With a window: from start to end.
   double wall_seconds = 0;
-  Pacer pacer;
+  StepPacer pacer;
 };
 
 /// Loads the world files in order. Returns 0, or the exit status after reporting an error.

@@ -10,11 +10,11 @@
 #include "gui/window/parts.hh"
 #include "gui/window/picture.hh"
 #include "messages/report.hh"
+#include "threads/wall_clock.hh"
 
 namespace Stg {
 
 using internal::window::DisplayObstacle;
-using internal::window::Now;
 using internal::window::Parts;
 using internal::window::Picture;
 
@@ -65,9 +65,9 @@ void Canvas::draw() {
 }
 
 void Canvas::flush() {
-  const double start = Now();
+  const double start = threads::WallClock();
   Fl_Gl_Window::flush();
-  parts_.runner.Drawn(start, Now());
+  parts_.runner.Drawn(start, threads::WallClock());
   parts_.RefreshState();
 }
 

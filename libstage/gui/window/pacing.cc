@@ -11,10 +11,6 @@ constexpr size_t kSteps = 20;     // minimum number of steps to average over
 constexpr double kSeconds = 0.5;  // minimum period to average over
 }  // namespace
 
-void StepPacer::Stepped(double now, double period) {
-  due_ = std::max(due_ + period, now - kMostArrears);
-}
-
 void FrameBudget::Drawn(double start, double end) {
   start_ = start;
   end_ = end;

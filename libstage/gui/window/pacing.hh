@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Decides when the next step and the next frame are due, and measures the rate of both. Independent
+// Decides when the next frame is due, and measures the rates of steps and frames. Independent
 // of the toolkit: callers pass times in seconds since a fixed moment.
 
 #ifndef STAGE_GUI_WINDOW_PACING_HH
@@ -11,30 +11,6 @@
 #include "geometry/geometry.hh"
 
 namespace Stg::internal::window {
-
-/// Keeps steps at a fixed pace and catches up on late ones. After a long stop it drops the backlog,
-/// because robots racing for minutes are of no use to the viewer.
-class StepPacer {
- public:
-  static constexpr double kMostArrears = 0.5;
-
-  /// Real seconds between steps; 0 means as fast as possible.
-  static double Period(usec_t sim_interval, double speedup) {
-    return speedup > 0 ? static_cast<double>(sim_interval) / 1e6 / speedup : 0;
-  }
-
-  /// Makes the next step due one period from now.
-  void Restart(double now, double period) { due_ = now + period; }
-  /// Seconds until the next step; 0 or less if it is due.
-  double UntilNext(double now, double period) const { return period > 0 ? due_ - now : 0; }
-  /// True if a step is more than a period late, or if steps run as fast as possible: then steps
-  /// need all the time.
-  bool IsLate(double now, double period) const { return !(period > 0) || now - due_ > period; }
-  void Stepped(double now, double period);
-
- private:
-  double due_ = 0;
-};
 
 /// Limits the slowdown by drawing to a fifth. On-time steps need no limit. If steps are late, a
 /// frame that took t seconds is followed by a rest of 7 t, so drawing gets an eighth of the time;

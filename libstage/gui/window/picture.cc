@@ -8,6 +8,7 @@
 
 #include "gui/window/parts.hh"
 #include "messages/report.hh"
+#include "threads/wall_clock.hh"
 
 namespace Stg::internal::window {
 
@@ -16,7 +17,7 @@ void Picture::Draw(Parts& parts, int width, int height, bool fresh) {
   std::string error;
   if (!renderer_.Prepare(&error)) return SayOnce(error);
 
-  figures_.Update(parts.world, Now());
+  figures_.Update(parts.world, threads::WallClock());
   draw::Selection selection;
   selection.models = parts.selection.models();
   selection.last = parts.selection.last();

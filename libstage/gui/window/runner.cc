@@ -3,11 +3,13 @@
 #include "gui/window/runner.hh"
 
 #include <algorithm>
-#include <chrono>
 
+#include "threads/wall_clock.hh"
 #include "world/world_handle.hh"
 
 namespace Stg::internal::window {
+
+using threads::WallClock;
 
 namespace {
 // Seconds of stepping between two rounds of the event loop: too short to notice, and long compared
@@ -18,11 +20,6 @@ constexpr double kWatch = 0.2;
 // Minimum seconds between frames that the user waits for, for example while dragging a robot.
 constexpr double kShortestInterval = 0.015;
 }  // namespace
-
-double Now() {
-  using Clock = std::chrono::steady_clock;
-  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-}
 
 Runner::Runner(World& world, Fl_Widget& canvas) : world_(world), canvas_(canvas) {
   Fl::add_timeout(kWatch, OnWatch, this);
@@ -55,7 +52,7 @@ void Runner::Schedule(double now) {
 }
 
 void Runner::Reschedule() {
-  const double now = Now();
+  const double now = WallClock();
   if (world_.paused || !begun_) {
     Unschedule();
     running_ = false;
@@ -83,12 +80,12 @@ void Runner::Pump() {
   pumping_ = true;
   World& world = world_;
   const WorldHandle handle(&world);
-  double now = Now();
+  double now = WallClock();
   const double end = now + kSlice;
   do {
     world.Update();
     if (!handle) return;  // the world and this runner were deleted
-    now = Now();
+    now = WallClock();
   } while (begun_ && !world_.paused && pacer_.UntilNext(now, Period()) <= 0 && now < end);
   pumping_ = false;
   if (!begun_ || world_.paused)
@@ -98,7 +95,7 @@ void Runner::Pump() {
 }
 
 void Runner::Stepped() {
-  const double now = Now();
+  const double now = WallClock();
   pacer_.Stepped(now, Period());
   if (running_) speed_.Stepped(now, world_.SimTimeNow());
   WantFrame();
@@ -108,7 +105,7 @@ void Runner::Stepped() {
 
 void Runner::WantFrame(bool soon) {
   if (frame_scheduled_ && !soon) return;
-  const double now = Now();
+  const double now = WallClock();
   const bool late = running_ && pacer_.IsLate(now, Period());
   const double interval = soon || world_.paused ? kShortestInterval : interval_;
   const double wait = budget_.Next(interval, late) - now;

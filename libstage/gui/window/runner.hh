@@ -9,12 +9,10 @@
 #include <FL/Fl_Widget.H>
 
 #include "gui/window/pacing.hh"
+#include "world/step_pacer.hh"
 #include "world/world.hh"
 
 namespace Stg::internal::window {
-
-/// Seconds since a fixed moment.
-double Now();
 
 /// Steps a world while it is not paused. Redraws its canvas when something has changed and time
 /// permits.

@@ -108,7 +108,7 @@ void Coordinator::CheckOne(std::unique_ptr<WorkerProcess>* worker, uint64_t inde
 /// Returns how the worker died, or nothing if the world was loaded or a signal came. Throws
 /// std::runtime_error if the worker reports that the world cannot be loaded.
 std::optional<Death> Coordinator::TryToLoad(WorkerProcess* worker, uint64_t index) {
-  const double since = Now(),
+  const double since = WallClock(),
                limit = effort_.limit_seconds > 0 ? effort_.limit_seconds : kLongestLoad;
   worker->ForgetOutput();
   worker->Order("check " + std::to_string(index));
@@ -133,7 +133,7 @@ std::optional<Death> Coordinator::TryToLoad(WorkerProcess* worker, uint64_t inde
 
 void Coordinator::Run() {
   slots_.resize(std::min<size_t>(effort_.jobs, todo_.size()));
-  begun_ = next_sync_ = Now();
+  begun_ = next_sync_ = WallClock();
   if (!foreign_worker_.empty() && !todo_.empty()) TryForeignWorker();
   while (done_ < todo_.size() && CaughtSignal() == 0) {
     for (Slot& slot : slots_)
@@ -159,7 +159,7 @@ void Coordinator::Employ(Slot* slot) {
   } else {
     slot->index = todo_[next_++];
   }
-  slot->since = Now();
+  slot->since = WallClock();
   slot->process->ForgetOutput();
   const auto attempts = attempts_.find(slot->index);
   const int attempt = attempts == attempts_.end() ? 1 : attempts->second + 1;
@@ -244,7 +244,7 @@ void Coordinator::Fail(uint64_t index, const Death& death) {
 std::string Coordinator::BrokenLimit(const WorkerProcess& worker, double since,
                                      double seconds) const {
   char reason[80] = "";
-  if (Now() - since > seconds)
+  if (WallClock() - since > seconds)
     std::snprintf(reason, sizeof reason, "took more than %g s", seconds);
   else if (effort_.limit_mb > 0 && worker.MemoryMb() > effort_.limit_mb)
     std::snprintf(reason, sizeof reason, "took more than %g MB of memory", effort_.limit_mb);
@@ -260,7 +260,7 @@ void Coordinator::EnforceLimits(Slot* slot) {
 
 /// Processes started by controllers count as well, but are checked less often.
 void Coordinator::EnforceLimitsOfGroups(const std::vector<WorkerProcess*>& workers) {
-  if (effort_.limit_mb == 0 || Now() < next_look_at_groups_) return;
+  if (effort_.limit_mb == 0 || WallClock() < next_look_at_groups_) return;
   std::set<pid_t> groups;
   for (const WorkerProcess* worker : workers) groups.insert(worker->group());
   const std::map<pid_t, double> memory = MemoryOfGroups(groups);
@@ -272,11 +272,11 @@ void Coordinator::EnforceLimitsOfGroups(const std::vector<WorkerProcess*>& worke
     const auto found = memory.find(worker->group());
     if (found != memory.end() && found->second > effort_.limit_mb) worker->Kill(reason);
   }
-  next_look_at_groups_ = Now() + kLookAtGroups;
+  next_look_at_groups_ = WallClock() + kLookAtGroups;
 }
 
 void Coordinator::Housekeep() {
-  const double now = Now();
+  const double now = WallClock();
   if (now < next_housekeeping_) return;
   next_housekeeping_ = now + kHousekeeping;
   std::vector<WorkerProcess*> workers;
@@ -287,7 +287,7 @@ void Coordinator::Housekeep() {
   EnforceLimitsOfGroups(workers);
   if (now >= next_sync_) {
     folder_.Sync();
-    next_sync_ = Now() + kSync;
+    next_sync_ = WallClock() + kSync;
   }
   if (effort_.progress) line_.Print(ProgressText(now));
 }

@@ -168,13 +168,13 @@ int TellNothingToDo(const SweepFolder& folder, const Plan& plan, const SweepOpti
 int Work(const SweepFolder& folder, const Plan& plan, const SweepOptions& options) {
   RefuseEmptyPart(plan, options);
   const SweepLock lock(folder, PartOf(options));
-  const double start = Now();
+  const double start = WallClock();
   std::vector<uint64_t> todo = ToDo(folder, plan, options);
   const size_t count = todo.size();
   if (todo.empty()) return TellNothingToDo(folder, plan, options);
   Coordinator coordinator(folder, plan, options.effort, std::move(todo));
   coordinator.Run();
-  return TellResult(folder, coordinator, count, Now() - start);
+  return TellResult(folder, coordinator, count, WallClock() - start);
 }
 
 /// Checks a new sweep before anything runs. If its worlds cannot be loaded, or a signal comes,

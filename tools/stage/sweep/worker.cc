@@ -49,9 +49,9 @@ class Worker {
     const RunSpec spec = SpecOf(index);
     Load(spec);
     const std::unique_ptr<recording::Recorder> log = OpenLog(index);
-    const double start = Now();
+    const double start = WallClock();
     while (!world_->PastQuitTime() && !world_->TestQuit()) world_->Update();
-    const double wall_seconds = Now() - start;
+    const double wall_seconds = WallClock() - start;
     if (log) KeepLog(log.get(), index);
     folder_.WriteRecord(index, RecordOf(plan_, spec, world_.get(), wall_seconds, attempt));
   }

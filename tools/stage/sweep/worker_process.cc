@@ -110,7 +110,7 @@ void WorkerProcess::Order(const std::string& command) {
 
 std::optional<std::string> WorkerProcess::Answer() {
   if (killed_since_ > 0) return std::nullopt;
-  if (silent_since_ == 0 && !reader_.Fill()) silent_since_ = Now();
+  if (silent_since_ == 0 && !reader_.Fill()) silent_since_ = WallClock();
   return reader_.Take();
 }
 
@@ -126,9 +126,9 @@ bool WorkerProcess::HasEnded() {
   // counts.
   if (IsDead()) return true;
   if (reader_.is_full()) Kill("replied with an overlong line");
-  if (silent_since_ > 0 && Now() - silent_since_ > kFarewell)
+  if (silent_since_ > 0 && WallClock() - silent_since_ > kFarewell)
     Kill("closed the file that its replies go to");
-  return killed_since_ > 0 && Now() - killed_since_ > kLongestDeath;
+  return killed_since_ > 0 && WallClock() - killed_since_ > kLongestDeath;
 }
 
 void WorkerProcess::ReadOutput() {
@@ -150,9 +150,9 @@ void WorkerProcess::ReadOutput() {
 /// cannot be killed, for example while it waits for a broken disk, is left behind.
 void WorkerProcess::Reap() {
   if (pid_ < 0) return;
-  const double start = Now();
+  const double start = WallClock();
   kill(-pid_, SIGKILL);
-  while (!IsDead() && Now() - start < kLongestDeath) usleep(1000);
+  while (!IsDead() && WallClock() - start < kLongestDeath) usleep(1000);
   waitpid(pid_, &wait_status_, WNOHANG);
   pid_ = -1;
 }
@@ -177,7 +177,7 @@ Death WorkerProcess::Bury() {
 
 void WorkerProcess::Kill(const std::string& reason) {
   if (reason_.empty()) reason_ = reason;
-  if (killed_since_ == 0) killed_since_ = Now();
+  if (killed_since_ == 0) killed_since_ = WallClock();
   if (pid_ > 0) kill(-pid_, SIGKILL);
 }
 

@@ -65,8 +65,8 @@ class WorkerProcess {
   std::string printed_;
   std::string reason_;
   int wait_status_ = 0;
-  double silent_since_ = 0;  // Now() when its answers ended; 0: still open
-  double killed_since_ = 0;  // Now() when it was killed; 0: not killed
+  double silent_since_ = 0;  // WallClock() when its answers ended; 0: still open
+  double killed_since_ = 0;  // WallClock() when it was killed; 0: not killed
   bool output_ended_ = false;
 };
 
