@@ -6,13 +6,14 @@
 #include <cmath>
 #include <cstdio>
 
+#include "geometry/fnv1a.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/flag.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
-#include "models/noise.hh"
 #include "models/power_pack.hh"
+#include "models/property_checks.hh"
 #include "models/self_masks.hh"  // to delete them
 #include "models/warn_about.hh"
 #include "models/watch.hh"
@@ -23,10 +24,6 @@
 namespace Stg {
 
 namespace {
-
-bool AllFinite(const Pose& p) {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.a);
-}
 
 /// Sets *target unless the value is not finite.
 void SetFinite(const Model& model, const char* name, double value, double* target) {
@@ -49,7 +46,7 @@ Ancestor& AboveOf(Model* parent, World* world) {
 
 /// Seed of a model. Does not depend on names, as these may change.
 uint64_t SeedOfPlace(uint64_t seed_above, const std::string& type, unsigned int count) {
-  return MixSeeds(MixSeeds(seed_above, HashOf(type)), count);
+  return MixSeeds(MixSeeds(seed_above, Fnv1a(type)), count);
 }
 
 /// Sets *target unless the value is negative or not finite.
@@ -169,7 +166,7 @@ Pose Model::GetGlobalPose() const {
 }
 
 void Model::SetPose(const Pose& new_pose) {
-  if (!AllFinite(new_pose)) {
+  if (!IsFinite(new_pose)) {
     WarnAbout(*this, "refused the pose [%f %f %f %f], which is not finite", new_pose.x, new_pose.y,
               new_pose.z, new_pose.a);
     return;
@@ -199,7 +196,7 @@ void Model::AddToPose(double dx, double dy, double dz, double da) {
 }
 
 void Model::SetGeom(const Geom& src) {
-  if (!AllFinite(src.pose) || !std::isfinite(src.size.x) || !std::isfinite(src.size.y) ||
+  if (!IsFinite(src.pose) || !std::isfinite(src.size.x) || !std::isfinite(src.size.y) ||
       !std::isfinite(src.size.z)) {
     WarnAbout(*this, "refused a geometry that is not finite");
     return;
@@ -227,7 +224,7 @@ std::vector<point_int_t> Model::LocalToPixels(const std::vector<point_t>& local)
 }
 
 void Model::AddBlockRect(meters_t x, meters_t y, meters_t dx, meters_t dy, meters_t dz) {
-  if (!AllFinite(Pose(x, y, dz, 0)) || !AllFinite(Pose(dx, dy, 0, 0))) {
+  if (!IsFinite(Pose(x, y, dz, 0)) || !IsFinite(Pose(dx, dy, 0, 0))) {
     WarnAbout(*this, "refused a block that is not finite");
     return;
   }

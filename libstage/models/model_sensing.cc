@@ -2,10 +2,10 @@
 //
 // Models that cast rays: how their fans enter the batch.
 
+#include "geometry/fnv1a.hh"
 #include "models/block.hh"
 #include "models/host.hh"
 #include "models/model.hh"
-#include "models/noise.hh"
 #include "models/self_masks.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
@@ -14,7 +14,7 @@ namespace Stg {
 
 /// Depends on the name only, unless another model has had the same name.
 uint64_t Model::NoiseSeed(const std::string& device) const {
-  const uint64_t seed = world->seed() ^ HashOf(device);
+  const uint64_t seed = world->seed() ^ Fnv1a(device);
   return shares_name_ ? MixSeeds(seed, random_.seed()) : seed;
 }
 

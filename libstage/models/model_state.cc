@@ -13,6 +13,7 @@
 #include "models/host.hh"
 #include "models/model.hh"
 #include "models/power_pack.hh"
+#include "models/property_checks.hh"
 #include "models/state_exchange.hh"
 #include "world/world.hh"
 
@@ -24,10 +25,6 @@ constexpr uint32_t kNobody = 0xffffffffu;  // not a model id
 
 const Ancestor& AboveOf(Model& model) {
   return model.Parent() ? static_cast<Ancestor&>(*model.Parent()) : *model.GetWorld();
-}
-
-bool IsFinite(const Pose& p) {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.a);
 }
 
 }  // namespace

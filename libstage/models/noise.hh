@@ -6,20 +6,9 @@
 #ifndef STAGE_MODELS_NOISE_HH
 #define STAGE_MODELS_NOISE_HH
 
-#include <stdint.h>
-
-#include <string>
-
 #include "geometry/random.hh"
 
 namespace Stg {
-
-/// Platform-independent hash of the text (FNV-1a).
-inline uint64_t HashOf(const std::string& text) {
-  uint64_t hash = 0xcbf29ce484222325u;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-  return hash;
-}
 
 /// Uniformly distributed in [-1, 1).
 inline double UniformError(RandomStream* random) { return random->Uniform(-1.0, 1.0); }

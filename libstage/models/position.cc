@@ -40,10 +40,6 @@ bool AllNumbers(const Pose& p) {
   return !std::isnan(p.x) && !std::isnan(p.y) && !std::isnan(p.z) && !std::isnan(p.a);
 }
 
-bool AllFinite(const Pose& p) {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.a);
-}
-
 /// Rotates (x, y) by an angle in radians.
 point_t Turned(double x, double y, double angle) {
   const SineCosine turn = SinCos(angle);
@@ -129,7 +125,7 @@ void ModelPosition::GoTo(double x, double y, double a) { GoTo(Pose(x, y, 0, a));
 
 // NOLINTNEXTLINE(performance-unnecessary-value-param): Stage's interface
 void ModelPosition::GoTo(Pose target) {
-  if (!AllFinite(target)) {
+  if (!IsFinite(target)) {
     WarnAbout(*this, "ignored a goal that is not finite");
     return;
   }
@@ -176,7 +172,7 @@ void ModelPosition::SetGlobalVelocity(const Velocity& gvel) {
 
 // NOLINTNEXTLINE(performance-unnecessary-value-param): Stage's interface
 void ModelPosition::SetOdom(Pose odom) {
-  if (!AllFinite(odom)) {
+  if (!IsFinite(odom)) {
     WarnAbout(*this, "refused an estimate that is not finite");
     return;
   }
@@ -412,7 +408,7 @@ void ModelPosition::NoteSensed() {
 Pose ModelPosition::EstimateNow() const {
   if (localization_mode == LOCALIZATION_GPS) return sensed_pose_;
   const Pose next = est_pose + driven_;
-  return AllFinite(next) ? next : est_pose;  // a client may have set a value that is not finite
+  return IsFinite(next) ? next : est_pose;  // a client may have set a value that is not finite
 }
 
 // Robots without subscribers neither record poses nor move by themselves.
@@ -430,7 +426,7 @@ Pose ModelPosition::GetSensedLocalPose() const {
 void ModelPosition::CountMotion() {
   if (localization_mode == LOCALIZATION_GPS) return;
   const Pose next = driven_ + MotionOfStep(GetEstimatedVelocity());
-  if (AllFinite(next)) driven_ = next;
+  if (IsFinite(next)) driven_ = next;
 }
 
 Velocity ModelPosition::GetActualVelocity() const {
@@ -461,7 +457,7 @@ bool ModelPosition::BeginMove(Placement* placement) {
   // Translates along the old heading, then turns.
   pose = pose + MotionOfStep(velocity);
 
-  if (!AllFinite(pose)) {  // an infinite speed without bounds
+  if (!IsFinite(pose)) {  // an infinite speed without bounds
     pose = pose_before_move_;
     stall = true;
     return false;

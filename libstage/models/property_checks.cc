@@ -2,6 +2,7 @@
 
 #include "models/property_checks.hh"
 
+#include <cmath>
 #include <string>
 
 #include "worldfile/worldfile.hh"
@@ -11,6 +12,11 @@ namespace Stg {
 namespace {
 std::string Start(const char* name) { return std::string("property \"") + name + "\": found "; }
 }  // namespace
+
+bool IsFinite(const Pose& pose) {
+  return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.z) &&
+         std::isfinite(pose.a);
+}
 
 void CheckNotNegative(const Worldfile& wf, int entity, const char* name, double value) {
   if (value < 0) wf.Fail(entity, name, Start(name) + "a negative number, expected 0 or more");

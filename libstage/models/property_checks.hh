@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Checks of property values. The Check functions throw LoadError with the property's place.
+// Checks of values. The Check functions throw LoadError with the property's place.
 
 #ifndef STAGE_MODELS_PROPERTY_CHECKS_HH
 #define STAGE_MODELS_PROPERTY_CHECKS_HH
@@ -18,6 +18,8 @@ void CheckInOrder(const Worldfile& wf, int entity, const char* name, double lowe
 /// Checks that each of `count` intervals satisfies min <= max.
 void CheckInOrder(const Worldfile& wf, int entity, const char* name, const Bounds* bounds,
                   int count);
+
+bool IsFinite(const Pose& pose);
 
 /// Warns if the property is given and its two values are equal, which leaves no choice. `effect`
 /// describes the consequence.

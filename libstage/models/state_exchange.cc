@@ -10,7 +10,6 @@ namespace Stg {
 
 namespace {
 
-constexpr uint64_t kFirstHash = 0xcbf29ce484222325u;
 constexpr uint32_t kNoModel = 0xffffffffu, kGoneModel = 0xfffffffeu;
 
 /// A placeholder for a deleted model. It must not be dereferenced.
@@ -27,7 +26,7 @@ StateExchange::StateExchange(const std::vector<Model*>& models)
       to_(nullptr),
       at_(nullptr),
       end_(nullptr),
-      hash_(kFirstHash),
+      hash_(kFnv1aStart),
       failed_(false),
       leaves_readings_out_(false) {}
 
@@ -37,7 +36,7 @@ StateExchange::StateExchange(const std::vector<Model*>& models, Bytes* to)
       to_(to),
       at_(to->data() + to->size()),
       end_(at_),
-      hash_(kFirstHash),
+      hash_(kFnv1aStart),
       failed_(false),
       leaves_readings_out_(false) {}
 
@@ -48,7 +47,7 @@ StateExchange::StateExchange(const std::vector<Model*>& models, const unsigned c
       to_(nullptr),
       at_(const_cast<unsigned char*>(from)),
       end_(at_ + size),
-      hash_(kFirstHash),
+      hash_(kFnv1aStart),
       failed_(false),
       leaves_readings_out_(false) {}
 

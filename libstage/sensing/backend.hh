@@ -17,6 +17,7 @@
 #include <memory>
 #include <string>
 
+#include "geometry/fnv1a.hh"
 #include "sensing/device_batch.hh"
 #include "sensing/device_layers.hh"
 #include "sensing/prefilter.hh"
@@ -28,7 +29,7 @@ inline constexpr uint32_t kBackendVersion = 5;
 
 /// A hash that differs if the layout of shared objects differs.
 constexpr uint64_t BackendLayout() {
-  uint64_t hash = 0xcbf29ce484222325u;
+  uint64_t hash = kFnv1aStart;
   for (const std::size_t size : {sizeof(void*),
                                  sizeof(std::string),
                                  sizeof(Prefilter),
@@ -49,7 +50,7 @@ constexpr uint64_t BackendLayout() {
                                  sizeof(ray_direction_t),
                                  sizeof(ray_grid_t),
                                  std::size_t{__GXX_ABI_VERSION}})
-    hash = (hash ^ size) * 0x100000001b3u;
+    hash = Fnv1aStep(hash, size);
   return hash;
 }
 

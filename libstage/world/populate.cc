@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "geometry/fnv1a.hh"
 #include "geometry/free_floor.hh"
 #include "geometry/load_error.hh"
 #include "models/block.hh"
@@ -65,12 +66,6 @@ double RadiusOf(Model* model) {
             radius2, (corner.x - at.x) * (corner.x - at.x) + (corner.y - at.y) * (corner.y - at.y));
   });
   return std::sqrt(radius2);
-}
-
-uint64_t HashOf(const std::string& text) {
-  uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-  return hash;
 }
 
 [[noreturn]] void Fail(const Worldfile& file, const Plan& plan, const char* property,
@@ -133,7 +128,7 @@ void PutAt(Model* model, const point_t& place, double heading) {
 
 void Place(const Worldfile& file, const Plan& plan, const geometry::FreeFloor& floor,
            geometry::Discs* discs) {
-  RandomStream random(MixSeeds(plan.seed, HashOf(plan.population->name)));
+  RandomStream random(MixSeeds(plan.seed, Fnv1a(plan.population->name)));
   for (size_t i = 0; i < plan.members.size(); i++) {
     point_t place;
     int misses = 0;

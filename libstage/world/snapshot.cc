@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/fnv1a.hh"
 #include "geometry/load_error.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
@@ -37,7 +38,8 @@ const StateRow& Snapshot::Row(StateRow* room) const {
 
 uint64_t Snapshot::hash() const {
   StateRow room;
-  return empty() ? HashOf(StateRow::Bytes()) : HashOf(Row(&room).bytes);
+  const StateRow& row = empty() ? room : Row(&room);
+  return Fnv1a(row.bytes.data(), row.bytes.size());
 }
 
 namespace {

@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "geometry/fnv1a.hh"
 #include "messages/report.hh"
 #include "world/snapshot.hh"
 #include "world/state_row.hh"
@@ -92,6 +93,10 @@ bool Refuse(const std::string& name, const std::string& found, const std::string
   return false;
 }
 
+uint64_t Checksum(const Bytes& head, const Bytes& state) {
+  return Fnv1a(state.data(), state.size(), Fnv1a(head.data(), head.size()));
+}
+
 }  // namespace
 
 bool Snapshot::Write(std::ostream& out) const {
@@ -101,7 +106,7 @@ bool Snapshot::Write(std::ostream& out) const {
   Append(&head, kVersion, 4);
   Append(&head, time_, 8);
   Append(&head, state.size(), 8);
-  Append(&checksum, HashOf(state, HashOf(head)), kChecksumSize);
+  Append(&checksum, Checksum(head, state), kChecksumSize);
   for (const Bytes* part :
        {static_cast<const Bytes*>(&head), &state, static_cast<const Bytes*>(&checksum)})
     out.write(reinterpret_cast<const char*>(part->data()),
@@ -130,7 +135,7 @@ bool Snapshot::Read(std::istream& in, const std::string& name) {
         "a state of " + std::to_string(size) + " bytes and its checksum");
   if (in.peek() != std::istream::traits_type::eof())
     return Refuse(name, "more than a snapshot", "its end");
-  if (NumberAt(checksum, 0, 8) != HashOf(state, HashOf(head)))
+  if (NumberAt(checksum, 0, 8) != Checksum(head, state))
     return Refuse(name, "a checksum that is wrong", "a file as it was written");
   auto row = std::make_shared<StateRow>();
   if (size > 0 && !FromBytes(state, row.get()))

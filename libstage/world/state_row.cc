@@ -93,11 +93,6 @@ void AppendSections(StateRow* row, const StateRow& base, std::size_t first, std:
 
 }  // namespace
 
-uint64_t HashOf(std::span<const unsigned char> bytes, uint64_t before) {
-  for (const unsigned char byte : bytes) before = (before ^ byte) * 0x100000001b3u;
-  return before;
-}
-
 bool SameBytes(std::span<const unsigned char> a, std::span<const unsigned char> b) {
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size()) == 0);
 }

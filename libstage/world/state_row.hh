@@ -31,8 +31,6 @@ struct StateRow {
   bool operator==(const StateRow&) const = default;
 };
 
-/// FNV-1a, as in StateExchange. `before` is the hash of the preceding bytes.
-uint64_t HashOf(std::span<const unsigned char> bytes, uint64_t before = 0xcbf29ce484222325u);
 bool SameBytes(std::span<const unsigned char> a, std::span<const unsigned char> b);
 
 /// Appends the difference of `row` to `base`. For use in memory only: Patch() does not validate it.

@@ -166,12 +166,6 @@ std::string WorldText::Robot(uint32_t number) {
 
 namespace {
 
-uint64_t HashOf(const std::string& text) {
-  uint64_t hash = 14695981039346656037u;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
-  return hash;
-}
-
 /// All models except for the ground, parents before their children.
 std::vector<Model*> AllModels(Stg::World* world) {
   std::vector<Model*> models = all_models::InTree(world);
@@ -194,7 +188,7 @@ void Driver::Attach(Stg::World* world) {
 int Driver::UpdatePosition(Model* model, void* driver) {
   const Driver& self = *static_cast<Driver*>(driver);
   const uint64_t step = model->GetWorld()->GetUpdateCount();
-  Stg::RandomStream random(HashOf(model->TokenStr()) ^ (self.seed_ << 32) ^ step / 4);
+  Stg::RandomStream random(Stg::Fnv1a(model->TokenStr()) ^ (self.seed_ << 32) ^ step / 4);
   auto* position = static_cast<ModelPosition*>(model);
   const double fast = 25 * self.cell_;
   if (random.Uniform() < 0.2)
@@ -294,7 +288,7 @@ int Driver::JumpEarly(Model* model, void* driver) {
 int Driver::PushSomebody(Model* model, void* driver) {
   const Driver& self = *static_cast<Driver*>(driver);
   const std::vector<Model*> all = AllModels(self.world_);
-  Stg::RandomStream random(HashOf(model->TokenStr()) + self.world_->GetUpdateCount());
+  Stg::RandomStream random(Stg::Fnv1a(model->TokenStr()) + self.world_->GetUpdateCount());
   Model* other = all[static_cast<size_t>(random.Next() % all.size())];
   if (random.Uniform() < 0.1) other->AddToPose(4 * self.cell_, -2 * self.cell_, 0, 0.2);
   return 0;

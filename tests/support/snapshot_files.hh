@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <string>
 
+#include "geometry/fnv1a.hh"
+
 namespace snapshot_files {
 
 /// Sizes of the head before the state and of the checksum after it, bytes.
@@ -24,10 +26,7 @@ inline std::string Signed(std::string file) {
   if (file.size() < kHead + kChecksum) return file;
   const std::size_t end = file.size() - kChecksum;
   Put(end - kHead, kHead - 8, &file);
-  std::uint64_t sum = 0xcbf29ce484222325u;
-  for (std::size_t i = 0; i < end; i++)
-    sum = (sum ^ static_cast<unsigned char>(file[i])) * 0x100000001b3u;
-  Put(sum, end, &file);
+  Put(Stg::Fnv1a(file.data(), end), end, &file);
   return file;
 }
 

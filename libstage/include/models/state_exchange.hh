@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "geometry/color.hh"
+#include "geometry/fnv1a.hh"
 #include "geometry/geometry.hh"
 #include "geometry/random.hh"
 
@@ -38,7 +39,7 @@ class StateExchange {
  public:
   typedef std::vector<unsigned char> Bytes;
 
-  /// Hashes the values (FNV-1a, http://www.isthe.com/chongo/tech/comp/fnv). `models` are those of
+  /// Hashes the values (FNV-1a). `models` are those of
   /// the world in the order of creation.
   explicit StateExchange(const std::vector<Model*>& models);
   /// Saves the values: appends to *to, which is complete after Finish().
@@ -127,7 +128,7 @@ class StateExchange {
     for (size_t i = 0; i < kBytes; i++) *bits |= static_cast<uint64_t>(at_[i]) << 8 * i;
   }
 #endif
-  void HashByte(uint64_t byte) { hash_ = (hash_ ^ byte) * 0x100000001b3u; }
+  void HashByte(uint64_t byte) { hash_ = Fnv1aStep(hash_, byte); }
   /// When saving: reserves space for `bytes` more bytes. When restoring: fails, as too few are
   /// left.
   void MakeRoom(size_t bytes);

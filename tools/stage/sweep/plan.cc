@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "geometry/fnv1a.hh"
 #include "geometry/random.hh"
 #include "stage/option_values.hh"
 #include "stage/sweep/json_text.hh"
@@ -21,12 +22,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
 
-uint64_t HashOf(std::string_view text) {
-  uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-  return hash;
-}
-
 /// Derives the seed from the varied values; independent of the order of --set.
 uint64_t SeedOf(const Plan& plan, const RunSpec& spec) {
   std::vector<std::pair<std::string, std::string>> sorted;
@@ -34,7 +29,7 @@ uint64_t SeedOf(const Plan& plan, const RunSpec& spec) {
   std::ranges::sort(sorted);
   std::string canonical;
   for (const auto& [name, value] : sorted) canonical += name + "=" + value + "\n";
-  return MixSeeds(MixSeeds(plan.seed, HashOf(canonical)), spec.run) >> 11;
+  return MixSeeds(MixSeeds(plan.seed, Fnv1a(canonical)), spec.run) >> 11;
 }
 
 /// Quotes text with single quotes if a shell would not read it as one word.
@@ -196,7 +191,7 @@ std::string DigestOf(const std::string& world) {
   Worldfile file;
   file.Load(world);
   uint64_t hash = 0;
-  for (const Worldfile::Text& text : file.Texts()) hash = MixSeeds(hash, HashOf(text.text));
+  for (const Worldfile::Text& text : file.Texts()) hash = MixSeeds(hash, Fnv1a(text.text));
   char digits[20];
   std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(hash));
   return digits;
