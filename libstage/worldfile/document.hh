@@ -57,7 +57,8 @@ struct Token {
   TokenKind kind : 3;
   bool after_gap : 1;  // preceded by a comment or a line end
 };
-static_assert(sizeof(Token) == 8 && kMaxTokenBytes < 1U << 18 && kMaxIncludes < 1U << 10);
+static_assert(sizeof(Token) == 8 && kMaxTokenBytes < 1U << 18);
+static_assert(kMaxIncludes < kMaxSources && kMaxSources < 1U << 10);
 
 /// Interns words as small numbers.
 class NameTable {

@@ -428,7 +428,6 @@ class World : public Ancestor {
   void ExchangeUndrawn(StateExchange& exchange);
   void ExchangeSchedule(StateExchange& exchange);
   void RestoreSchedule(uint64_t events, StateExchange& exchange);
-  void ExchangeLists(StateExchange& exchange);
   void ExchangeNames(StateExchange& exchange);
   void ExchangeGrid(StateExchange& exchange);
   struct DrawnBody;
