@@ -126,7 +126,7 @@ def test_controllers_left_out_are_told_once(caplog: pytest.LogCaptureFixture) ->
         batch.reset(seeds=range(7, 12))
         batch.reset()
         st.Batch.of(batch.fork(0), 2)
-    assert len([record for record in caplog.records if "left out" in record.message]) == 1
+    assert len([record for record in caplog.records if "ignored as requested" in record.message]) == 1
 
 
 def log_of_a_run(file: Path, reset: bool, steps: int) -> bytes:
