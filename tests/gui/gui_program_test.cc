@@ -16,8 +16,8 @@ class ProgramTest : public CliTest {
   static Environment OnDisplay() { return {{"DISPLAY", std::getenv("DISPLAY")}}; }
   /// Waits for a window with that title; 0: it does not appear in time.
   static unsigned long WaitForWindow(const std::string& title) {
-    const double end = cli_testing::Now() + patience::kPatience;
-    while (cli_testing::Now() < end) {
+    const double end = cli_testing::WallClock() + patience::kPatience;
+    while (cli_testing::WallClock() < end) {
       if (const unsigned long window = TheHand().Find(title)) return window;
       Nap();
     }
