@@ -86,7 +86,7 @@ const BadFile kBadFiles[] = {
     // Numbers of the world.
     {"interval_sim 0", 1, "1:14", {"not positive"}},
     {"interval_sim -100", 1, "1:14", {"not positive"}},
-    {"interval_sim 0.0001", 1, "1:14", {"microsecond"}},
+    {"interval_sim 0.0001", 1, "1:14", {"0.001 to"}},
     {"resolution 0", 1, "1:12", {"not positive"}},
     {"\n\nresolution  -0.02", 1, "3:13", {"not positive"}},
     {"resolution \"nan\"", 1, "1:12", {"nan"}},
