@@ -41,6 +41,10 @@ if(STAGE_WERROR)
   add_compile_options(-Werror)
 endif()
 
+if(STAGE_ASSERTIONS)
+  add_compile_definitions(STAGE_ASSERTIONS=1)
+endif()
+
 if(STAGE_FUZZ)
   if(NOT CMAKE_CXX_COMPILER_ID MATCHES "Clang")
     message(FATAL_ERROR "STAGE_FUZZ needs Clang: cmake --preset fuzz")

@@ -38,6 +38,7 @@
 #include "geometry/image_polygons.hh"
 #include "geometry/random.hh"
 #include "insight/explain.hh"
+#include "messages/assert.hh"
 #include "messages/log.hh"
 #include "models/actuator.hh"
 #include "models/ancestor.hh"

@@ -23,6 +23,7 @@ ALLOWED = {
     "libstage/geometry/color.cc": (1, "Print(), of numbers"),
     "libstage/geometry/geometry.cc": (5, "Print(), of numbers"),
     "libstage/gui/offscreen/video.cc": (2, "where the output of ffmpeg goes"),
+    "libstage/messages/assert.cc": (1, "the default handler of assertions, which ends the program"),
     "libstage/messages/report.cc": (2, "this is where messages go; the macros for clients"),
     "libstage/models/bumper.cc": (3, "Print()"),
     "libstage/models/log_entry.cc": (1, "Print(), of numbers"),
