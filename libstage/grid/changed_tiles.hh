@@ -12,6 +12,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "messages/assert.hh"
+
 namespace Stg::internal::grid {
 
 class ChangedTiles {
@@ -40,6 +42,7 @@ class ChangedTiles {
   void Note(uint32_t slot) {
     if (!tracking_) return;
     const uint32_t region = slot / 64;
+    STAGE_ASSERT(region < regions_.size());
     if (Set(&regions_[region], slot % 64) == 0) Set(&marked_[region / 64], region % 64);
   }
 

@@ -6,7 +6,10 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
+#include <cstdlib>
 #include <utility>
+
+#include "messages/assert.hh"
 
 namespace Stg::internal::grid {
 
@@ -37,6 +40,15 @@ void ReserveFor(size_t count, std::vector<uint32_t>* numbers) {
   if (numbers->capacity() < count) numbers->reserve(std::max(count, 2 * numbers->capacity()));
 }
 
+/// True if the parts are sorted and lie in the grid. Exact drawings may reach beyond kMaxCell by
+/// their margin.
+[[maybe_unused]] bool AreValid(std::span<const TilePart> parts) {
+  constexpr int32_t kMaxTile = (kMaxCell >> RAY_TILE_SHIFT) + 1;
+  return AreSorted(parts) && std::ranges::all_of(parts, [](const TilePart& part) {
+           return std::abs(part.x) <= kMaxTile && std::abs(part.y) <= kMaxTile && part.cells != 0;
+         });
+}
+
 }  // namespace
 
 Grid::Grid() : tiles_(kTilesPerRegion), regions_(1), supers_(1) {
@@ -64,6 +76,7 @@ void Grid::Become(const Grid& other) {
 }
 
 BodyId Grid::AddBody(const Body& body) {
+  STAGE_ASSERT(body.exact() == (body.edges > 0) && body.edges <= Body::kMaxEdges);
   if (body.exact() && outlines_.size() == 0) {
     outline_parts_.PrepareToTake(1);
     outlines_.resize(tiles_.size());
@@ -72,6 +85,7 @@ BodyId Grid::AddBody(const Body& body) {
   BodyId id = static_cast<BodyId>(bodies_.size());
   if (!free_bodies_.empty()) {
     id = free_bodies_.back();
+    STAGE_ASSERT(id < bodies_.size() && bodies_[id].model == nullptr);  // as RemoveBody() left it
     free_bodies_.pop_back();
     bodies_[id] = body;
   } else {
@@ -85,11 +99,14 @@ BodyId Grid::AddBody(const Body& body) {
 }
 
 void Grid::ChangeBody(BodyId id, const Body& body, std::span<const TilePart> drawn) {
+  STAGE_ASSERT(id < bodies_.size() && bodies_[id].exact() == body.exact());
+  STAGE_ASSERT(body.edges <= Body::kMaxEdges);
   const uint32_t before = bodies_[id].layers;
   bodies_[id] = body;
   bodies_[id].layers = LayersOf(body);
   if (bodies_[id].layers == before) return;
   for (const TilePart& part : drawn) {
+    STAGE_ASSERT(IsInRegion(part.slot));
     if (body.exact())
       RefreshOutlines(part.slot);
     else
@@ -98,6 +115,8 @@ void Grid::ChangeBody(BodyId id, const Body& body, std::span<const TilePart> dra
 }
 
 void Grid::RemoveBody(BodyId id) {
+  STAGE_ASSERT(id < bodies_.size() && free_bodies_.size() < bodies_.size());
+  STAGE_ASSERT(bodies_[id].model != nullptr);  // not removed yet
   bodies_[id] = Body();
   free_bodies_.push_back(id);
 }
@@ -106,8 +125,12 @@ void Grid::RemoveBody(BodyId id) {
 
 void Grid::Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart> to, Edit* edit) {
   if (edit == nullptr) edit = &own_edit_;
+  STAGE_ASSERT(edit->shared == (edit != &own_edit_));
+  STAGE_ASSERT(id < bodies_.size() && AreValid(from) && AreValid(to));
   if (bodies_[id].exact()) return RedrawOutline(id, from, to, edit);
   if (!edit->shared) PrepareToDraw(to);
+  STAGE_ASSERT(std::ranges::all_of(from, [&](const TilePart& p) { return IsInRegion(p.slot); }));
+  STAGE_ASSERT(std::ranges::all_of(to, [&](const TilePart& p) { return IsInRegion(p.slot); }));
   if (!to.empty()) stamps_[id] = ++edit->drawings;
   size_t next = 0;
   const auto erase_next = [&] {
@@ -120,6 +143,7 @@ void Grid::Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart>
       DrawIn(part.slot, part.cells, id, edit);
       continue;
     }
+    STAGE_ASSERT(from[next].slot == part.slot);
     const uint64_t before = from[next++].cells;
     // The body must become the last in each list. In cells where it is alone, it already is.
     const uint64_t stays = before & part.cells & ~tiles_[part.slot].crowded;
@@ -139,7 +163,10 @@ void Grid::PrepareToDraw(std::span<TilePart> parts) {
 
 void Grid::DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   if (bits == 0) return;
+  STAGE_ASSERT(IsInRegion(slot));
   TileCells& tile = tiles_[slot];
+  STAGE_ASSERT(tile.bodies != id + 1 || (tile.cells & bits) == 0);  // erased there before
+  STAGE_ASSERT((tile.cells == 0) == (tile.bodies == 0) && (tile.crowded & ~tile.cells) == 0);
   edit->drawn_cells += std::popcount(bits);
   if (IsEmpty(slot)) CountFilledTile(slot, edit);
   if (tile.cells == 0) Include(&edit->extent, SuperOf(slot));
@@ -157,7 +184,10 @@ void Grid::DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
 
 void Grid::EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   if (bits == 0) return;
+  STAGE_ASSERT(IsInRegion(slot));
   TileCells& tile = tiles_[slot];
+  STAGE_ASSERT((bits & ~tile.cells) == 0);
+  STAGE_ASSERT(tile.bodies == id + 1 || (tile.bodies & kSeveral) != 0);
   const Body& body = bodies_[id];
   edit->drawn_cells -= std::popcount(bits);
   const uint64_t crowded = bits & tile.crowded, alone = bits & ~crowded;
@@ -165,17 +195,35 @@ void Grid::EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   if (IsEmpty(slot)) CountEmptiedTile(slot, edit);
   ClearBits(body.layers, slot, alone);
   if (!(tile.bodies & kSeveral)) {
+    STAGE_ASSERT(crowded == 0);
     if (tile.cells == 0) SetBodies(slot, 0);
     return;
   }
   CellLists& lists = ListsOf(slot, edit);
+  STAGE_ASSERT(AreListsOf(lists, alone, id));
   ForEachBit(crowded, [&](uint32_t bit) {
     BodyList& list = lists[bit];
+    STAGE_ASSERT((list & kSeveral) != 0);
     RemoveFrom(&list, id, edit);
     if (!(list & kSeveral)) tile.crowded &= ~(uint64_t{1} << bit);
     ClearBits(LayersWithoutOthers(list, body.layers), slot, uint64_t{1} << bit);
   });
   DropListsOfOneBody(slot, edit);
+}
+
+/// True if the list of each of the cells holds this body alone.
+bool Grid::AreListsOf(const CellLists& lists, uint64_t cells, BodyId id) {
+  bool all = true;
+  ForEachBit(cells, [&](uint32_t bit) { all = all && lists[bit] == id + 1; });
+  return all;
+}
+
+/// True if the tile of this slot lies in a region that exists.
+bool Grid::IsInRegion(uint32_t slot) const {
+  const uint32_t index = slot / kTilesPerRegion;
+  if (index == 0 || index >= regions_.size()) return false;
+  const Region& region = regions_[index];
+  return region_tables_[region.super * kRegionsPerSuper + region.place] == index;
 }
 
 void Grid::SetBodies(uint32_t slot, uint32_t bodies) {
@@ -185,10 +233,12 @@ void Grid::SetBodies(uint32_t slot, uint32_t bodies) {
 }
 
 void Grid::SetBits(uint32_t layers, uint32_t slot, uint64_t bits) {
+  STAGE_ASSERT(layers >> layers_.size() == 0);
   ForEachBit(layers, [&](uint32_t layer) { layers_[layer].cells.Set(slot, bits); });
 }
 
 void Grid::ClearBits(uint32_t layers, uint32_t slot, uint64_t bits) {
+  STAGE_ASSERT(layers >> layers_.size() == 0);
   ForEachBit(layers, [&](uint32_t layer) { layers_[layer].cells.Clear(slot, bits); });
 }
 
@@ -196,7 +246,9 @@ void Grid::ClearBits(uint32_t layers, uint32_t slot, uint64_t bits) {
 Grid::CellLists& Grid::ListsOf(uint32_t slot, Edit* edit) {
   const TileCells& tile = tiles_[slot];
   if (tile.bodies & kSeveral) return lists_[tile.bodies & ~kSeveral];
+  STAGE_ASSERT(tile.bodies != 0 && tile.crowded == 0);
   const uint32_t index = lists_.Take(edit->lists());
+  STAGE_ASSERT((index & kSeveral) == 0);
   CellLists& lists = lists_[index];
   ForEachBit(tile.cells, [&](uint32_t bit) { lists[bit] = tile.bodies; });
   SetBodies(slot, kSeveral | index);
@@ -206,12 +258,14 @@ Grid::CellLists& Grid::ListsOf(uint32_t slot, Edit* edit) {
 /// Frees the tile's lists if only one body is left in the tile.
 void Grid::DropListsOfOneBody(uint32_t slot, Edit* edit) {
   const TileCells& tile = tiles_[slot];
+  STAGE_ASSERT((tile.bodies & kSeveral) != 0);
   if (tile.crowded != 0) return;
   const uint32_t index = tile.bodies & ~kSeveral;
   const CellLists& lists = lists_[index];
   BodyList only = 0;
   for (uint64_t left = tile.cells; left != 0; left &= left - 1) {
     const BodyList list = lists[static_cast<uint32_t>(std::countr_zero(left))];
+    STAGE_ASSERT(list != 0 && (list & kSeveral) == 0);
     if (only != 0 && list != only) return;
     only = list;
   }
@@ -228,7 +282,14 @@ uint32_t Grid::LayersWithoutOthers(BodyList list, uint32_t layers) const {
   return layers;
 }
 
+/// The body with the latest stamp in the list, which must not be empty.
+BodyId Grid::LastOf(BodyList list) const {
+  return list & kSeveral ? nodes_[nodes_[list & ~kSeveral].previous].id : list - 1;
+}
+
 void Grid::Append(BodyList* list, BodyId id, Edit* edit) {
+  STAGE_ASSERT(*list != 0 && *list != id + 1);
+  STAGE_ASSERT(stamps_[LastOf(*list)] < stamps_[id]);
   const uint32_t node = MakeNode(id, edit);
   if (!(*list & kSeveral)) {
     const uint32_t first = MakeNode(*list - 1, edit);
@@ -238,6 +299,7 @@ void Grid::Append(BodyList* list, BodyId id, Edit* edit) {
     return;
   }
   const uint32_t first = *list & ~kSeveral, last = nodes_[first].previous;
+  STAGE_ASSERT(nodes_[last].next == first);
   nodes_[node].next = first;
   nodes_[node].previous = last;
   nodes_[last].next = nodes_[first].previous = node;
@@ -245,8 +307,10 @@ void Grid::Append(BodyList* list, BodyId id, Edit* edit) {
 
 /// Precondition: the list has several bodies.
 void Grid::RemoveFrom(BodyList* list, BodyId id, Edit* edit) {
+  STAGE_ASSERT((*list & kSeveral) != 0);
   const uint32_t first = *list & ~kSeveral, node = FindNode(first, id);
   const uint32_t next = nodes_[node].next, previous = nodes_[node].previous;
+  STAGE_ASSERT(next != node && nodes_[next].previous == node && nodes_[previous].next == node);
   nodes_[previous].next = next;
   nodes_[next].previous = previous;
   if (node == first) *list = kSeveral | next;
@@ -265,11 +329,14 @@ uint32_t Grid::FindNode(uint32_t first, BodyId id) const {
     if (nodes_[young].id == id) return young;
     old = nodes_[old].next;
     young = nodes_[young].previous;
+    STAGE_ASSERT(old != first);  // the body must be in the list
   }
 }
 
 uint32_t Grid::MakeNode(BodyId id, Edit* edit) {
+  STAGE_ASSERT(id < bodies_.size());
   const uint32_t node = nodes_.Take(edit->nodes());
+  STAGE_ASSERT((node & kSeveral) == 0);
   nodes_[node] = {id, 0, 0};
   return node;
 }
@@ -277,6 +344,7 @@ uint32_t Grid::MakeNode(BodyId id, Edit* edit) {
 // ---- several threads at once --------------------------------------------------------------------
 
 void Grid::BeginSharedEdit(const EditSize& most, std::vector<Edit>* edits) {
+  STAGE_ASSERT(!edits->empty());
   lists_.BeginSharing(most.parts, edits->size());
   // A cell needs up to two nodes: if it held one body, both bodies get nodes.
   nodes_.BeginSharing(2 * most.cells, edits->size());
@@ -287,8 +355,9 @@ void Grid::BeginSharedEdit(const EditSize& most, std::vector<Edit>* edits) {
     edit.own_outlines.Prepare();
   }
   for (Edit& edit : *edits) {
+    STAGE_ASSERT(edit.drawn_cells == 0 && edit.empty_regions == 0 && edit.extent.empty());
     edit.shared = true;
-    edit.first_drawing = own_edit_.drawings;
+    edit.first_drawing = edit.drawings = own_edit_.drawings;
   }
   own_edit_.drawings += most.bodies;
 }
@@ -298,6 +367,7 @@ void Grid::EndSharedEdit(std::vector<Edit>* edits) {
   nodes_.EndSharing();
   outline_parts_.EndSharing();
   for (Edit& edit : *edits) {
+    STAGE_ASSERT(edit.drawings <= own_edit_.drawings);  // EditSize::bodies was an upper bound
     lists_.TakeBack(edit.lists());
     nodes_.TakeBack(edit.nodes());
     outline_parts_.TakeBack(edit.outlines());
@@ -305,10 +375,12 @@ void Grid::EndSharedEdit(std::vector<Edit>* edits) {
     own_edit_.empty_regions += std::exchange(edit.empty_regions, 0);
     if (!edit.extent.empty()) Include(&own_edit_.extent, std::exchange(edit.extent, CellBox()));
   }
+  STAGE_ASSERT(own_edit_.drawn_cells >= 0 && own_edit_.empty_regions >= 0);
   DropRegionsIfManyAreEmpty();
 }
 
 void Grid::Restamp(BodyId id, uint64_t stamp, std::span<const TilePart> parts) {
+  STAGE_ASSERT(id < bodies_.size() && stamp <= own_edit_.drawings);
   stamps_[id] = stamp;
   if (bodies_[id].exact()) return;  // their lists have no order
   for (const TilePart& part : parts)
@@ -319,6 +391,7 @@ void Grid::Restamp(BodyId id, uint64_t stamp, std::span<const TilePart> parts) {
 
 /// Moves a body to the place that its stamp demands. The rest of the list is sorted already.
 void Grid::SortIn(BodyList* list, BodyId id) {
+  STAGE_ASSERT((*list & kSeveral) != 0);
   const uint32_t node = FindNode(*list & ~kSeveral, id);
   const uint32_t next = nodes_[node].next, previous = nodes_[node].previous;
   uint32_t first = *list & ~kSeveral;
@@ -354,6 +427,7 @@ void Grid::RefreshCells(const TilePart& part) {
 }
 
 void Grid::Coordinates(CellRef cell, int32_t* x, int32_t* y) const {
+  STAGE_ASSERT(cell >> 12 != 0 && cell >> 12 < regions_.size());
   const Region& region = regions_[static_cast<uint32_t>(cell >> 12)];
   const Super& super = supers_[region.super];
   const auto coordinate = [&](int32_t s, uint32_t r, CellRef tile, CellRef bit) {
@@ -431,12 +505,15 @@ uint32_t Grid::MakeRegion(int32_t x, int32_t y) {
   if (region != 0) return region;
   if (free_regions_.empty()) AddFreeRegion();
   const uint32_t super = MakeSuper(x >> RAY_SUPER_SHIFT, y >> RAY_SUPER_SHIFT);
+  STAGE_ASSERT(super != 0 && super < supers_.size() && supers_[super].in_use);
   region = free_regions_.back();
+  STAGE_ASSERT(region != 0 && regions_[region].tiles == 0);  // empty since it was dropped
   free_regions_.pop_back();
   const int32_t rx = x >> RAY_REGION_SHIFT, ry = y >> RAY_REGION_SHIFT;
   const uint32_t place = static_cast<uint32_t>(ray_place(rx, ry, 4));
   regions_[region] = {super, place, 0};
   own_edit_.empty_regions++;
+  STAGE_ASSERT(region_tables_[super * kRegionsPerSuper + place] == 0);
   region_tables_[super * kRegionsPerSuper + place] = region;
   supers_[super].regions++;
   Include(&occupied_, SquareBox(rx, ry, RAY_REGION_SHIFT));
@@ -474,6 +551,7 @@ bool Grid::LiesInExtent() const {
 
 /// Cells of the superregion that contains the tile. The tile's region must exist.
 CellBox Grid::SuperOf(uint32_t slot) const {
+  STAGE_ASSERT(IsInRegion(slot));
   const Super& super = supers_[regions_[slot / kTilesPerRegion].super];
   return SquareBox(super.x, super.y, RAY_SUPER_SHIFT);
 }
@@ -488,6 +566,7 @@ uint32_t Grid::MakeSuper(int32_t x, int32_t y) {
   if (directory_.size() < kSlotsPerSuper * (CountSupers() + 1)) RebuildDirectory(CountSupers() + 1);
   super = free_supers_.back();
   free_supers_.pop_back();
+  STAGE_ASSERT(super != 0 && !supers_[super].in_use && supers_[super].regions == 0);
   supers_[super] = {x, y, 0, true};
   Enter(super);
   structure_version_++;
@@ -515,16 +594,22 @@ void Grid::MarkRegion(const Region& region, bool filled) {
 
 // Other threads may count tiles of the same region concurrently.
 void Grid::CountFilledTile(uint32_t slot, Edit* edit) {
+  STAGE_ASSERT(IsInRegion(slot));
   Region& region = regions_[slot / kTilesPerRegion];
   const std::atomic_ref<uint32_t> tiles(region.tiles);
-  if (tiles.fetch_add(1, std::memory_order_relaxed) != 0) return;
+  const uint32_t before = tiles.fetch_add(1, std::memory_order_relaxed);
+  STAGE_ASSERT(before < kTilesPerRegion);
+  if (before != 0) return;
   edit->empty_regions--;
   MarkRegion(region, true);
 }
 void Grid::CountEmptiedTile(uint32_t slot, Edit* edit) {
+  STAGE_ASSERT(IsInRegion(slot));
   Region& region = regions_[slot / kTilesPerRegion];
   const std::atomic_ref<uint32_t> tiles(region.tiles);
-  if (tiles.fetch_sub(1, std::memory_order_relaxed) != 1) return;
+  const uint32_t before = tiles.fetch_sub(1, std::memory_order_relaxed);
+  STAGE_ASSERT(before > 0);
+  if (before != 1) return;
   edit->empty_regions++;
   MarkRegion(region, false);
   // Another thread may have filled a tile and set the mark before it was cleared above.
@@ -545,6 +630,7 @@ void Grid::DropEmptyRegions() {
     for (uint32_t place = 0; place < kRegionsPerSuper; place++) {
       uint32_t& region = region_tables_[super * kRegionsPerSuper + place];
       if (region == 0 || regions_[region].tiles != 0) continue;
+      STAGE_ASSERT(supers_[super].in_use && regions_[region].super == super);
       free_regions_.push_back(region);
       region = 0;
       own_edit_.empty_regions--;
@@ -553,6 +639,7 @@ void Grid::DropEmptyRegions() {
       free_supers_.push_back(super);
     }
   }
+  STAGE_ASSERT(own_edit_.empty_regions == 0);
   RebuildDirectory(CountSupers());
   RecomputeOccupied();
 }
@@ -570,6 +657,7 @@ void Grid::RebuildDirectory(size_t supers) {
 /// Inserts a superregion into the directory, which must have a free slot.
 void Grid::Enter(uint32_t super) {
   const uint32_t mask = static_cast<uint32_t>(directory_.size() - 1);
+  STAGE_ASSERT(directory_.size() > CountSupers() && (directory_.size() & mask) == 0);
   uint32_t slot = ray_hash(supers_[super].x, supers_[super].y) & mask;
   while (directory_[slot].index != 0) slot = (slot + 1) & mask;
   directory_[slot] = {supers_[super].x, supers_[super].y, super, 0};

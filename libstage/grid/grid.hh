@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "geometry/geometry.hh"
@@ -22,6 +23,7 @@
 #include "grid/pool.hh"
 #include "grid/tile_part.hh"
 #include "kernels/ray_walk.h"
+#include "messages/assert.hh"
 
 namespace Stg {
 class Model;
@@ -75,7 +77,10 @@ using OutlineList = uint32_t;
 
 /// Handle of an occupied cell. Valid as long as the cell is occupied.
 using CellRef = uint64_t;
-inline CellRef CellOf(uint32_t slot, uint32_t bit) { return CellRef{slot} << 6 | bit; }
+inline CellRef CellOf(uint32_t slot, uint32_t bit) {
+  STAGE_ASSERT(bit < 64);
+  return CellRef{slot} << 6 | bit;
+}
 
 /// Handle of the bodies in a cell, or 0 if the cell is empty. Valid until the grid changes.
 using BodyList = uint32_t;
@@ -122,13 +127,17 @@ class Grid {
   void RemoveBody(BodyId id);  ///< the body must not be in any cell
   /// Replaces the attributes of a body. `drawn` is its current footprint.
   void ChangeBody(BodyId id, const Body& body, std::span<const TilePart> drawn);
-  const Body& body(BodyId id) const { return bodies_[id]; }
+  const Body& body(BodyId id) const {
+    STAGE_ASSERT(id < bodies_.size());
+    return bodies_[id];
+  }
   std::size_t body_count() const { return bodies_.size(); }  ///< upper bound: all ids are below it
 
   /// Per-thread state of a concurrent edit, see BeginSharedEdit(). Aligned to cache lines, because
   /// each thread writes to its own all the time.
   class alignas(64) Edit {
     friend class Grid;
+    friend class GridTamperer;
     bool shared = false;
     PoolShare own_lists, own_nodes, own_outlines;
     int64_t drawn_cells = 0, empty_regions = 0;  // increase since the edit began
@@ -137,7 +146,10 @@ class Grid {
 
    public:
     /// Concurrent edits only: sets the next stamp, as if `bodies` redraws preceded it in this edit.
-    void Follow(uint64_t bodies) { drawings = first_drawing + bodies; }
+    void Follow(uint64_t bodies) {
+      STAGE_ASSERT(shared);
+      drawings = first_drawing + bodies;
+    }
 
    private:
     PoolShare* lists() { return shared ? &own_lists : nullptr; }
@@ -153,7 +165,10 @@ class Grid {
               Edit* edit = nullptr);
 
   /// Sequence number of the body's last rasterization. The lists of cells are sorted by it.
-  uint64_t Stamp(BodyId id) const { return stamps_[id]; }
+  uint64_t Stamp(BodyId id) const {
+    STAGE_ASSERT(id < stamps_.size());
+    return stamps_[id];
+  }
   /// The highest stamp so far.
   uint64_t last_stamp() const { return own_edit_.drawings; }
   /// Gives a body the newest stamp without redrawing it: it becomes the last in its lists.
@@ -204,8 +219,14 @@ class Grid {
   Tables tables() const { return {tiles_.data(), lists_.data(), outlines_.data()}; }
 
   /// First exact outline in a tile. The order of outlines is unspecified.
-  OutlineList OutlinesIn(uint32_t slot) const { return outlines_.size() > 0 ? outlines_[slot] : 0; }
-  const OutlinePart& outline(OutlineList list) const { return outline_parts_[list]; }
+  OutlineList OutlinesIn(uint32_t slot) const {
+    STAGE_ASSERT(slot < tiles_.size());
+    return outlines_.size() > 0 ? outlines_[slot] : 0;
+  }
+  const OutlinePart& outline(OutlineList list) const {
+    STAGE_ASSERT(list != 0);
+    return outline_parts_[list];
+  }
   /// Prefetches the first outline of the list.
   void PrefetchOutline(OutlineList list) const { __builtin_prefetch(&outline_parts_[list]); }
   /// Calls f(const OutlinePart&) for each outline of the list.
@@ -225,6 +246,7 @@ class Grid {
     return AnyIn(CellAt(region, tile, bit), f);
   }
   BodyList ListIn(CellRef cell) const {
+    STAGE_ASSERT(cell >> 6 < tiles_.size());
     const TileCells& tile = tiles_[static_cast<std::size_t>(cell >> 6)];
     if (!(tile.cells >> (cell & 63) & 1)) return 0;
     return tile.bodies & kSeveral ? lists_[tile.bodies & ~kSeveral][cell & 63] : tile.bodies;
@@ -233,19 +255,27 @@ class Grid {
   template <typename F>
   bool AnyOf(BodyList list, F f) const {
     if (list == 0) return false;
-    if (!(list & kSeveral)) return f(BodyId{list - 1});
+    if (!(list & kSeveral)) {
+      STAGE_ASSERT(list <= bodies_.size());
+      return f(BodyId{list - 1});
+    }
     const uint32_t first = list & ~kSeveral;
     uint32_t n = first;
     do {
+      STAGE_ASSERT(nodes_[n].id < bodies_.size());
       if (f(nodes_[n].id)) return true;
       n = nodes_[n].next;
     } while (n != first);
     return false;
   }
   /// Mask of the cells of a rasterized part that hold several bodies.
-  uint64_t Crowded(const TilePart& part) const { return part.cells & tiles_[part.slot].crowded; }
+  uint64_t Crowded(const TilePart& part) const {
+    STAGE_ASSERT(part.slot < tiles_.size());
+    return part.cells & tiles_[part.slot].crowded;
+  }
   /// Handle of an occupied cell, from its region, tile and bit.
   static CellRef CellAt(uint32_t region, uint32_t tile, uint32_t bit) {
+    STAGE_ASSERT(tile < kTilesPerRegion);
     return CellOf(region * kTilesPerRegion + tile, bit);
   }
   /// Prefetch a cell's list (first), or the first body of that list (later).
@@ -301,12 +331,19 @@ class Grid {
   /// Input of the ray walk. Valid until the grid changes.
   ray_grid_t View(LayerIndex layer) const;
   LayerIndex layer_count() const { return static_cast<LayerIndex>(layers_.size()); }
-  const Occupancy& occupancy(LayerIndex layer) const { return layers_[layer].cells; }
-  Occupancy& occupancy(LayerIndex layer) { return layers_[layer].cells; }
+  const Occupancy& occupancy(LayerIndex layer) const {
+    STAGE_ASSERT(layer < layers_.size());
+    return layers_[layer].cells;
+  }
+  Occupancy& occupancy(LayerIndex layer) {
+    STAGE_ASSERT(layer < layers_.size());
+    return layers_[layer].cells;
+  }
   /// Records changed tiles while on, for a device that copies the layers and OnlyBody().
   void TrackChanges(bool on);
   /// The list of every occupied cell in the tile if a single body is rasterized there, otherwise 0.
   BodyList OnlyBody(uint32_t slot) const {
+    STAGE_ASSERT(slot < tiles_.size());
     const BodyList bodies = tiles_[slot].bodies;
     return bodies & kSeveral ? 0 : bodies;
   }
@@ -323,6 +360,7 @@ class Grid {
   const std::vector<uint64_t>& region_maps() const { return region_maps_; }
   /// Index in region_maps() of the word that covers the region.
   std::size_t RegionMapOf(std::size_t region) const {
+    STAGE_ASSERT(region < regions_.size());
     return MapOf(regions_[region].super, regions_[region].place);
   }
   uint64_t structure_version() const { return structure_version_; }
@@ -330,7 +368,11 @@ class Grid {
   /// Total number of cells in thin footprints. A cell with two bodies counts twice.
   int64_t drawn_cells() const { return own_edit_.drawn_cells; }
   /// Adds to drawn_cells() without rasterizing, for tests of overflow.
-  void PretendDrawn(int64_t cells) { own_edit_.drawn_cells += cells; }
+  void PretendDrawn(int64_t cells) {
+    own_edit_.drawn_cells += cells;
+    pretended_cells_ += cells;
+  }
+  int64_t pretended_cells() const { return pretended_cells_; }
   /// A box, in whole regions, that contains every occupied cell. It may be larger than needed.
   CellBox occupied() const { return occupied_; }
   /// Makes all rays miss by emptying occupied().
@@ -350,6 +392,7 @@ class Grid {
   /// Call when the grid is empty: the next rasterization starts a new extent.
   void ForgetExtent() {
     DropEmptyRegions();
+    STAGE_ASSERT(CountRegions() == 0);
     own_edit_.extent = CellBox();
   }
 
@@ -359,7 +402,15 @@ class Grid {
   };
   Statistics statistics() const;
 
+  /// Checks everything that must hold outside of concurrent edits: lists against tiles, tiles
+  /// against all layers, regions and superregions, free indices, counts and the extent. Returns the
+  /// first fault found, or an empty string. Takes time in proportion to the size of the grid. A
+  /// grid after Hide() is not valid.
+  std::string Validate() const;
+
  private:
+  class Validator;
+  friend class GridTamperer;  // of tests, which break the grid to see that Validate() notices it
   struct Node {
     BodyId id;
     uint32_t next;      // last node: the first one
@@ -401,16 +452,21 @@ class Grid {
   void EraseOutline(const TilePart& part, BodyId id, Edit* edit);
   void HideOutline(uint32_t slot, uint64_t cells, BodyId id);
   OutlineList* FindOutline(uint32_t slot, BodyId id);
+  bool HasOutline(uint32_t slot, BodyId id) const;
   void RefreshOutlines(uint32_t slot);
   bool IsEmpty(uint32_t slot) const { return tiles_[slot].cells == 0 && OutlinesIn(slot) == 0; }
+  /// True if the tile of this slot lies in a region that exists.
+  bool IsInRegion(uint32_t slot) const;
   void DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
   void EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
   CellLists& ListsOf(uint32_t slot, Edit* edit);
   void DropListsOfOneBody(uint32_t slot, Edit* edit);
   void SetBodies(uint32_t slot, uint32_t bodies);
+  static bool AreListsOf(const CellLists& lists, uint64_t cells, BodyId id);
   void SetBits(uint32_t layers, uint32_t slot, uint64_t bits);
   void ClearBits(uint32_t layers, uint32_t slot, uint64_t bits);
   uint32_t LayersWithoutOthers(BodyList list, uint32_t layers) const;
+  BodyId LastOf(BodyList list) const;
   void Append(BodyList* list, BodyId id, Edit* edit);
   void RemoveFrom(BodyList* list, BodyId id, Edit* edit);
   static bool Shows(const Layer& layer, const Body& body);
@@ -466,7 +522,8 @@ class Grid {
   bool tracking_ = false;
   mutable ChangedTiles changed_bodies_;
   CellBox occupied_;
-  Edit own_edit_;  // used outside of concurrent edits
+  int64_t pretended_cells_ = 0;  // see PretendDrawn()
+  Edit own_edit_;                // used outside of concurrent edits
 };
 
 }  // namespace Stg::internal::grid

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "grid/grid.hh"
+#include "messages/assert.hh"
 
 namespace Stg::internal::grid {
 
@@ -80,6 +81,7 @@ LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact, bool map) {
   cells.Resize(static_cast<uint32_t>(regions_.size()));
   LayerIndex index = 0;
   while (index < layers_.size() && layers_[index].kind != Layer::kUnused) index++;
+  STAGE_ASSERT(index < kMaxLayers && kind != Layer::kUnused && !std::isnan(z));
   if (index == layers_.size()) layers_.emplace_back();
   Layer& layer = layers_[index];
   layer.kind = kind;
@@ -113,6 +115,7 @@ void Grid::AgeLayers() {
   for (LayerIndex i = 1; i < layers_.size(); i++) {
     Layer& layer = layers_[i];
     if (layer.kind == Layer::kUnused || step_ - layer.last_used < kLongTime) continue;
+    STAGE_ASSERT(step_ > layer.last_used);
     layer.kind = Layer::kUnused;
     layer.cells = Occupancy();
     layer.cells.Resize(static_cast<uint32_t>(regions_.size()));
@@ -127,6 +130,8 @@ void Grid::TrackChanges(bool on) {
 }
 
 ray_grid_t Grid::View(LayerIndex layer) const {
+  STAGE_ASSERT(layer < layers_.size() && layers_[layer].kind != Layer::kUnused);
+  STAGE_ASSERT(layers_[layer].cells.tile_maps().size() == regions_.size());
   ray_grid_t view;
   view.directory = directory_.data();
   view.regions = region_tables_.data();

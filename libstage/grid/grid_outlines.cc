@@ -3,13 +3,15 @@
 // The exact rasterization: which outlines lie in which tiles.
 
 #include "grid/grid.hh"
+#include "messages/assert.hh"
 
 namespace Stg::internal::grid {
 
 void Grid::RedrawOutline(BodyId id, std::span<const TilePart> from, std::span<TilePart> to,
                          Edit* edit) {
   if (edit->shared) {
-    FindSlots(to);
+    [[maybe_unused]] const bool all_exist = FindSlots(to);
+    STAGE_ASSERT(all_exist);
   } else {
     MakeSlots(to);
     outline_parts_.PrepareToTake(to.size());
@@ -27,6 +29,9 @@ void Grid::RedrawOutline(BodyId id, std::span<const TilePart> from, std::span<Ti
 }
 
 void Grid::DrawOutline(const TilePart& part, BodyId id, Edit* edit) {
+  STAGE_ASSERT(part.slot >= kTilesPerRegion && part.slot < tiles_.size());
+  STAGE_ASSERT(part.cells != 0 && part.edges >> (bodies_[id].edges - 1) >> 1 == 0);
+  STAGE_ASSERT(!HasOutline(part.slot, id));
   if (IsEmpty(part.slot)) CountFilledTile(part.slot, edit);
   const uint32_t number = outline_parts_.Take(edit->outlines());
   OutlineList& first = outlines_[part.slot];
@@ -36,7 +41,9 @@ void Grid::DrawOutline(const TilePart& part, BodyId id, Edit* edit) {
 }
 
 void Grid::ChangeOutline(const TilePart& from, const TilePart& to, BodyId id) {
+  STAGE_ASSERT(from.slot == to.slot);
   OutlinePart& part = outline_parts_[*FindOutline(to.slot, id)];
+  STAGE_ASSERT(part.cells == from.cells && part.edges == from.edges);
   part.cells = to.cells;
   part.edges = to.edges;
   HideOutline(to.slot, from.cells & ~to.cells, id);
@@ -46,10 +53,17 @@ void Grid::ChangeOutline(const TilePart& from, const TilePart& to, BodyId id) {
 void Grid::EraseOutline(const TilePart& part, BodyId id, Edit* edit) {
   OutlineList* const place = FindOutline(part.slot, id);
   const uint32_t number = *place;
+  STAGE_ASSERT(outline_parts_[number].cells == part.cells);
   *place = outline_parts_[number].next;
   outline_parts_.Give(number, edit->outlines());
   HideOutline(part.slot, part.cells, id);
   if (IsEmpty(part.slot)) CountEmptiedTile(part.slot, edit);
+}
+
+bool Grid::HasOutline(uint32_t slot, BodyId id) const {
+  bool has = false;
+  ForEachOutline(OutlinesIn(slot), [&](const OutlinePart& part) { has = has || part.id == id; });
+  return has;
 }
 
 /// Clears `cells` in the body's layers, except cells that other bodies of the layer still cover.
@@ -67,6 +81,7 @@ void Grid::HideOutline(uint32_t slot, uint64_t cells, BodyId id) {
 /// Address of the list link to the body's outline in the tile, which must exist.
 OutlineList* Grid::FindOutline(uint32_t slot, BodyId id) {
   OutlineList* place = &outlines_[slot];
+  STAGE_ASSERT(HasOutline(slot, id));  // otherwise the loop would not end
   while (outline_parts_[*place].id != id) place = &outline_parts_[*place].next;
   return place;
 }

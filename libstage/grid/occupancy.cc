@@ -6,6 +6,8 @@
 #include <atomic>
 #include <bit>
 
+#include "messages/assert.hh"
+
 namespace Stg::internal::grid {
 
 Occupancy::Occupancy() {
@@ -20,6 +22,7 @@ Occupancy::Occupancy(const Occupancy& from) : Occupancy() {
 }
 
 void Occupancy::Resize(uint32_t count) {
+  STAGE_ASSERT(count >= tile_maps_.size());  // regions are reused, but never taken away
   tile_maps_.resize(count, 0);
   tiles_.resize(std::size_t{count} * kTilesPerRegion);
   changed_.Resize(count);
@@ -31,6 +34,9 @@ namespace {
 void SetBit(uint64_t* word, uint32_t bit) {
   std::atomic_ref<uint64_t>(*word).fetch_or(uint64_t{1} << bit, std::memory_order_relaxed);
 }
+[[maybe_unused]] bool HasBit(uint64_t* word, uint32_t bit) {
+  return std::atomic_ref<uint64_t>(*word).load(std::memory_order_relaxed) >> bit & 1;
+}
 void ClearBit(uint64_t* word, uint32_t bit) {
   std::atomic_ref<uint64_t>(*word).fetch_and(~(uint64_t{1} << bit), std::memory_order_relaxed);
 }
@@ -38,7 +44,9 @@ void ClearBit(uint64_t* word, uint32_t bit) {
 }  // namespace
 
 void Occupancy::Set(uint32_t tile, uint64_t cells) {
+  STAGE_ASSERT(tile < tiles_.size());
   uint64_t& word = tiles_[tile];
+  STAGE_ASSERT(HasBit(&tile_maps_[tile / kTilesPerRegion], tile % kTilesPerRegion) == (word != 0));
   if ((word & cells) == cells) return;
   if (word == 0) SetBit(&tile_maps_[tile / kTilesPerRegion], tile % kTilesPerRegion);
   word |= cells;
@@ -46,7 +54,9 @@ void Occupancy::Set(uint32_t tile, uint64_t cells) {
 }
 
 void Occupancy::Clear(uint32_t tile, uint64_t cells) {
+  STAGE_ASSERT(tile < tiles_.size());
   uint64_t& word = tiles_[tile];
+  STAGE_ASSERT(HasBit(&tile_maps_[tile / kTilesPerRegion], tile % kTilesPerRegion) == (word != 0));
   if (!(word & cells)) return;
   word &= ~cells;
   if (word == 0) ClearBit(&tile_maps_[tile / kTilesPerRegion], tile % kTilesPerRegion);

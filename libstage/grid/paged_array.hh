@@ -14,6 +14,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "messages/assert.hh"
+
 namespace Stg::internal::grid {
 
 /// Copy-on-write memory: several mappings start with the same content. Where the system does not
@@ -54,8 +56,14 @@ class PagedArray {
     return *this;
   }
 
-  T& operator[](std::size_t i) { return data_[i]; }
-  const T& operator[](std::size_t i) const { return data_[i]; }
+  T& operator[](std::size_t i) {
+    STAGE_ASSERT(i < capacity_);
+    return data_[i];
+  }
+  const T& operator[](std::size_t i) const {
+    STAGE_ASSERT(i < capacity_);
+    return data_[i];
+  }
   T* data() { return data_; }
   const T* data() const { return data_; }
   std::size_t size() const { return size_; }
@@ -63,6 +71,7 @@ class PagedArray {
 
   /// New elements are zero.
   void resize(std::size_t size) {
+    STAGE_ASSERT(!shared_);
     if (size > capacity_) Reserve(std::max(size, 2 * capacity_), size_);
     if (size > size_) std::memset(static_cast<void*>(data_ + size_), 0, (size - size_) * sizeof(T));
     size_ = size;
@@ -70,6 +79,7 @@ class PagedArray {
   /// Reallocates and keeps the first `kept` elements, whatever size() is. Reserved memory is not
   /// touched before its first use.
   void Reserve(std::size_t capacity, std::size_t kept) {
+    STAGE_ASSERT(!shared_ && kept <= capacity_);
     if (capacity <= capacity_) return;
     T* const larger = static_cast<T*>(::operator new(capacity * sizeof(T)));
     if (kept > 0) std::memcpy(static_cast<void*>(larger), data_, kept * sizeof(T));
@@ -78,9 +88,11 @@ class PagedArray {
 
   /// Copies the size and the first `kept` elements of `from`. This array must be empty.
   void CopyFrom(const PagedArray& from, std::size_t kept) {
+    STAGE_ASSERT(data_ == nullptr && kept <= from.capacity_);
     std::size_t bytes = 0;
     if (void* const memory = from.shared_ ? from.shared_->Map(&bytes) : nullptr) {
       Own(static_cast<T*>(memory), bytes / sizeof(T), bytes);
+      STAGE_ASSERT(kept <= capacity_);
     } else if (kept > 0) {
       Reserve(kept, 0);
       std::memcpy(static_cast<void*>(data_), from.data_, kept * sizeof(T));
@@ -89,6 +101,7 @@ class PagedArray {
   }
   /// Freezes the array. Later copies share the pages of its first `kept` elements.
   void MakeShareable(std::size_t kept) {
+    STAGE_ASSERT(!shared_ && kept <= capacity_);
     if (kept > 0) shared_ = SharedPages::Make(data_, kept * sizeof(T));
   }
 

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "grid/paged_array.hh"
+#include "messages/assert.hh"
 
 namespace Stg::internal::grid {
 
@@ -47,8 +48,14 @@ class Pool {
     return *this;
   }
 
-  T& operator[](uint32_t number) { return things_[number]; }
-  const T& operator[](uint32_t number) const { return things_[number]; }
+  T& operator[](uint32_t number) {
+    STAGE_ASSERT(number < End());
+    return things_[number];
+  }
+  const T& operator[](uint32_t number) const {
+    STAGE_ASSERT(number < End());
+    return things_[number];
+  }
   const T* data() const { return things_.data(); }
 
   /// Index of a free object with unspecified content. `share` is the calling thread's own while
@@ -62,10 +69,12 @@ class Pool {
         MakeOne();
     }
     const uint32_t number = free.back();
+    STAGE_ASSERT(number < End() && number < things_.capacity());
     free.pop_back();
     return number;
   }
   void Give(uint32_t number, PoolShare* share = nullptr) noexcept {
+    STAGE_ASSERT(number < End());
     try {
       (share ? share->free_ : free_).push_back(number);
     } catch (const std::bad_alloc&) {
@@ -87,6 +96,8 @@ class Pool {
     next_ = made_;
   }
   void EndSharing() {
+    STAGE_ASSERT(next_ >= made_ && next_ <= things_.capacity());
+    STAGE_ASSERT(left_ <= free_.size());
     free_.resize(left_);
     made_ = next_;
   }
@@ -102,12 +113,19 @@ class Pool {
   /// Freezes the pool. Later copies share its memory pages until they write to them.
   void MakeShareable() { things_.MakeShareable(made_); }
 
+  /// Number of objects that exist, free ones included, and the indices of the free ones. Not while
+  /// the pool is shared.
+  std::size_t made() const { return made_; }
+  const std::vector<uint32_t>& free() const { return free_; }
+
   /// Memory in use, in bytes.
   std::size_t bytes() const { return made_ * sizeof(T) + free_.capacity() * sizeof(uint32_t); }
 
  private:
   static constexpr std::size_t kAtOnce = PoolShare::kAtOnce;
 
+  /// Upper bound of the indices in use. While the pool is shared, next_ is above made_.
+  std::size_t End() const { return std::max(made_, next_.load(std::memory_order_relaxed)); }
   void Reserve(std::size_t capacity) {
     const std::size_t now = things_.capacity();
     if (capacity > now) things_.Reserve(std::max(capacity, now + now / 2), made_);
@@ -118,6 +136,7 @@ class Pool {
   }
   /// Refills from the free list while it can fill a whole share; otherwise creates new objects.
   void Refill(PoolShare* share) {
+    STAGE_ASSERT(share->free_.empty());
     std::size_t end = left_.load(std::memory_order_relaxed);
     while (end >= kAtOnce)
       if (left_.compare_exchange_weak(end, end - kAtOnce, std::memory_order_relaxed)) {

@@ -5,12 +5,20 @@
 #include <algorithm>
 #include <bit>
 
+#include "messages/assert.hh"
+
 namespace Stg::internal::grid {
 
 std::size_t CountCells(std::span<const TilePart> parts) {
   std::size_t count = 0;
   for (const TilePart& part : parts) count += static_cast<std::size_t>(std::popcount(part.cells));
   return count;
+}
+
+bool AreSorted(std::span<const TilePart> parts) {
+  for (std::size_t i = 1; i < parts.size(); i++)
+    if (!parts[i - 1].ComesBefore(parts[i])) return false;
+  return true;
 }
 
 void PartsMaker::Finish() {
@@ -29,6 +37,7 @@ void PartsMaker::Finish() {
     last->edges |= part->edges;
   }
   parts_.erase(last + 1, parts_.end());
+  STAGE_ASSERT(AreSorted(std::span(parts_).subspan(first_)));
 }
 
 }  // namespace Stg::internal::grid

@@ -38,6 +38,9 @@ void ForEachBit(uint64_t bits, F f) {
 
 std::size_t CountCells(std::span<const TilePart> parts);
 
+/// True if the parts are sorted and name each tile once.
+bool AreSorted(std::span<const TilePart> parts);
+
 /// Appends cells to a list as parts, sorted by tile with each tile once. Earlier elements of the
 /// list are left alone.
 class PartsMaker {

@@ -30,6 +30,7 @@ Body MakeBody(RandomSource* random, bool exact) {
   body.model = reinterpret_cast<Model*>(&somewhere);
   body.ranger_visible = !random->OneIn(4);
   if (exact) body.corners = &corner;
+  if (exact) body.edges = Body::kMaxEdges;
   return body;
 }
 

@@ -18,7 +18,7 @@ inline grid::TilePart PartOfCell(int32_t x, int32_t y) {
   return {.x = x >> 3, .y = y >> 3, .cells = uint64_t{1} << grid::Grid::BitOf(x, y)};
 }
 
-/// Adds a cell to a body; the same cell may be added several times.
+/// Adds a cell to a body that does not have it yet.
 inline grid::CellRef DrawCell(grid::Grid* grid, int32_t x, int32_t y, grid::BodyId body) {
   grid::TilePart part = PartOfCell(x, y);
   grid->Redraw(body, {}, std::span(&part, 1));

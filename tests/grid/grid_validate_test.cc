@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Grid::Validate() finds each kind of corruption, and assertions stop typical mistakes at the
+// place.
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "grid/grid.hh"
+#include "support/draw_cells.hh"
+#include "support/failed_assertions.hh"
+#include "support/random_source.hh"
+
+namespace Stg::internal::grid {
+
+/// Gives these tests access to the parts of a grid, to break them.
+class GridTamperer {
+ public:
+  explicit GridTamperer(Grid* grid) : grid_(*grid) {}
+
+  Grid::TileCells& Tile(uint32_t slot) { return grid_.tiles_[slot]; }
+  BodyList& ListOf(uint32_t slot, uint32_t bit) {
+    return grid_.lists_[Tile(slot).bodies & ~Grid::kSeveral][bit];
+  }
+  Grid::Node& FirstNode(uint32_t slot, uint32_t bit) {
+    return grid_.nodes_[ListOf(slot, bit) & ~Grid::kSeveral];
+  }
+  OutlinePart& Outline(uint32_t slot) { return grid_.outline_parts_[grid_.outlines_[slot]]; }
+  Body& BodyOf(BodyId id) { return grid_.bodies_[id]; }
+  uint64_t& StampOf(BodyId id) { return grid_.stamps_[id]; }
+  Grid::Region& RegionOf(uint32_t slot) { return grid_.regions_[slot / kTilesPerRegion]; }
+  Grid::Super& SuperOf(uint32_t slot) { return grid_.supers_[RegionOf(slot).super]; }
+  uint64_t& RegionMap(uint32_t slot) {
+    return grid_.region_maps_[grid_.RegionMapOf(slot / kTilesPerRegion)];
+  }
+  CellBox& Occupied() { return grid_.occupied_; }
+  Grid::Edit& OwnEdit() { return grid_.own_edit_; }
+  int64_t& DrawnCells() { return grid_.own_edit_.drawn_cells; }
+  int64_t& EmptyRegions() { return grid_.own_edit_.empty_regions; }
+  CellBox& Extent() { return grid_.own_edit_.extent; }
+  std::vector<ray_super_t>& Directory() { return grid_.directory_; }
+  std::vector<BodyId>& FreeBodies() { return grid_.free_bodies_; }
+  std::vector<uint32_t>& FreeRegions() { return grid_.free_regions_; }
+  /// Frees the node or the cell lists although they are in use.
+  void FreeNode(uint32_t slot, uint32_t bit) {
+    grid_.nodes_.Give(ListOf(slot, bit) & ~Grid::kSeveral);
+  }
+  void FreeLists(uint32_t slot) { grid_.lists_.Give(Tile(slot).bodies & ~Grid::kSeveral); }
+  void FreeOutline(uint32_t slot) { grid_.outline_parts_.Give(grid_.outlines_[slot]); }
+  /// Sets a bit of a layer's tile map alone.
+  void FlipTileMap(LayerIndex layer, uint32_t slot) {
+    const auto& maps = grid_.layers_[layer].cells.tile_maps();
+    const_cast<uint64_t&>(maps[slot / kTilesPerRegion]) ^= uint64_t{1} << slot % kTilesPerRegion;
+  }
+
+ private:
+  Grid& grid_;
+};
+
+namespace {
+
+Model* SomeModel() {
+  static int somewhere;
+  return reinterpret_cast<Model*>(&somewhere);
+}
+
+const point_t kCorners[] = {point_t(0, 0), point_t(1, 0)};
+
+Body MakeBody(bool exact = false) {
+  Body body;
+  body.z_max = 1;
+  body.model = SomeModel();
+  if (!exact) return body;
+  body.corners = kCorners;
+  body.edges = 1;
+  return body;
+}
+
+std::vector<TilePart> Row(int32_t x, int32_t y, int32_t length, uint32_t edges = 0) {
+  std::vector<TilePart> parts;
+  PartsMaker maker(&parts);
+  maker.AddRow(y, x, x + length - 1, edges);
+  maker.Finish();
+  return parts;
+}
+
+/// A grid with two bodies that share cell 0 of a tile, one of which also has cell 1, a third one
+/// alone in another tile, an exact outline, a removed body, and layers for rangers.
+struct Example {
+  Grid grid;
+  BodyId older, newer, alone, exact, removed;
+  uint32_t shared_slot, alone_slot;
+
+  Example() {
+    older = grid.AddBody(MakeBody());
+    newer = grid.AddBody(MakeBody());
+    alone = grid.AddBody(MakeBody());
+    exact = grid.AddBody(MakeBody(true));
+    removed = grid.AddBody(MakeBody());
+    grid.RangerLayer(0.5, true);
+    grid.RangerLayer(0.5, true, true);
+    grid.EverythingLayer(true);
+    std::vector<TilePart> one = Row(0, 0, 1), two = Row(0, 0, 2), far = Row(200, 100, 5);
+    std::vector<TilePart> outline = Row(0, 0, 3, 1);
+    grid.Redraw(older, {}, one);
+    grid.Redraw(newer, {}, two);
+    grid.Redraw(alone, {}, far);
+    grid.Redraw(exact, {}, outline);
+    grid.RemoveBody(removed);
+    shared_slot = one[0].slot;
+    alone_slot = far[0].slot;
+  }
+};
+
+struct Corruption {
+  std::string name;
+  std::function<void(GridTamperer*, const Example&)> make;
+  std::string fault;  ///< the beginning of what Validate() says
+};
+
+std::vector<Corruption> AllCorruptions() {
+  using T = GridTamperer;
+  return {
+      {"cells cleared", [](T* t, const Example& e) { t->Tile(e.alone_slot).cells = 0; },
+       "wrong number of filled tiles in region"},
+      {"a cell set", [](T* t, const Example& e) { t->Tile(e.alone_slot).cells |= 1 << 30; },
+       "wrong cells in layer 0"},
+      {"another body in a tile", [](T* t, const Example& e) { t->Tile(e.alone_slot).bodies = 99; },
+       "a body that is none"},
+      {"a removed body in a tile",
+       [](T* t, const Example& e) { t->Tile(e.alone_slot).bodies = e.removed + 1; },
+       "a body that is none"},
+      {"an exact body in a list",
+       [](T* t, const Example& e) { t->ListOf(e.shared_slot, 1) = e.exact + 1; },
+       "a body that is none in a cell"},
+      {"a tile without its body", [](T* t, const Example& e) { t->Tile(e.alone_slot).bodies = 0; },
+       "bodies without cells, or cells without"},
+      {"crowded bit cleared", [](T* t, const Example& e) { t->Tile(e.shared_slot).crowded = 0; },
+       "a wrong mark of a crowded cell"},
+      {"crowded bit set", [](T* t, const Example& e) { t->Tile(e.alone_slot).crowded = 1 << 30; },
+       "crowded cells that are not occupied"},
+      {"crowded cell of one body",
+       [](T* t, const Example& e) { t->Tile(e.alone_slot).crowded = t->Tile(e.alone_slot).cells; },
+       "crowded cells of a single body"},
+      {"cell lists freed", [](T* t, const Example& e) { t->FreeLists(e.shared_slot); },
+       "cell lists that are used twice or free"},
+      {"a node freed", [](T* t, const Example& e) { t->FreeNode(e.shared_slot, 0); },
+       "a node that is used twice or free"},
+      {"a node of another body",
+       [](T* t, const Example& e) { t->FirstNode(e.shared_slot, 0).id = 77; },
+       "a body that is none in a list"},
+      {"a ring of one node",
+       [](T* t, const Example& e) {
+         auto& node = t->FirstNode(e.shared_slot, 0);
+         node.next = node.previous = t->ListOf(e.shared_slot, 0) & ~Grid::kSeveral;
+       },
+       "a list of a single body"},
+      {"a link back", [](T* t, const Example& e) { t->FirstNode(e.shared_slot, 0).previous = 99; },
+       "a list whose"},
+      {"order reversed",
+       [](T* t, const Example& e) { std::swap(t->StampOf(e.older), t->StampOf(e.newer)); },
+       "a list out of order"},
+      {"a stamp of the future", [](T* t, const Example& e) { t->StampOf(e.newer) = 1000; },
+       "a stamp too high of body"},
+      {"layers of a body", [](T* t, const Example& e) { t->BodyOf(e.alone).layers = 0; },
+       "wrong layers of body"},
+      {"too many edges", [](T* t, const Example& e) { t->BodyOf(e.exact).edges = 33; },
+       "wrong number of edges of body"},
+      {"a bit in a tile map", [](T* t, const Example& e) { t->FlipTileMap(0, e.alone_slot + 1); },
+       "a wrong bit in the tile map of layer 0"},
+      {"cells of an outline", [](T* t, const Example& e) { t->Outline(e.shared_slot).cells |= 8; },
+       "wrong cells in layer"},
+      {"no cells of an outline",
+       [](T* t, const Example& e) { t->Outline(e.shared_slot).cells = 0; },
+       "an outline without cells"},
+      {"an outline of a thin body",
+       [](T* t, const Example& e) { t->Outline(e.shared_slot).id = e.alone; },
+       "an outline of no body"},
+      {"an edge that is none", [](T* t, const Example& e) { t->Outline(e.shared_slot).edges = 2; },
+       "an outline without cells, or with edges that do not exist"},
+      {"an outline freed", [](T* t, const Example& e) { t->FreeOutline(e.shared_slot); },
+       "an outline that is used twice or free"},
+      {"a live body freed", [](T* t, const Example& e) { t->FreeBodies().push_back(e.alone); },
+       "the free list holds a live body"},
+      {"a body freed twice", [](T* t, const Example& e) { t->FreeBodies().push_back(e.removed); },
+       "a free list holds twice or wrongly body"},
+      {"a region freed",
+       [](T* t, const Example& e) { t->FreeRegions().push_back(e.alone_slot / kTilesPerRegion); },
+       "a region table holds twice or wrongly region"},
+      {"place of a region", [](T* t, const Example& e) { t->RegionOf(e.alone_slot).place++; },
+       "another place than in the region table"},
+      {"tiles of a region", [](T* t, const Example& e) { t->RegionOf(e.alone_slot).tiles++; },
+       "wrong number of filled tiles in region"},
+      {"a region map", [](T* t, const Example& e) { t->RegionMap(e.alone_slot) = 0; },
+       "wrong bit in the region map"},
+      {"regions of a superregion",
+       [](T* t, const Example& e) { t->SuperOf(e.alone_slot).regions++; },
+       "wrong number of regions in superregion"},
+      {"use of a superregion",
+       [](T* t, const Example& e) { t->SuperOf(e.alone_slot).in_use = false; },
+       "wrong mark whether it is in use"},
+      {"place of a superregion", [](T* t, const Example& e) { t->SuperOf(e.alone_slot).x += 5; },
+       "the directory does not find superregion"},
+      {"the directory emptied",
+       [](T* t, const Example&) {
+         for (ray_super_t& entry : t->Directory()) entry.index = 0;
+       },
+       "the directory does not have one entry for each superregion"},
+      {"size of the directory", [](T* t, const Example&) { t->Directory().push_back({}); },
+       "the directory's size is no power of two"},
+      {"the occupied box", [](T* t, const Example&) { t->Occupied().max_x = 10; },
+       "outside of the occupied box"},
+      {"number of cells", [](T* t, const Example&) { t->DrawnCells()--; },
+       "wrong number of drawn cells"},
+      {"number of empty regions", [](T* t, const Example&) { t->EmptyRegions()++; },
+       "wrong number of empty regions"},
+      {"the extent", [](T* t, const Example&) { t->Extent() = CellBox(); },
+       "cells outside of the extent"},
+  };
+}
+
+TEST(GridValidateTest, FindsNoFaultInAGoodGrid) {
+  EXPECT_EQ(Grid().Validate(), "");
+  EXPECT_EQ(Example().grid.Validate(), "");
+}
+
+TEST(GridValidateTest, FindsEachKindOfCorruption) {
+  for (const Corruption& corruption : AllCorruptions()) {
+    Example example;
+    GridTamperer tamperer(&example.grid);
+    const test::FailedAssertions ignored;  // of the corruption itself
+    corruption.make(&tamperer, example);
+    EXPECT_TRUE(example.grid.Validate().starts_with(corruption.fault))
+        << corruption.name << ": \"" << example.grid.Validate() << '"';
+  }
+}
+
+TEST(GridValidateTest, FindsNoFaultWhileRandomBodiesMove) {
+  test::RandomSource random(1);
+  Grid grid;
+  struct Drawn {
+    BodyId id;
+    std::vector<TilePart> parts;
+  };
+  std::vector<Drawn> drawn;
+  for (int i = 0; i < 300; i++) {
+    const bool exact = random.OneIn(3);
+    if (drawn.size() < 20) drawn.push_back({grid.AddBody(MakeBody(exact)), {}});
+    Drawn& body = drawn[static_cast<size_t>(random.Int(0, static_cast<int>(drawn.size()) - 1))];
+    std::vector<TilePart> to;
+    const int reach = random.OneIn(4) ? 3000 : 20;
+    if (!random.OneIn(4))
+      to = Row(random.Int(-reach, reach), random.Int(-reach, reach), random.Int(1, 20),
+               grid.body(body.id).exact());
+    grid.Redraw(body.id, body.parts, to);
+    body.parts = to;
+    if (random.OneIn(20)) grid.RangerLayer(random.Real(0, 2), true, random.OneIn(2));
+    if (random.OneIn(10) && body.parts.empty()) {
+      grid.RemoveBody(body.id);
+      std::swap(body, drawn.back());
+      drawn.pop_back();
+    }
+    grid.AgeLayers();
+    ASSERT_EQ(grid.Validate(), "") << "after change " << i;
+    if (i % 30 == 0) {
+      ASSERT_EQ(Grid(grid).Validate(), "") << "of a copy after change " << i;
+    }
+  }
+}
+
+// Typical mistakes in code that uses the grid, or changes it. In builds with assertions they are
+// noticed where they happen, in others by Validate().
+
+TEST(GridMistakesTest, ABodyIsRemovedWithoutErasingItsCells) {
+  Example example;
+  const test::FailedAssertions failed;
+  example.grid.RemoveBody(example.alone);
+  EXPECT_EQ(example.grid.Validate().substr(0, 19), "a body that is none");
+  const BodyId reused = example.grid.AddBody(MakeBody());  // gets the same index
+  ASSERT_EQ(reused, example.alone);
+  std::vector<TilePart> there = Row(200, 100, 5);
+  example.grid.Redraw(reused, {}, there);
+  if (test::kAssertions) {
+    EXPECT_NE(failed.Text().find("libstage/grid/grid.cc"), std::string::npos) << failed.Text();
+    EXPECT_NE(failed.Text().find("tile.bodies != id + 1"), std::string::npos) << failed.Text();
+  }
+}
+
+TEST(GridMistakesTest, ABitOfATileMapIsOffByOne) {
+  Example example;
+  GridTamperer(&example.grid).FlipTileMap(kEverything, example.alone_slot);
+  GridTamperer(&example.grid).FlipTileMap(kEverything, example.alone_slot + 1);
+  EXPECT_EQ(example.grid.Validate().substr(0, 29), "a wrong bit in the tile map o");
+  const test::FailedAssertions failed;
+  std::vector<TilePart> from = Row(200, 100, 5);
+  from[0].slot = example.alone_slot;
+  example.grid.Redraw(example.alone, from, {});
+  if (test::kAssertions) {
+    EXPECT_NE(failed.Text().find("libstage/grid/occupancy.cc"), std::string::npos) << failed.Text();
+  }
+}
+
+TEST(GridMistakesTest, MovesThatShareATileAreMadeInTheWrongOrder) {
+  Example example;
+  Grid& grid = example.grid;
+  const BodyId first = grid.AddBody(MakeBody()), second = grid.AddBody(MakeBody());
+  std::vector<TilePart> cell = Row(0, 0, 1);
+  grid.MakeSlots(cell);
+  std::vector<Grid::Edit> edits(2);
+  const test::FailedAssertions failed;
+  grid.BeginSharedEdit({.parts = 2, .cells = 2, .bodies = 2}, &edits);
+  edits[1].Follow(1);
+  grid.Redraw(second, {}, cell, &edits[1]);
+  edits[0].Follow(0);
+  grid.Redraw(first, {}, cell, &edits[0]);
+  grid.EndSharedEdit(&edits);
+  EXPECT_EQ(grid.Validate().substr(0, 19), "a list out of order");
+  if (test::kAssertions) {
+    EXPECT_NE(failed.Text().find("stamps_[LastOf(*list)] < stamps_[id]"), std::string::npos)
+        << failed.Text();
+  }
+}
+
+}  // namespace
+}  // namespace Stg::internal::grid
