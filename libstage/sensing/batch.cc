@@ -3,8 +3,20 @@
 #include "sensing/batch.hh"
 
 #include <algorithm>
+#include <cmath>
+
+#include "messages/assert.hh"
 
 namespace Stg::internal::sensing {
+
+namespace {
+
+/// True if the vector has length 1, apart from rounding.
+[[maybe_unused]] bool IsUnit(const SineCosine& v) {
+  return std::fabs(v.sine * v.sine + v.cosine * v.cosine - 1) < 1e-9;
+}
+
+}  // namespace
 
 void RayBatch::Clear() {
   fan_count_ = 0;
@@ -25,6 +37,8 @@ BatchShare RayBatch::AddRoom(const BatchShare& share) {
   const BatchShare before{ray_count_, fan_count_, static_cast<uint32_t>(mask_words_.size()),
                           static_cast<uint32_t>(fans_with_own_directions_.size()),
                           own_directions_.size()};
+  STAGE_ASSERT(tables_ == nullptr);  // not closed
+  STAGE_ASSERT(share.fans <= UINT32_MAX - fan_count_);
   const uint32_t fans = fan_count_ + share.fans;
   if (fans > fans_.size()) fans_.resize(fans);
   if (fans > device_fans_.size()) device_fans_.resize(fans);
@@ -39,6 +53,12 @@ BatchShare RayBatch::AddRoom(const BatchShare& share) {
 
 void RayBatch::Put(uint32_t index, Fan fan, uint64_t first_ray, uint32_t samples,
                    const SelfMask& mask) {
+  STAGE_ASSERT(tables_ == nullptr && index < fan_count_ && first_ray + samples <= ray_count_);
+  STAGE_ASSERT(mask.width <= kMaxMaskSide && mask.height <= kMaxMaskSide);
+  STAGE_ASSERT(mask.words() == 0 || mask.first + mask.words() <= mask_words_.size());
+  STAGE_ASSERT(fan.layer < grid::kMaxLayers || fan.layer == grid::kNoLayer);
+  STAGE_ASSERT(fan.nothing || (fan.leg_cells <= RAY_LEG_CELLS && fan.legs >= 1));
+  STAGE_ASSERT(fan.nothing || IsUnit(fan.heading));
   fan.record.mask_x = mask.x;
   fan.record.mask_y = mask.y;
   fan.record.mask_size = mask.width | mask.height << 16;
@@ -55,7 +75,10 @@ void RayBatch::Put(const BatchShare& first, const FanList& list, const FanList::
   Fan fan = entry.fan;
   fan.record.first_direction = static_cast<uint32_t>(first.turns);
   const std::span<const SineCosine> turns = list.TurnsOf(entry);
+  STAGE_ASSERT(first.turns + turns.size() <= own_turns_.size());
+  STAGE_ASSERT(first.turned_fans < fans_with_own_directions_.size());
   for (size_t i = 0; i < turns.size(); i++) {
+    STAGE_ASSERT(IsUnit(turns[i]));
     own_turns_[first.turns + i] = turns[i];
     own_directions_[first.turns + i] = MakeDirection(turns[i]);
   }
@@ -64,21 +87,30 @@ void RayBatch::Put(const BatchShare& first, const FanList& list, const FanList::
 }
 
 void RayBatch::Close(const DirectionTables& tables) {
+  STAGE_ASSERT(tables_ == nullptr);
+  STAGE_ASSERT(
+      std::ranges::none_of(fans(), [](const Fan& f) { return f.layer == grid::kNoLayer; }));
   tables_ = &tables;
   const uint32_t first = static_cast<uint32_t>(tables.all().size());
-  for (const uint32_t i : fans_with_own_directions_)
+  for (const uint32_t i : fans_with_own_directions_) {
+    STAGE_ASSERT(i < fan_count_);
     device_fans_[i].record.first_direction = fans_[i].record.first_direction += first;
+  }
 }
 
 const Direction* RayBatch::DirectionsOf(const Fan& fan) const {
+  STAGE_ASSERT(tables_ != nullptr);  // closed
   const uint32_t in_tables = static_cast<uint32_t>(tables_->all().size());
   const uint32_t first = fan.record.first_direction;
+  STAGE_ASSERT(first + fan.record.samples <=
+               (first < in_tables ? 0 : own_directions_.size()) + in_tables);
   // Uses data(), because a fan without samples may have an index past the end.
   return first < in_tables ? tables_->all().data() + first
                            : own_directions_.data() + (first - in_tables);
 }
 
 const SineCosine* RayBatch::TurnsOf(const Fan& fan) const {
+  STAGE_ASSERT(tables_ != nullptr);  // closed
   const uint32_t in_tables = static_cast<uint32_t>(tables_->turns().size());
   const uint32_t first = fan.record.first_direction;
   return first < in_tables ? tables_->turns().data() + first
@@ -87,6 +119,7 @@ const SineCosine* RayBatch::TurnsOf(const Fan& fan) const {
 
 ray_mask_t RayBatch::SelfMaskOf(const Fan& fan) const {
   const FanRecord& r = fan.record;
+  STAGE_ASSERT(r.mask_size == 0 || r.mask_first < mask_words_.size());
   return {mask_words_.data() + r.mask_first, r.mask_x, r.mask_y, r.mask_size & 0xffff,
           r.mask_size >> 16};
 }
@@ -141,11 +174,13 @@ uint64_t OutlinesOfOthers(const grid::Grid& grid, const grid::TilePart& part, co
 void RayBatch::FillSelfMask(const SelfMask& mask, const grid::Grid& grid, const grid::Drawings& own,
                             const void* tree, bool exact) {
   if (mask.words() == 0) return;
+  STAGE_ASSERT(mask.first + mask.words() <= mask_words_.size());
   uint64_t* words = &mask_words_[mask.first];
   own.ForEachPart([&](const grid::TilePart& part) {
     const uint64_t hidden = part.cells & ~(exact ? OutlinesOfOthers(grid, part, tree)
                                                  : CellsOfOthers(grid, part, tree));
     const uint32_t x = static_cast<uint32_t>(part.x - mask.x);
+    STAGE_ASSERT(x < mask.width && static_cast<uint32_t>(part.y - mask.y) < mask.height);
     words[static_cast<uint32_t>(part.y - mask.y) * mask.width + x] |= hidden;
   });
 }

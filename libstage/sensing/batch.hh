@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "grid/grid.hh"
+#include "messages/assert.hh"
 #include "sensing/fan.hh"
 #include "sensing/fan_list.hh"
 
@@ -88,10 +89,15 @@ class RayBatch {
   std::span<const Fan> fans() const { return {fans_.data(), fan_count_}; }
   /// Sets the layer of a fan whose layer was still unknown when it was added.
   void SetLayer(uint32_t index, grid::LayerIndex layer) {
+    STAGE_ASSERT(index < fan_count_ && fans_[index].layer == grid::kNoLayer);
+    STAGE_ASSERT(layer < grid::kMaxLayers);
     fans_[index].layer = device_fans_[index].layer = layer;
   }
   /// Excludes a fan from the device, so that the host traces it.
-  void KeepFromDevice(uint32_t index) { device_fans_[index].fits = false; }
+  void KeepFromDevice(uint32_t index) {
+    STAGE_ASSERT(index < fan_count_);
+    device_fans_[index].fits = false;
+  }
   std::span<const DeviceFan> device_fans() const { return {device_fans_.data(), fan_count_}; }
   uint64_t ray_count() const { return ray_count_; }
   /// True if a device can number the rays: it has 32 bits for that.

@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "messages/assert.hh"
 #include "messages/report.hh"
 #include "threads/wall_clock.hh"
 
@@ -18,12 +19,20 @@ using threads::WallClock;
 class BatchTracer::Probe {
  public:
   /// Selects one interval in `of`, which is at least 2.
-  Probe(const std::vector<FanRun>& runs, std::size_t of) : runs_(runs), of_(of) {}
+  Probe(const std::vector<FanRun>& runs, std::size_t of) : runs_(runs), of_(of) {
+    STAGE_ASSERT(of >= 2);
+  }
 
   std::size_t count() const { return (runs_.size() + of_ - 1) / of_; }
-  const FanRun& operator[](std::size_t i) const { return runs_[i * of_]; }
+  const FanRun& operator[](std::size_t i) const {
+    STAGE_ASSERT(i < count());
+    return runs_[i * of_];
+  }
   std::size_t other_count() const { return runs_.size() - count(); }
-  const FanRun& Other(std::size_t i) const { return runs_[i + i / (of_ - 1) + 1]; }
+  const FanRun& Other(std::size_t i) const {
+    STAGE_ASSERT(i < other_count());
+    return runs_[i + i / (of_ - 1) + 1];
+  }
 
  private:
   const std::vector<FanRun>& runs_;
@@ -31,6 +40,7 @@ class BatchTracer::Probe {
 };
 
 void BatchTracer::SetWorkers(threads::WorkerPool* workers) {
+  STAGE_ASSERT(workers && workers->threads() >= 1);
   thread_data_.resize(std::max<std::size_t>(thread_data_.size(), workers->threads()));
   workers_ = workers;
 }
@@ -63,6 +73,7 @@ bool BatchTracer::KeepPrefilter(bool always) {
 }
 
 void BatchTracer::Trace() {
+  STAGE_ASSERT(workers_);
   RayBatch& batch = scene_.batch;
   batch.Close(scene_.tables);
   if (observed_.observer) RecordObserved();
@@ -122,6 +133,7 @@ void BatchTracer::TraceOnDevice() {
     waited += WallClock() - before;
     const std::size_t first = done;
     while (done < runs.size() && runs[done].first + runs[done].count <= fans_there) done++;
+    STAGE_ASSERT(done > first);
     TraceRuns(lists, done - first, [&](std::size_t i) { return runs[first + i]; });
   }
   statistics_.prefilter_seconds += waited;
@@ -134,6 +146,7 @@ std::size_t BatchTracer::WaitFor(std::size_t fan, HitLists* lists) {
   if (lists->per_ray == 0) return scene_.batch.fans().size();
   try {
     const std::size_t fans = prefilter_->WaitFor(scene_.batch, fan);
+    STAGE_ASSERT(fans > fan && fans <= scene_.batch.fans().size());
     statistics_.prefilter = prefilter_->statistics();
     return fans;
   } catch (const PrefilterError& error) {
@@ -194,6 +207,7 @@ HitLists BatchTracer::Prefilter(uint64_t rays) {
   // next batch, because SendAhead() uses the device too.
   workers_->HoldProcessors(!prefilter_->UsesHost());
   try {
+    STAGE_ASSERT(scene_.batch.FitsDevice() && rays <= scene_.batch.ray_count());
     const HitLists lists = prefilter_->Walk(scene_.grid, scene_.tables, scene_.batch, workers_);
     statistics_.device_steps++;
     statistics_.device_rays += rays;
@@ -230,6 +244,7 @@ void BatchTracer::TraceRuns(const HitLists& lists, std::size_t count, At at) {
       scene_.batch.ray_count() < kTooFewRays ? count : workers_->Grain(count, 32);
   const Tracer tracer(scene_.grid);
   workers_->Run(count, grain, [&](std::size_t begin, std::size_t end, unsigned thread) {
+    STAGE_ASSERT(begin < end && end <= count && thread < thread_data_.size());
     for (std::size_t i = begin; i < end; i++) TraceRun(tracer, at(i), lists, &thread_data_[thread]);
   });
   SumCounters();
@@ -246,7 +261,9 @@ void BatchTracer::SumCounters() {
 
 void BatchTracer::TraceRun(const Tracer& tracer, const FanRun& run, const HitLists& lists,
                            ThreadData* mine) const {
+  STAGE_ASSERT(run.count > 0 && run.first + run.count <= scene_.batch.fans().size());
   const std::span<const Fan> fans = scene_.batch.fans().subspan(run.first, run.count);
+  STAGE_ASSERT(std::ranges::all_of(fans, [](const Fan& fan) { return fan.sink != nullptr; }));
   for (const Fan& fan : fans) fan.sink->ExpectHits(fan.tag);
   tracer.TraceFans(scene_.batch, fans, lists, &mine->hits, &mine->counters);
   mine->hits.ForEachFan(

@@ -6,6 +6,8 @@
 #include <atomic>
 #include <utility>
 
+#include "messages/assert.hh"
+
 namespace Stg::internal::sensing {
 
 namespace {
@@ -99,6 +101,7 @@ void DeviceBatch::NameLayers() {
 void DeviceBatch::PlanLaunches(std::span<const double> shares, std::size_t work_group,
                                bool one_for_each_group,
                                const std::function<LayerPlace(grid::LayerIndex)>& place_of) {
+  STAGE_ASSERT(!shares.empty() && shares.back() == 1 && work_group > 0);
   PlanParts(shares);
   launches_.clear();
   group_records_.clear();
@@ -114,8 +117,10 @@ void DeviceBatch::PlanParts(std::span<const double> shares) {
   parts_.clear();
   std::size_t first = 0;
   for (const double share : shares) {
+    STAGE_ASSERT(share > 0 && share <= 1);
     const auto block = static_cast<std::size_t>(static_cast<double>(blocks) * share);
     const std::size_t end = std::min(block * kBlock, fans);
+    STAGE_ASSERT(first <= end);
     parts_.push_back({first, end});
     first = end;
   }
@@ -123,6 +128,7 @@ void DeviceBatch::PlanParts(std::span<const double> shares) {
 
 /// Index, among sorted fans, of the first fan of the group in the part that starts at `fan`.
 uint32_t DeviceBatch::FirstOfGroup(std::size_t group, std::size_t fan) const {
+  STAGE_ASSERT(fan <= group_of_fan_.size() && (fan % kBlock == 0 || fan == group_of_fan_.size()));
   const Group& g = groups_[group];
   if (fan == group_of_fan_.size()) return g.first_fan + g.fans;
   return next_in_group_[fan / kBlock * groups_.size() + group];
@@ -151,12 +157,16 @@ void DeviceBatch::PlanGroup(std::size_t group, std::size_t part, std::size_t wor
                             .tiles = place.tiles,
                             .unused = 0});
   launch.items += room;
+  STAGE_ASSERT(launch.items <= kMostItems && launch.items % work_group == 0);
   launch.end_group = g + 1;
 }
 
 void DeviceBatch::Write(const RayBatch& batch, void* memory, threads::WorkerPool* workers) {
   const std::span<const DeviceFan> fans = batch.device_fans();
   const std::vector<uint64_t>& masks = batch.mask_words();
+  STAGE_ASSERT(!parts_.empty());  // after PlanLaunches()
+  STAGE_ASSERT(fans.size() == group_of_fan_.size() && masks.size() == mask_words_);  // as in Sort()
+  STAGE_ASSERT(reinterpret_cast<uintptr_t>(memory) % alignof(ray_group_record_t) == 0);
   auto* const groups = static_cast<ray_group_record_t*>(memory);
   auto* const records = static_cast<FanRecord*>(memory) + first_fan_record();
   auto* const words = static_cast<uint64_t*>(memory) + first_mask();
@@ -164,8 +174,11 @@ void DeviceBatch::Write(const RayBatch& batch, void* memory, threads::WorkerPool
   const std::size_t blocks = CountBlocks(fans.size());
   ForEachBlock(fans.size(), workers, [&](std::size_t block, std::size_t first, std::size_t end) {
     uint32_t* const next = next_in_group_.data() + block * groups_.size();
-    for (std::size_t i = first; i < end; i++)
-      if (group_of_fan_[i] != kNoGroup) records[next[group_of_fan_[i]]++] = fans[i].record;
+    for (std::size_t i = first; i < end; i++) {
+      if (group_of_fan_[i] == kNoGroup) continue;
+      STAGE_ASSERT(fans[i].fits && next[group_of_fan_[i]] < fan_count_);
+      records[next[group_of_fan_[i]]++] = fans[i].record;
+    }
     const std::size_t word = masks.size() * block / blocks;  // plus a slice of the self-masks
     std::copy(masks.data() + word, masks.data() + masks.size() * (block + 1) / blocks,
               words + word);

@@ -6,6 +6,8 @@
 #include <bit>
 #include <span>
 
+#include "messages/assert.hh"
+
 namespace Stg::internal::sensing {
 
 namespace {
@@ -82,6 +84,7 @@ std::size_t DeviceLayers::Find(grid::LayerIndex index) const {
 }
 
 DeviceBatch::LayerPlace DeviceLayers::PlaceOf(grid::LayerIndex index) const {
+  STAGE_ASSERT(Find(index) < layers_.size());
   const auto number = [](std::size_t place) { return static_cast<uint32_t>(place); };
   const std::size_t first = FirstWord(Find(index));
   return {number(FirstRegionMap()), number(first), number(first + room_)};
@@ -90,6 +93,7 @@ DeviceBatch::LayerPlace DeviceLayers::PlaceOf(grid::LayerIndex index) const {
 bool DeviceLayers::LacksAll(const grid::Grid& grid,
                             const std::vector<grid::LayerIndex>& wanted) const {
   return std::any_of(wanted.begin(), wanted.end(), [&](grid::LayerIndex index) {
+    STAGE_ASSERT(Find(index) < layers_.size());  // after MakeRoom()
     const grid::Occupancy& cells = grid.occupancy(index);
     const Layer& layer = layers_[Find(index)];
     return layer.made != cells.made() ||
@@ -98,12 +102,14 @@ bool DeviceLayers::LacksAll(const grid::Grid& grid,
 }
 
 void DeviceLayers::WriteAll(const grid::Grid& grid, uint64_t* words) {
+  STAGE_ASSERT(grid.region_count() <= room_ && grid.region_maps().size() <= map_room_);
   const std::size_t known = grid.region_count() * kBodyWordsPerRegion;
   for (std::size_t i = 0; i < known; i++) words[i] = BodiesOf(grid, i);
   std::fill(words + known, words + FirstRegionMap(), 0);
   words += FirstRegionMap();
   grid.ForgetChangedBodies();
   const auto put = [&](std::span<const uint64_t> from, std::size_t room) {
+    STAGE_ASSERT(from.size() <= room);
     std::fill(std::copy(from.begin(), from.end(), words), words + room, 0);
     words += room;
   };
@@ -118,6 +124,7 @@ void DeviceLayers::WriteAll(const grid::Grid& grid, uint64_t* words) {
 }
 
 void DeviceLayers::NoteSent(const grid::Occupancy& cells, Layer* layer) {
+  STAGE_ASSERT(layer->regions <= cells.tile_maps().size() || layer->made != cells.made());
   layer->regions = cells.tile_maps().size();
   layer->made = cells.made();
   cells.ForgetChanges();
@@ -148,6 +155,7 @@ std::size_t DeviceLayers::CountChanges(const grid::Grid& grid,
 void DeviceLayers::WriteChanges(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted,
                                 uint64_t* values, uint32_t* places) {
   const auto put = [&](std::size_t place, uint64_t value) {
+    STAGE_ASSERT(place < this->words());
     *places++ = static_cast<uint32_t>(place);
     *values++ = value;
   };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "messages/assert.hh"
 #include "sensing/exact_visit.hh"
 
 namespace Stg::internal::sensing {
@@ -14,6 +15,7 @@ void ExactGroup::Trace(const RayGroup& rays, const Part* parts, const FirstHits&
   ranges_ = ranges;
   counters_ = counters;
   std::fill(met_, met_ + rays.count, nullptr);
+  STAGE_ASSERT(rays.exact && rays.count <= RayGroup::kMost);
   uint32_t end = 0;
   for (uint32_t i = 0; i < rays.part_count; i++) {
     Run run{parts[i], rays.parts[i].directions, end, end, end};
@@ -38,6 +40,7 @@ bool ExactGroup::HaveSame(grid::OutlineList a, grid::OutlineList b) const {
 }
 
 void ExactGroup::Settle(const Run& run, grid::OutlineList outlines, const FirstHits& first) {
+  STAGE_ASSERT(run.first <= run.from && run.from < run.end && run.end <= rays_->count);
   counters_->potential_hits += run.count();
   const uint32_t in_part = run.from - run.first;
   const OutlineRays rays{run.part.fan, run.directions + in_part, run.part.turns + in_part,
@@ -75,6 +78,7 @@ void ExactGroup::Keep(const Run& run) {
   const double range = run.part.fan->range;
   for (uint32_t i = 0; i < run.count(); i++) {
     if (!IsWithin(now_[i], range)) continue;
+    STAGE_ASSERT(which_[i] < bodies_.size());
     ranges_[run.from + i] = now_[i];
     met_[run.from + i] = bodies_[which_[i]];
   }
@@ -84,6 +88,7 @@ void ExactGroup::Keep(const Run& run) {
 void ExactGroup::GoOn(const Run& run, uint32_t ray, uint32_t hit) {
   const Fan& fan = *run.part.fan;
   const FanRecord& record = fan.record;
+  STAGE_ASSERT(hit != RAY_NO_HIT && ray >= run.from && ray < run.end);
   const Direction& d = run.directions[ray - run.first];
   ExactVisit<> visit(grid_, fan, LineOf(fan, run.part.turns[ray - run.first]));
   visit.Know(met_[ray], ranges_[ray]);

@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "grid/grid.hh"
+#include "messages/assert.hh"
 #include "sensing/crossing.hh"
 #include "sensing/fan.hh"
 #include "sensing/ray_record.hh"
@@ -91,6 +92,7 @@ class ExactVisit {
       return Decline(body, RayRecord::Answer::kMissed);
     const double along = FirstCrossing(line_, body.corners, part.edges);
     if (!IsNearer(body, along)) return Decline(body, RayRecord::Answer::kMissed);
+    STAGE_ASSERT(fan_.predicate && body.model && body.exact());
     if (!fan_.predicate(body.model, fan_.finder, fan_.arg))
       return Decline(body, RayRecord::Answer::kRefused, along);
     notes_.Body(body, RayRecord::Answer::kAccepted, along);

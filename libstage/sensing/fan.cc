@@ -8,6 +8,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "grid/grid.hh"
+#include "messages/assert.hh"
 
 namespace Stg::internal::sensing {
 
@@ -41,6 +42,7 @@ Direction MakeDirection(const SineCosine& turn) {
 Direction MakeDirection(double bearing) { return MakeDirection(TurnOf(bearing)); }
 
 double SampleBearing(double fov, uint32_t count, uint32_t i) {
+  STAGE_ASSERT(i < count);
   if (count < 2) return 0.0;
   return -fov / 2.0 + i * (fov / (count - 1));
 }
@@ -82,6 +84,7 @@ uint32_t DirectionTables::Find(const std::vector<double>& bearings) {
 template <typename BearingOf>
 uint32_t DirectionTables::Append(uint32_t count, BearingOf bearing_of) {
   const size_t first = all_.size();
+  STAGE_ASSERT(turns_.size() == first && first + count <= UINT32_MAX);
   turns_.resize(first + count);
   all_.resize(first + count);
   for (uint32_t i = 0; i < count; i++) {
@@ -93,6 +96,7 @@ uint32_t DirectionTables::Append(uint32_t count, BearingOf bearing_of) {
 
 void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre) {
   FanRecord& record = fan->record;
+  STAGE_ASSERT(cells_per_metre > 0);
   uint32_t fx = 0, fy = 0;
   fan->x = origin.x;
   fan->y = origin.y;
@@ -111,6 +115,7 @@ void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre
     cells = std::isinf(fan->legs) ? RAY_LEG_CELLS : cells / fan->legs;
     fan->leg_length = cells / cells_per_metre;
   }
+  STAGE_ASSERT(cells >= 0 && cells <= RAY_LEG_CELLS && fan->legs >= 1);
   fan->leg_cells = cells;
   fan->heading = SinCos(origin.a);
   record.fraction = fx | fy << 16;

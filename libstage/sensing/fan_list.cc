@@ -2,6 +2,8 @@
 
 #include "sensing/fan_list.hh"
 
+#include "messages/assert.hh"
+
 namespace Stg::internal::sensing {
 
 void FanList::Add(const Fan& fan, uint32_t samples, bool past_own_tree) {
@@ -15,6 +17,7 @@ void FanList::Add(const Fan& fan, std::span<const double> bearings) {
 
 std::span<const SineCosine> FanList::TurnsOf(const Entry& entry) const {
   if (!entry.turned) return {};
+  STAGE_ASSERT(entry.first_turn + entry.samples <= turns_.size());
   return std::span(turns_).subspan(entry.first_turn, entry.samples);
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "messages/assert.hh"
 #include "sensing/ray_group.hh"
 
 namespace Stg::internal::sensing {
@@ -64,6 +65,7 @@ void FanOrder::MakeRuns(std::span<const Fan> fans) {
     in_batch_.push_back({i, 1});
     rays = samples;
   }
+  STAGE_ASSERT(in_batch_.empty() || in_batch_.back().first + in_batch_.back().count == fans.size());
 }
 
 void FanOrder::Sort(std::span<const Fan> fans) {
@@ -77,6 +79,7 @@ void FanOrder::Sort(std::span<const Fan> fans) {
   });
   order_.clear();
   for (const Keyed& keyed : keyed_) order_.push_back(keyed.run);
+  STAGE_ASSERT(order_.size() == in_batch_.size());
 }
 
 }  // namespace Stg::internal::sensing

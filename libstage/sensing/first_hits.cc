@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "messages/assert.hh"
 #include "sensing/free_box.hh"
 #include "sensing/middle.hh"
 
@@ -30,7 +31,22 @@ void LeaveBox(const grid::CellBox& box, ray_t* ray) {
 
 }  // namespace
 
+namespace {
+
+/// True if the slices hold all rays of the group, and none is empty.
+[[maybe_unused]] bool IsComplete(const RayGroup& rays) {
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < rays.part_count; i++) {
+    if (rays.parts[i].count == 0) return false;
+    count += rays.parts[i].count;
+  }
+  return count == rays.count && count > 0 && count <= RayGroup::kMost;
+}
+
+}  // namespace
+
 void FirstHits::Look(const RayGroup& rays, double* ranges) {
+  STAGE_ASSERT(IsComplete(rays) && rays.words_of_a_ray >= 2);
   if (wide_walk_.look && rays.count >= kFewestForLanes) {
     wide_walk_.look(rays, grid_.tables(), {hits_, lists_, ranges, ends_});
   } else {
@@ -43,6 +59,7 @@ void FirstHits::Look(const RayGroup& rays, double* ranges) {
 }
 
 void FirstHits::Walk(const RayGroup& rays, double* ranges) {
+  STAGE_ASSERT(IsComplete(rays));
   if (wide_walk_.walk && rays.count >= kFewestForLanes) {
     wide_walk_.walk(rays, grid_.tables(), {hits_, lists_, ranges, ends_});
   } else {
@@ -138,6 +155,7 @@ void FirstHits::FindBodies(const RayGroup& rays) {
 }
 
 void FirstHits::FetchBodies(const RayGroup& rays) const {
+  STAGE_ASSERT(EndOfRun(rays.count - 1) == rays.count);
   for (uint32_t i = 0; i < rays.count; i = EndOfRun(i)) {
     if (lists_[i] == kNothing) continue;
     if (rays.exact)
@@ -173,6 +191,7 @@ grid::CellRef FirstHits::CellAt(int32_t x, int32_t y) {
 }
 
 void FirstHits::FindMiddles(uint32_t count) {
+  STAGE_ASSERT(count <= kAtOnce);
   if (count % 2 == 1) SetNoPassage(count);
   for (uint32_t i = 0; i < count; i += 2) {
     const auto pair = [i](double* numbers) -> Pair& {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "messages/assert.hh"
+
 namespace Stg::internal::sensing {
 
 namespace {
@@ -97,6 +99,7 @@ class Surroundings {
 
 /// Grows the box tile by tile towards the signs of x and y while it stays empty.
 CellBox Grown(const Surroundings& around, CellBox box, int x, int y) {
+  STAGE_ASSERT(!box.empty() && around.IsFree(box));
   int* const far_x = x > 0 ? &box.max_x : &box.min_x;
   int* const far_y = y > 0 ? &box.max_y : &box.min_y;
   uint32_t columns = around.Columns(box);
@@ -108,6 +111,8 @@ CellBox Grown(const Surroundings& around, CellBox box, int x, int y) {
               (around.row(*far_y + y) & Between(box.min_x, box.max_x)) == 0;
     if (grows_y) columns |= around.row(*far_y += y);
   }
+  STAGE_ASSERT(around.IsFree(box) && box.min_x >= 0 && box.max_x < kTiles);
+  STAGE_ASSERT(box.min_y >= 0 && box.max_y < kTiles);
   return box;
 }
 
@@ -137,6 +142,7 @@ FreeBoxes FindFreeBoxesOfMany(const RayGroup& rays) {
 }
 
 FreeBoxes FindFreeBoxes(const RayGroup& rays) {
+  STAGE_ASSERT(rays.part_count > 0);
   const FanRecord& first = *rays.parts[0].fan;
   Surroundings around(*rays.grid, first.x, first.y);
   around.Hide(*rays.mask);

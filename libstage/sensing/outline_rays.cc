@@ -7,6 +7,7 @@
 #include <iterator>
 #include <limits>
 
+#include "messages/assert.hh"
 #include "sensing/crossing.hh"
 
 namespace Stg::internal::sensing {
@@ -43,6 +44,7 @@ class Axis {
 }  // namespace
 
 LegEnd FindLegEnd(const FanRecord& fan, const Direction& d, uint32_t hit, double share) {
+  STAGE_ASSERT(share >= 0 && share <= 1 && hit != RAY_NO_HIT);
   const Displacement way = DisplacementOf(fan, d);
   const Axis x(fan.x, fan.fraction & 0xffff, way.x, ray_packed_u(hit));
   const Axis y(fan.y, fan.fraction >> 16, way.y, ray_packed_v(hit));
@@ -61,6 +63,7 @@ void MeetAlone(const OutlineRays& rays, uint32_t ray, const Outlines& outlines,
   uint32_t& which = found->which[ray] = 0;
   for (uint32_t i = 0; i < outlines.count; i++) {
     const OutlineEdges& some = outlines.edges[i];
+    STAGE_ASSERT(some.corners && some.edges != 0);
     const double range = FirstCrossing(line, some.corners, some.edges);
     if (!(range < nearest)) continue;
     nearest = range;

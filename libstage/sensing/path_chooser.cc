@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "messages/assert.hh"
+
 namespace Stg::internal::sensing {
 
 namespace {
@@ -18,6 +20,7 @@ constexpr int kEarlyProbes = 4;
 }  // namespace
 
 void PathComparison::Cost::Note(double seconds_per_ray) {
+  STAGE_ASSERT(seconds_per_ray >= 0);
   if (tries_++ < warm_ups_) return;
   const uint64_t noted = tries_ - warm_ups_;
   last_[(noted - 1) % kKept] = seconds_per_ray;

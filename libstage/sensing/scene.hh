@@ -10,6 +10,7 @@
 
 #include "geometry/geometry.hh"
 #include "grid/grid.hh"
+#include "messages/assert.hh"
 #include "sensing/batch.hh"
 
 namespace Stg::internal::sensing {
@@ -31,6 +32,7 @@ struct Scene {
   }
   /// Clears the grid for a new world.
   void Return() {
+    STAGE_ASSERT(going);
     going = false;
     grid.Become(grid::Grid());
   }

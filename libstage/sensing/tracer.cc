@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 
+#include "messages/assert.hh"
 #include "sensing/exact_group.hh"
 #include "sensing/exact_visit.hh"
 #include "sensing/first_hits.hh"
@@ -105,6 +106,7 @@ class CellVisit {
       notes_.Body(body, Answer::kOtherHeight);
       return false;
     }
+    STAGE_ASSERT(fan_.predicate && body.model);
     const bool accepted = fan_.predicate(body.model, fan_.finder, fan_.arg);
     notes_.Body(body, accepted ? Answer::kAccepted : Answer::kRefused);
     if (accepted) hit_ = body.model;
@@ -148,6 +150,7 @@ void Tracer::Begin(ray_t* ray, const Walk& walk, int64_t x, int64_t y) {
 
 /// Resumes a ray of one leg in the first cell of its list.
 void Tracer::BeginAtFirst(ray_t* ray, const Fan& fan, const Walk& walk) {
+  STAGE_ASSERT(walk.list.count > 0 && *walk.list.hits != RAY_NO_HIT && fan.single_leg());
   Begin(ray, walk, StartX(fan), StartY(fan));
   ray_resume(ray, ray_packed_u(*walk.list.hits), ray_packed_v(*walk.list.hits));
 }
@@ -224,6 +227,7 @@ RayHit Tracer::TraceCells(const Fan& fan, const Walk& walk, const Taking& notes)
   CellVisit<Taking> visit(grid_, fan, notes);
   ray_t ray;
   const LegRange legs = LegsInBox(fan, walk.view, start_x, start_y, walk.dx, walk.dy);
+  STAGE_ASSERT(legs.last < fan.legs);
   for (double k = legs.first; k <= legs.last; k += 1.0) {
     const int64_t x = start_x + static_cast<int64_t>(k) * walk.dx;
     const int64_t y = start_y + static_cast<int64_t>(k) * walk.dy;
@@ -273,6 +277,7 @@ namespace {
 
 /// Adds a result for the rays `begin` .. `end` - 1 of a fan. A `begin` of 0 starts a new fan.
 void AddRun(uint32_t begin, uint32_t end, Model* model, std::vector<HitRun>* runs) {
+  STAGE_ASSERT(begin < end && (begin == 0 || runs->back().end == begin));
   if (begin > 0 && runs->back().model == model)
     runs->back().end = end;
   else
@@ -300,6 +305,7 @@ class Tracer::Group {
     if (part_count_ > 0 && !GoTogether(*fans_[0], fan)) Trace();
     for (uint32_t begin = 0; begin < fan.record.samples;) {
       if (rays_ == RayGroup::kMost) Trace();
+      STAGE_ASSERT(fan.single_leg() && rays_ < RayGroup::kMost && part_count_ <= rays_);
       const uint32_t count = std::min(fan.record.samples - begin, RayGroup::kMost - rays_);
       fans_[part_count_] = &fan;
       begins_[part_count_] = begin;
@@ -366,6 +372,7 @@ class Tracer::Group {
     while (run.end < end) {  // neighbouring rays mostly hit the same
       run.from = run.end;
       run.end = first_.EndOfRun(run.from);
+      STAGE_ASSERT(run.end > run.from && run.end <= end);
       const grid::BodyList bodies = first_.Bodies(run.from);
       if (bodies == FirstHits::kNothing)
         End(run, nullptr);
@@ -398,6 +405,8 @@ class Tracer::Group {
   };
   /// Index of a ray in its fan.
   uint32_t SampleOf(const Run& run, uint32_t ray) const {
+    STAGE_ASSERT(run.part < part_count_ && ray >= run.first);
+    STAGE_ASSERT(begins_[run.part] + ray - run.first <= fans_[run.part]->record.samples);
     return begins_[run.part] + ray - run.first;
   }
   /// Stores the hit of rays whose ranges are known.
@@ -455,6 +464,7 @@ void Tracer::TraceOneByOne(const RayBatch& batch, const Fan& fan, double* ranges
   const SineCosine* turns = batch.TurnsOf(fan);
   const ray_mask_t mask = batch.SelfMaskOf(fan);
   const ray_grid_t view = grid_.View(fan.layer);
+  STAGE_ASSERT(!fan.single_leg());
   for (uint32_t i = 0; i < fan.record.samples; i++) {
     const RayHit hit = Trace(fan, view, {directions[i], turns[i]}, mask, counters);
     ranges[i] = hit.range;
@@ -476,6 +486,7 @@ void Tracer::TraceFans(const RayBatch& batch, std::span<const Fan> fans, const H
       group.AddAlone(fan);
   }
   group.Trace();
+  STAGE_ASSERT(hits->runs.empty() == (rays == 0));
 }
 
 }  // namespace Stg::internal::sensing

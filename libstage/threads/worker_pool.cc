@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "messages/assert.hh"
 #include "threads/processors.hh"
 
 namespace Stg::threads {
@@ -48,6 +49,7 @@ WorkerPool::WorkerPool(unsigned threads)
 unsigned CountForks() { return forks; }
 
 WorkerPool::~WorkerPool() {
+  STAGE_ASSERT(IsHere() && gate_ == 0);
   stop_ = true;
   WakeAll(&workers_queue_);
   for (std::thread& worker : workers_) worker.join();
@@ -74,6 +76,8 @@ void WorkerPool::RunBeside(const std::function<void()>& first, size_t count, siz
     if (count > 0) job(0, count, 0);
     return;
   }
+  STAGE_ASSERT(gate_ == 0 && failed_at_ == kNowhere);  // no job is running: jobs do not nest
+  STAGE_ASSERT(!stop_ && shares_.size() >= threads());
   job_ = &job;
   grain_ = grain;
   for (unsigned i = 0; i < threads(); i++) {
@@ -95,13 +99,21 @@ void WorkerPool::RunBeside(const std::function<void()>& first, size_t count, siz
 
 /// Closes the job, waits for the workers inside and rethrows the first exception.
 void WorkerPool::Finish(const std::exception_ptr& of_first) {
+  STAGE_ASSERT((gate_ & kOpen) != 0);
   gate_ -= kOpen;
   WaitUntil([this] { return gate_ == 0; }, &caller_queue_);
+  STAGE_ASSERT(AllTaken());
   if (failed_at_ != kNowhere) {
     failed_at_ = kNowhere;
     std::rethrow_exception(std::exchange(failure_, nullptr));
   }
   if (of_first) std::rethrow_exception(of_first);
+}
+
+/// True if no range of the job is left.
+bool WorkerPool::AllTaken() const {
+  const auto taken = [](const Share& share) { return share.next.load() >= share.end; };
+  return std::all_of(shares_.begin(), shares_.begin() + threads(), taken);
 }
 
 void WorkerPool::NoteFailure(size_t begin) {
@@ -140,6 +152,7 @@ void WorkerPool::WaitUntil(F is_true, WaitQueue* queue) {
 }
 
 void WorkerPool::TakeRanges(unsigned thread) {
+  STAGE_ASSERT(thread < threads());
   for (unsigned i = 0; i < threads(); i++) TakeFrom(&shares_[(thread + i) % threads()], thread);
 }
 
@@ -148,6 +161,7 @@ void WorkerPool::TakeFrom(Share* share, unsigned thread) {
   while (begin < share->end) {
     // Ranges shrink towards the end, so that all threads finish at about the same time.
     const size_t count = std::clamp<size_t>((share->end - begin) / 2, 1, grain_);
+    STAGE_ASSERT(job_ && grain_ >= 1);
     if (!share->next.compare_exchange_weak(begin, begin + count, std::memory_order_relaxed))
       continue;
     try {
@@ -167,6 +181,7 @@ bool WorkerPool::Enter() {
 }
 
 void WorkerPool::Leave() {
+  STAGE_ASSERT(gate_ >= kOneInside);
   if (gate_.fetch_sub(kOneInside) == kOneInside) WakeAll(&caller_queue_);
 }
 

@@ -99,6 +99,7 @@ class WorkerPool {
   void TakeRanges(unsigned thread);
   void TakeFrom(Share* share, unsigned thread);
   void Finish(const std::exception_ptr& of_first);
+  bool AllTaken() const;
   void NoteFailure(size_t begin);
   /// A waiter counts itself as asleep and then checks its condition again under the mutex. A waker
   /// makes the condition true and then checks for sleepers, so no wake-up is lost.
