@@ -8,6 +8,7 @@
 
 #include "geometry/load_error.hh"
 #include "geometry/trigonometry.hh"
+#include "messages/assert.hh"
 #include "messages/report.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
@@ -174,6 +175,7 @@ void ModelBlobfinder::TakeHits(uint32_t, const sensing::RayHits& hits) {
   blobs_.clear();
   const sensing::HitRun* run = hits.runs;
   for (uint32_t i = 0; i < hits.count;) {
+    STAGE_ASSERT(run->end > i && run->end <= hits.count);
     if (!run->model) {
       i = (run++)->end;
       continue;

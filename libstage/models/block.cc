@@ -8,6 +8,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "grid/outline.hh"
+#include "messages/assert.hh"
 #include "models/exact_drawing.hh"
 #include "models/host.hh"
 #include "models/model.hh"
@@ -92,6 +93,7 @@ void BlockGroup::AddRectangle(double x, double y, double dx, double dy, Bounds z
 }
 
 void BlockGroup::ChangeRectangle(size_t index, const bounds3d_t& box) {
+  STAGE_ASSERT(index < blocks_.size());
   FreezeShape();
   NoteChange();
   Block& block = *blocks_[index];
@@ -296,6 +298,7 @@ void BlockGroup::Erase() {
   for (const auto& block : blocks_) {
     if (!block->drawn_) continue;
     grid::Grid& grid = owner_.scene().grid;
+    STAGE_ASSERT(grid.body(block->body_).model == &owner_);
     if (block->exact_) block->exact_->Erase(&grid);
     grid.Redraw(block->body_, block->cells_, {});
     grid.RemoveBody(block->body_);
@@ -314,6 +317,7 @@ std::vector<BlockGroup::Drawing> BlockGroup::Drawings() const {
 }
 
 void BlockGroup::AdoptDrawings(const std::vector<Drawing>& drawings) {
+  STAGE_ASSERT(drawings.size() == blocks_.size() && !drawn_);
   for (size_t i = 0; i < blocks_.size(); i++) {
     Block& block = *blocks_[i];
     block.corners_ = drawings[i].corners;
@@ -337,6 +341,7 @@ void BlockGroup::RefreshVisibility(bool ranger_visible) {
   for (const auto& block : blocks_) {
     if (!block->drawn_) continue;
     grid::Body body = grid.body(block->body_);
+    STAGE_ASSERT(body.model == &owner_);
     body.ranger_visible = ranger_visible;
     grid.ChangeBody(block->body_, body, block->cells_);
     if (block->exact_) block->exact_->Change(&grid, body);
@@ -346,6 +351,7 @@ void BlockGroup::RefreshVisibility(bool ranger_visible) {
 // ---- Placement ----------------------------------------------------------------------------------
 
 void Placement::Plan(Model& model, bool with_children) {
+  STAGE_ASSERT(!model.scene().going);
   items_.clear();
   corners_.clear();
   parts_.clear();
@@ -398,6 +404,7 @@ void Placement::PlanCells(size_t first_item) {
 
 /// Rejects the last body, which has `cells` cells, and removes its corners.
 void Placement::Refuse(size_t first_item, double cells) {
+  STAGE_ASSERT(first_item < items_.size() && cells > 0);
   growth_ -= cells;
   const size_t first_corner = items_[first_item].first_corner;
   corners_.resize(first_corner);
@@ -514,6 +521,11 @@ bool Placement::MayShareEdit() const {
   });
 }
 
+bool Placement::IsInPlace() const {
+  return std::ranges::none_of(
+      items_, [](const Item& item) { return item.moved && item.refused_cells == 0; });
+}
+
 size_t Placement::MostExactParts(size_t tiles) const {
   size_t parts = 0;
   if (!exact_corners_.empty())
@@ -552,14 +564,17 @@ void Placement::TellTooLarge(const Item& item) {
 }
 
 std::span<const point_int_t> Placement::CornersOf(const Item& item) const {
+  STAGE_ASSERT(&item >= items_.data() && &item <= &items_.back());
   const bool is_last = &item == &items_.back();
   const size_t end = is_last ? corners_.size() : (&item + 1)->first_corner;
+  STAGE_ASSERT(item.first_corner <= end && end <= corners_.size());
   return std::span(corners_).subspan(item.first_corner, end - item.first_corner);
 }
 
 std::span<grid::TilePart> Placement::PartsOf(const Item& item) {
   const bool is_last = &item == &items_.back();
   const size_t end = is_last ? parts_.size() : (&item + 1)->first_part;
+  STAGE_ASSERT(item.first_part <= end && end <= parts_.size());
   return std::span(parts_).subspan(item.first_part, end - item.first_part);
 }
 
@@ -568,6 +583,7 @@ std::span<const grid::TilePart> Placement::PartsOf(const Item& item) const {
 }
 
 void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
+  STAGE_ASSERT(!edit || (item.block->drawn_ && item.refused_cells == 0 && item.model->is_noted()));
   item.model->NoteDrawn();
   item.model->blockgroup->NoteDrawnSinceLoading(true);
   Block& block = *item.block;
@@ -589,6 +605,7 @@ void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
   }
   if (!item.moved) return;
   const std::span<grid::TilePart> parts = PartsOf(item);
+  STAGE_ASSERT(grid::AreSorted(parts) && (parts.empty() || !corners.empty()));
   // Allocates first, so that the block always matches what is drawn.
   block.cells_.reserve(parts.size());
   block.corners_.reserve(corners.size());
@@ -609,6 +626,7 @@ void Placement::AddExactDrawings() {
 void Placement::DrawExactly(const Item& item, const grid::Body& body, grid::Grid::Edit* edit) {
   Block& block = *item.block;
   sensing::Scene& scene = item.model->scene();
+  STAGE_ASSERT(scene.exact_drawing && exact_corners_.size() == corners_.size());
   if (!block.exact_) block.exact_ = std::make_unique<ExactDrawing>();
   block.exact_->Draw(&scene.grid, body,
                      std::span(exact_corners_).subspan(item.first_corner, CornersOf(item).size()),

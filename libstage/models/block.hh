@@ -199,6 +199,8 @@ class Placement {
   /// Returns the first model with which a body would collide: an unrelated obstacle of overlapping
   /// height drawn in one of its cells, or the ground if a body reaches below z 0.
   Model* Collision(Model* ground) const;
+  /// True if all bodies are drawn where they were planned, apart from those that are too large.
+  bool IsInPlace() const;
   /// Outline cells summed over all bodies, with multiplicity, including rejected oversized bodies.
   double CountCells() const { return cells_; }
   /// Moves the drawings to the proposed position. Oversized bodies are not drawn, with a message.

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "geometry/trigonometry.hh"
+#include "messages/assert.hh"
 #include "messages/log.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
@@ -126,6 +127,7 @@ void ModelBumper::Gather(sensing::FanList* fans) {
 }
 
 void ModelBumper::AddLine(uint32_t index, const Pose& frame, sensing::FanList* fans) {
+  STAGE_ASSERT(index < configs_.size() && index < lines_.size());
   const BumperConfig& config = configs_[index];
   Pose start = frame + Pose(config.pose.x, config.pose.y, 0, config.pose.a);
   start.a = normalize(start.a + M_PI / 2);
@@ -148,6 +150,7 @@ void ModelBumper::AddLine(uint32_t index, const Pose& frame, sensing::FanList* f
 void ModelBumper::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
   // The bumper may have been shut down since the rays were added.
   if (!samples || tag >= results_.size()) return;
+  STAGE_ASSERT(hits.count == 1);
   BumperSample& sample = results_[tag];
   sample.hit = hits.runs[0].model;
   if (!sample.hit) return;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "geometry/trigonometry.hh"
+#include "messages/assert.hh"
 
 namespace Stg::camera {
 
@@ -193,6 +194,7 @@ void Raster::AddEdge(const Point& from, const Point& to) {
   end_row_ = std::max(end_row_, end);
   const double slope = (high.right - low.right) / (high.up - low.up);
   for (int row = begin; row < end; row++) {
+    STAGE_ASSERT(row >= 0 && row < height_);
     int& first = first_of_row_[static_cast<size_t>(row)];
     const double x = low.right + (row + 0.5 - low.up) * slope;
     crossings_.push_back({x, upwards ? 1 : -1, first});
@@ -225,6 +227,7 @@ void Raster::FillRow(int row, const Plane& plane, Rgba color) {
 
 void Raster::FillSpan(int row, double from, double to, const Plane& plane, Rgba color) {
   const int begin = FirstPixel(from, width_), end = FirstPixel(to, width_);
+  STAGE_ASSERT(begin >= 0 && end <= width_ && row >= 0 && row < height_);
   const double in_row = plane.constant + plane.y * (row + 0.5);
   const size_t offset = static_cast<size_t>(row) * static_cast<size_t>(width_);
   float* depth = depth_ + offset;

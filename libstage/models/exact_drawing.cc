@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "grid/cover.hh"
+#include "messages/assert.hh"
 
 namespace Stg {
 
@@ -41,6 +42,7 @@ void ExactDrawing::Draw(grid::Grid* grid, const grid::Body& body, std::span<cons
     return;
   }
   const size_t runs = RunsOf(count);
+  STAGE_ASSERT(!edit || runs == runs_.size());  // see MayShareEdit()
   if (runs != runs_.size()) Erase(grid);
   // Exception safety: allocations may fail at any time, but bodies in the grid must never refer to
   // freed corners, and runs_ must match what is drawn.
@@ -63,12 +65,14 @@ void ExactDrawing::Draw(grid::Grid* grid, const grid::Body& body, std::span<cons
     run.body = grid->AddBody(BodyOf(body, runs_.size()));
     runs_.push_back(std::move(run));
   }
+  STAGE_ASSERT(runs_.size() == runs);
   for (size_t i = 0; i < runs; i++) DrawRun(grid, i, cells_per_metre, edit);
 }
 
 grid::Body ExactDrawing::BodyOf(const grid::Body& body, size_t run) const {
   grid::Body part = body;
   const size_t first = run * kRunEdges;
+  STAGE_ASSERT(first + 1 < corners_.size());
   part.corners = corners_.data() + first;
   part.edges = static_cast<uint32_t>(std::min(kRunEdges, corners_.size() - 1 - first));
   Enclose(&part);
@@ -78,6 +82,7 @@ grid::Body ExactDrawing::BodyOf(const grid::Body& body, size_t run) const {
 void ExactDrawing::DrawRun(grid::Grid* grid, size_t index, double cells_per_metre,
                            grid::Grid::Edit* edit) {
   static thread_local std::vector<grid::TilePart> cells;  // static to reuse its memory
+  STAGE_ASSERT(index < runs_.size() && grid->body(runs_[index].body).exact());
   Run& run = runs_[index];
   cells.clear();
   grid::PartsMaker maker(&cells);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "geometry/trigonometry.hh"
+#include "messages/assert.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/property_checks.hh"
@@ -157,6 +158,7 @@ void ModelFiducial::TakeHits(uint32_t, const sensing::RayHits& hits) {
   const sensing::HitRun* run = hits.runs;
   for (uint32_t i = 0; i < hits.count; i++) {
     if (i == run->end) run++;
+    STAGE_ASSERT(i < run->end && run->end <= hits.count);
     const Fiducial& candidate = candidates_[i];
     if (!candidate.mod) continue;
     const Model* hit = run->model;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <new>
 
+#include "messages/assert.hh"
 #include "models/fiducial.hh"
 
 namespace Stg {
@@ -58,7 +59,8 @@ void FiducialIndex::SortPlaces() {
 }
 
 const std::vector<uint32_t>& FiducialIndex::Near(double x, double y, double reach) const {
-  static thread_local std::vector<uint32_t> near;  // static to reuse its memory
+  STAGE_ASSERT(known_ && places_.size() == targets_.size());  // after Refresh()
+  static thread_local std::vector<uint32_t> near;             // static to reuse its memory
   near.clear();
   if (!std::isfinite(x) || !std::isfinite(y) || !(reach >= 0)) return near;
   const double last_strip = StripOf(x + reach);

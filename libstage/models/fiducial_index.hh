@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "geometry/geometry.hh"
+#include "messages/assert.hh"
 
 namespace Stg {
 
@@ -37,7 +38,10 @@ class FiducialIndex {
   /// Valid until this thread's next call. The cost depends on the number of nearby targets, not of
   /// all.
   const std::vector<uint32_t>& Near(double x, double y, double reach) const;
-  const Target& target(uint32_t i) const { return targets_[i]; }
+  const Target& target(uint32_t i) const {
+    STAGE_ASSERT(known_ && i < targets_.size());
+    return targets_[i];
+  }
 
   /// Registers subscribed finders, which keep pointers to targets.
   void AddFinder(ModelFiducial* finder);

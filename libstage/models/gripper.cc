@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "messages/assert.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/host.hh"
@@ -209,6 +210,7 @@ void ModelGripper::ShapeBody() {
   shape_due_ = false;
   if (!HasBody()) return;
   const auto& blocks = blockgroup->blocks();
+  STAGE_ASSERT(blocks.size() > kRight);
   bounds3d_t box(Extent(*blocks[kBase], &point_t::x), Extent(*blocks[kBase], &point_t::y),
                  blocks[kBase]->z_range());
   for (const size_t finger : {kLeft, kRight}) {
@@ -325,6 +327,7 @@ void ModelGripper::AddRay(uint32_t tag, const Pose& local, double length, sensin
 }
 
 void ModelGripper::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
+  STAGE_ASSERT(tag < std::size(hits_) && hits.count == 1);
   hits_[tag] = hits.runs[0].model;
   hit_ids_[tag] = hits_[tag] ? hits_[tag]->GetId() : 0;
 }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "messages/assert.hh"
+
 namespace Stg {
 
 namespace {
@@ -25,6 +27,7 @@ void Host::FinishRaysOf(const Model* finder) {
 
 void Host::Insert(std::vector<Model*>* list, Model* model) {
   const auto place = std::lower_bound(list->begin(), list->end(), model->GetId(), IsBefore);
+  STAGE_ASSERT(place == list->end() || *place == model || (*place)->GetId() > model->GetId());
   if (place == list->end() || *place != model) list->insert(place, model);
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "geometry/trigonometry.hh"
+#include "messages/assert.hh"
 #include "models/block.hh"
 #include "models/model.hh"
 
@@ -70,6 +71,8 @@ void LineInBodies::AddBlock(const Block& block, const point_t& from, const point
 /// Uses winding numbers, because holes in pictures are separate outlines of opposite orientation.
 void LineInBodies::AddInsides() {
   std::sort(crossings_.begin(), crossings_.end());
+  STAGE_ASSERT(crossings_.empty() ||
+               !(crossings_.front().along < 0 || crossings_.back().along > 1));
   int winding = 0;
   double entered = 0;
   for (const Crossing& crossing : crossings_) {
@@ -94,6 +97,7 @@ double LineInBodies::ShareInside() {
     if (inside.max > from) sum += inside.max - from;
     reached = std::max(reached, inside.max);
   }
+  STAGE_ASSERT(!(sum < 0) && !(sum > 1 + 1e-9));  // not a number if a pose overflows
   return sum;
 }
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "geometry/fnv1a.hh"
+#include "messages/assert.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/flag.hh"
@@ -112,6 +113,7 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       controllers_(0),
       random_(SeedOfPlace(parent ? parent->random_.seed() : world_->seed(), type_,
                           AboveOf(parent, world_).CountOfType(type_))) {
+  STAGE_ASSERT(!parent || parent->world == world);
   if (!parent) gui.move = true;  // the default may have been false before
   Ancestor& above = AboveOf(parent, world);
   const unsigned int count = above.CountOfType(type);
@@ -238,6 +240,7 @@ void Model::ClearBlocks() {
 }
 
 void Model::Map() {
+  STAGE_ASSERT(!scene_->going);
   if (world->host().loading) return;  // all bodies are drawn after loading
   world->host().TraceBatch();
   Placement& placement = world->host().placement;
@@ -253,6 +256,7 @@ void Model::NoteDrawn() {
 
 bool Model::ShowAgainToRangers() {
   if (vis.ranger_return < 0) return false;
+  STAGE_ASSERT(hidden_from_rangers_);
   hidden_from_rangers_ = false;
   blockgroup->RefreshVisibility(true);
   return true;
@@ -390,6 +394,7 @@ void Model::Unsubscribe() {
 /// Schedules the next update and voids a pending one.
 void Model::ScheduleUpdate() {
   update_chain_ = UpdateChain::Next(update_chain_);
+  STAGE_ASSERT(update_chain_ >> 32 == id && subs > 0);
   world->host().ScheduleUpdate(this, NextUpdateAfter(world->SimTimeNow()), update_chain_);
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "geometry/load_error.hh"
+#include "messages/assert.hh"
 #include "models/host.hh"
 #include "models/model.hh"
 #include "models/thrown.hh"
@@ -52,6 +53,7 @@ void Model::Callbacks::Tidy() {
 struct Model::Callbacks::Round {
   explicit Round(Callbacks* callbacks) : all(callbacks) { all->rounds++; }
   ~Round() {
+    STAGE_ASSERT(all->rounds > 0);
     if (--all->rounds == 0) all->Tidy();
   }
   Round(const Round&) = delete;
@@ -68,6 +70,7 @@ class CallOutsideOfStep {
     host_->calls++;
   }
   ~CallOutsideOfStep() {
+    STAGE_ASSERT(!host_ || host_->calls > 0);
     if (host_) host_->calls--;
   }
   CallOutsideOfStep(const CallOutsideOfStep&) = delete;
@@ -91,6 +94,7 @@ int Model::CallEach(callback_type_t t, F call) {
   const Callbacks::Round round(callbacks.get());
   const CallOutsideOfStep call_outside_of_step(world);
   for (size_t i = 0; i < count && !callbacks->orphaned; i++) {
+    STAGE_ASSERT(i < callbacks->all.size());  // entries are erased only after the last round
     const Callback entry = callbacks->all[i];
     if (entry.type != t || !entry.function) continue;
     try {

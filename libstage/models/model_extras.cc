@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "messages/assert.hh"
 #include "models/block.hh"
 #include "models/flag.hh"
 #include "models/power_pack.hh"
@@ -61,6 +62,7 @@ void Model::AppendTouchingModels(std::vector<Model*>* touching) const {
   blockgroup->AppendDrawings(&drawings, false);
   drawings.ForEachCell([&](grid::CellRef cell) {
     grid.AnyIn(cell, [&](grid::BodyId other) {
+      STAGE_ASSERT(other < last_look.size() && !grid.body(other).exact());
       if (std::exchange(last_look[other], look) == look) return false;
       const grid::Body& body = grid.body(other);
       if (!IsRelated(body.model)) touching->push_back(body.model);
@@ -81,6 +83,7 @@ void Model::UpdateTrail() {
     trail.push_back(item);
     return;
   }
+  STAGE_ASSERT(trail_index < trail.size());
   trail[trail_index] = item;
   trail_index = (trail_index + 1) % trail_length;
 }

@@ -3,6 +3,7 @@
 // Models that cast rays: how their fans enter the batch.
 
 #include "geometry/fnv1a.hh"
+#include "messages/assert.hh"
 #include "models/block.hh"
 #include "models/host.hh"
 #include "models/model.hh"
@@ -46,8 +47,10 @@ sensing::BatchShare Model::MeasureRoom(sensing::FanList* fans, SelfMasksToMake* 
 bool Model::FillRoom(sensing::BatchShare room, const sensing::FanList& fans, size_t first_fan,
                      size_t count) {
   bool layers_found = true;
+  STAGE_ASSERT(first_fan + count <= fans.size());
   for (const sensing::FanList::Entry& listed : fans.From(first_fan).first(count)) {
     const sensing::Fan& fan = listed.fan;
+    STAGE_ASSERT(fan.finder == this && fan.sink && fan.predicate);
     scene_->batch.Put(
         room, fans, listed,
         listed.past_own_tree ? root->self_masks_->of[fan.exact].mask : sensing::SelfMask());
@@ -65,6 +68,7 @@ void Model::GatherAlone() {
   shared.fans.Clear();
   SelfMasksToMake masks;
   const sensing::BatchShare share = MeasureRoom(&shared.fans, &masks);
+  STAGE_ASSERT(share.fans >= shared.fans.size());
   if (share.fans == 0) return;
   const sensing::BatchShare room = shared.batch.AddRoom(share);
   masks.Place(*this, room.words);

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <string>
 
+#include "messages/assert.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/host.hh"
@@ -71,6 +72,7 @@ bool Model::IsDescendent(const Model* testmod) const {
 }
 
 void Model::SetRoot(Model* new_root) {
+  STAGE_ASSERT(new_root->parent == nullptr);
   root = new_root;
   for (Model* child : children) child->SetRoot(new_root);
 }
@@ -78,6 +80,7 @@ void Model::SetRoot(Model* new_root) {
 /// Changes the parent; null means the world. Removes the model from the grid and keeps the pose
 /// relative to the old parent.
 void Model::MoveTo(Model* newparent) {
+  STAGE_ASSERT(!newparent || (newparent->world == world && !IsDescendent(newparent)));
   world->host().family_changes++;
   UnMapWithChildren();
   if (parent)
@@ -98,6 +101,7 @@ int Model::SetParent(Model* newparent) {
   MoveTo(newparent);
   pose = parent ? parent->LocalPoseOf(global, parent->GetGlobalPose()) : global;
   pose.a = normalize(pose.a);
+  STAGE_ASSERT(Depth() + Height() <= kDeepest);
   Map();
   if (SurvivesCallbacks(CB_PARENT)) CallCallbacks(CB_POSE);
   return 0;

@@ -7,6 +7,7 @@
 
 #include "geometry/random.hh"
 #include "geometry/trigonometry.hh"
+#include "messages/assert.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/host.hh"
@@ -302,6 +303,7 @@ void ModelPosition::Shutdown() {
 
 double ModelPosition::SecondsSinceUpdate() {
   const usec_t now = world->SimTimeNow();
+  STAGE_ASSERT(now >= last_update_);
   const double seconds = static_cast<double>(now - last_update_) / kSecond;
   last_update_ = now;
   return seconds;
@@ -453,6 +455,7 @@ void ModelPosition::Move() {
 
 bool ModelPosition::BeginMove(Placement* placement) {
   if (StaysStill()) return false;
+  STAGE_ASSERT(AllFinite(pose) && HasSubscribers());
   pose_before_move_ = pose;
   // Translates along the old heading, then turns.
   pose = pose + MotionOfStep(velocity);

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "geometry/trigonometry.hh"
+#include "messages/assert.hh"
 #include "messages/log.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
@@ -265,7 +266,9 @@ Pose ModelRanger::OriginOf(const Sensor& sensor, const Pose& frame, const SineCo
 }
 
 sensing::Fan ModelRanger::FanOf(uint32_t index, const Pose& frame, const SineCosine& turn) const {
+  STAGE_ASSERT(index < sensors_.size());
   const Sensor& sensor = sensors_[index];
+  STAGE_ASSERT(sensor.HasTable(scene().tables.generation()));  // after GetReady()
   sensing::Fan fan;
   fan.predicate = StopsRanger;
   fan.finder = this;
@@ -365,6 +368,7 @@ void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
   double* const intensities = sensor.intensities.data();
   const sensing::HitRun* run = hits.runs;
   for (uint32_t i = 0; i < hits.count; run++) {
+    STAGE_ASSERT(run->end > i && run->end <= hits.count);
     const double intensity = run->model ? run->model->vis.ranger_return : 0.0;
     // Usually intensities do not change; not writing them saves memory bandwidth.
     for (; i < run->end; i++)
@@ -384,6 +388,7 @@ void ModelRanger::Sensor::AddRangeNoise() {
     if (!(r < range.max) || r < least) continue;
     const double relative = r * share * UniformError(&random_);
     const double noisy = r + relative + (deviation > 0 ? deviation * NormalError(&random_) : 0.0);
+    STAGE_ASSERT(least <= range.max);
     r = std::clamp(noisy, least, range.max);
   }
 }

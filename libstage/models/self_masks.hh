@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cstdint>
 
+#include "messages/assert.hh"
 #include "models/model.hh"
 #include "sensing/scene.hh"
 
@@ -46,6 +47,7 @@ class Model::SelfMasksToMake {
   void Place(const Model& model, uint32_t first_word) const {
     for (const bool exact : {false, true}) {
       if (!planned_[exact]) continue;
+      STAGE_ASSERT(model.root->self_masks_->of[exact].batch == model.scene_->batch_number);
       sensing::SelfMask& mask = model.root->self_masks_->of[exact].mask;
       mask.first = first_word;
       first_word += mask.words();

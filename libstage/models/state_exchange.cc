@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "messages/assert.hh"
 #include "models/model.hh"
 
 namespace Stg {
@@ -58,6 +59,7 @@ void StateExchange::Finish() {
 }
 
 void StateExchange::MakeRoom(size_t bytes) {
+  STAGE_ASSERT(!hashing());
   if (restoring()) return Fail("the state ends too early");
   constexpr size_t kSome = 256;
   const size_t so_far = saved();
@@ -85,6 +87,7 @@ void StateExchange::Plain(void* bytes, size_t size) {
   else
     std::copy_n(place, size, at_);
   at_ += size;
+  STAGE_ASSERT(at_ <= end_);
 }
 
 void StateExchange::Expect(uint64_t value, const char* what) {

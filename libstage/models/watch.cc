@@ -2,6 +2,7 @@
 
 #include "models/watch.hh"
 
+#include "messages/assert.hh"
 #include "models/host.hh"
 #include "world/world.hh"
 
@@ -14,7 +15,10 @@ Watch::Watch(const Model& model)
 
 Watch::~Watch() {
   if (gone()) return;  // already unlinked, and the list may not exist any more
-  while (*list_ != this) list_ = &(*list_)->next_;
+  while (*list_ != this) {
+    STAGE_ASSERT(*list_);
+    list_ = &(*list_)->next_;
+  }
   *list_ = next_;
 }
 
