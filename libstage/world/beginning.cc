@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "messages/assert.hh"
 #include "models/model.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -52,6 +53,7 @@ bool World::MayBeginAgain() {
 
 /// Draws the same random numbers in the same order as loading with that seed.
 void World::RestartRandomNumbers(const WorldBeginning& beginning, uint64_t seed) {
+  STAGE_ASSERT(beginning.indices.size() == engine_->models.size());
   options_.seed = seed;
   random_.Restart(seed);
   for (size_t i = 0; i < engine_->models.size(); i++)

@@ -3,10 +3,13 @@
 #include "world/engine.hh"
 
 #include <algorithm>
+#include <cstdlib>
 #include <exception>
 #include <new>
+#include <string_view>
 #include <utility>
 
+#include "messages/assert.hh"
 #include "messages/report.hh"
 #include "world/snapshot_room.hh"
 #include "world/world_image.hh"
@@ -30,6 +33,7 @@ std::shared_ptr<threads::WorkerPool> MakePool(unsigned threads) {
 }  // namespace
 
 Model* WorldEngine::Make(World* world, Model* parent, const std::string& type, creator_t create) {
+  STAGE_ASSERT(world && create && !deserted);
   const uint32_t id = next_model_id;
   Model* const model = create(world, parent, type);
   return FindModel(id) == model ? model : nullptr;
@@ -42,6 +46,7 @@ void WorldEngine::Forget(Model* model) {
   if (model->is_hidden_from_rangers()) std::erase(hidden_from_rangers, model);
   fiducials.Forget(model);
   Erase(&energy, model);
+  STAGE_ASSERT(!std::ranges::binary_search(moving, model->GetId(), {}, &Model::GetId));
   StrikeOut(&update_callbacks_due, model);
   StrikeOut(&sensed, model);
   scheduler.Forget(model);
@@ -62,7 +67,13 @@ WorldEngine::WorldEngine() : snapshot_room(std::make_unique<SnapshotRoom>()) {
 
 WorldEngine::~WorldEngine() = default;
 
+bool WorldEngine::AsksForValidation() {
+  const char* const text = std::getenv("STAGE_VALIDATE");
+  return text && std::string_view(text) == "1";
+}
+
 void WorldEngine::Employ(std::shared_ptr<threads::WorkerPool> workers) {
+  STAGE_ASSERT(workers && workers->threads() >= 1);
   tracer.SetWorkers(workers.get());  // may throw std::bad_alloc
   workers_ = std::move(workers);
 }
@@ -73,6 +84,7 @@ void WorldEngine::ShareThreadsOf(const WorldEngine& other) {
 }
 
 void WorldEngine::ChooseThreads(unsigned most) {
+  STAGE_ASSERT(most >= 1);
   if (most == most_threads_) return;
   SetThreads(1);
   most_threads_ = most;
@@ -96,6 +108,7 @@ void WorldEngine::EmployAll() {
 }
 
 void WorldEngine::SetThreads(unsigned count) {
+  STAGE_ASSERT(count >= 1);
   most_threads_ = 0;
   if (count == workers_->threads()) return;
   Employ(MakePool(count));
@@ -126,6 +139,7 @@ void WorldEngine::ShareFrom(int count) {
 void WorldEngine::TraceBatch() {
   if (postponed_) std::rethrow_exception(std::exchange(postponed_, nullptr));
   if (scene.batch.fans().empty()) return;
+  STAGE_ASSERT(!scene.going);
   NoticeFork();
   RefreshHidden();
   tracer.Trace();
@@ -168,6 +182,8 @@ void WorldEngine::AbandonStep(usec_t now) noexcept {
 }
 
 void WorldEngine::EndStep() {
+  STAGE_ASSERT(stepping && due.empty() && sensed.empty());
+  STAGE_ASSERT(scene.batch.fans().empty());  // fans refer to the tables that are trimmed here
   gather.EndStep();
   move.EndStep();
   callbacks.EndStep();

@@ -64,6 +64,8 @@ class WorldEngine : public Host {
   std::mutex models_mutex;                  ///< protects the list of models of a listed world
   std::unique_ptr<SnapshotRoom> snapshot_room;
   MetricList metrics;
+  /// Whether World::Validate() is called after each phase of a step, in builds with assertions.
+  const bool validates = AsksForValidation();
   std::shared_ptr<const geometry::FreeFloor> floor;  ///< free floor; null without populations
   std::vector<Model*> made;  ///< used while loading: model of each entity, or null
   /// Likely mistakes noticed during loading, for --explain.
@@ -136,6 +138,7 @@ class WorldEngine : public Host {
   uint64_t looks() const { return gather.looks() + move.looks() + callbacks.looks(); }
 
  private:
+  static bool AsksForValidation();
   void Employ(std::shared_ptr<threads::WorkerPool> workers);
 
   std::shared_ptr<threads::WorkerPool> workers_;  // may be shared with other worlds

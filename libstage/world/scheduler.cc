@@ -6,6 +6,8 @@
 #include <new>
 #include <utility>
 
+#include "messages/assert.hh"
+
 namespace Stg {
 
 void Scheduler::Swap(Scheduler& other) {
@@ -33,9 +35,11 @@ void Scheduler::Take(usec_t now, std::vector<Event>* events) {
 }
 
 Scheduler::List& Scheduler::ListOf(usec_t time) {
+  STAGE_ASSERT(last_list_ == nullptr || last_list_ == &due_.at(last_time_));
   if (last_list_ != nullptr && last_time_ == time) return *last_list_;
   const auto [place, is_new] = due_.try_emplace(time);
   if (is_new && !spare_.empty()) {
+    STAGE_ASSERT(spare_.back().empty());
     place->second = std::move(spare_.back());
     spare_.pop_back();
   }

@@ -10,6 +10,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "messages/assert.hh"
 #include "models/model.hh"
 
 namespace Stg {
@@ -30,7 +31,10 @@ class Scheduler {
   Scheduler& operator=(const Scheduler&) = delete;
   void Swap(Scheduler& other);
 
-  void Add(usec_t time, const Event& event) { ListOf(time).push_back(event); }
+  void Add(usec_t time, const Event& event) {
+    STAGE_ASSERT(!event.model || event.chain >> 32 == event.model->GetId());
+    ListOf(time).push_back(event);
+  }
   /// Appends `count` events of one time. The caller must fill them in before the next call.
   std::span<Event> AddRoom(usec_t time, size_t count) {
     List& list = ListOf(time);

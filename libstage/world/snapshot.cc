@@ -14,6 +14,7 @@
 
 #include "geometry/fnv1a.hh"
 #include "geometry/load_error.hh"
+#include "messages/assert.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/model_type_names.hh"
@@ -63,6 +64,7 @@ bool Refuse(const std::string& what) {
 
 uint32_t PlaceOf(const std::vector<Model*>& models, const Model* model) {
   const auto found = std::ranges::lower_bound(models, model->GetId(), {}, &Model::GetId);
+  STAGE_ASSERT(found != models.end() && *found == model);
   return static_cast<uint32_t>(found - models.begin());
 }
 
@@ -137,6 +139,7 @@ void World::Restorer::Save(const LeftOut& left_out, StateRow* row) {
 /// Saves the sections after the list.
 void World::Restorer::SaveRest(const LeftOut& left_out, StateRow* row) {
   const std::vector<Model*>& models = engine_.models;
+  STAGE_ASSERT(row->count() == kLeftOut);  // after SaveList()
   StateExchange exchange(models, &row->bytes);
   const auto end_section = [&] { row->ends.push_back(static_cast<uint32_t>(exchange.saved())); };
   LeftOut flags = left_out;
@@ -156,6 +159,7 @@ void World::Restorer::SaveRest(const LeftOut& left_out, StateRow* row) {
   end_section();
   world_.ExchangePlaces(exchange);
   end_section();
+  STAGE_ASSERT(row->count() == models.size() + kOtherSections);
 }
 
 /// Saves the list as the first section, in the format of a vector of Listed.
@@ -204,6 +208,7 @@ LeftOut World::Restorer::LeftOutOf(const StateRow& row) {
 
 void World::Restorer::DropReadings(const StateRow& row) {
   const std::span<const unsigned char> left_out = row.section(kLeftOut);
+  STAGE_ASSERT(left_out.size() == engine_.models.size());
   for (size_t i = 0; i < left_out.size(); i++)
     if (left_out[i] != 0) engine_.models[i]->DropReadings();
 }
@@ -241,6 +246,7 @@ template <typename F>
 std::string World::Restorer::RestoreSections(const StateRow& row, F is_same) {
   std::string wrong;
   const std::span<const unsigned char> left_out = row.section(kLeftOut);
+  STAGE_ASSERT(row.count() == models_.size() + kOtherSections);
   if (left_out.size() != models_.size())
     return "found a number of models that differs from the list";
   const auto restore = [&](size_t i, auto exchange_state) {
@@ -346,6 +352,7 @@ void World::Restorer::FindModels() {
 
 /// Creates missing models, parents first.
 void World::Restorer::MakeMissing() {
+  STAGE_ASSERT(models_.size() == list_.size());
   for (size_t i = 0; i < list_.size(); i++) {
     if (models_[i]) continue;
     // A parent with a higher id does not exist yet; Arrange() sets it later.

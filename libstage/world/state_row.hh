@@ -11,6 +11,8 @@
 #include <span>
 #include <vector>
 
+#include "messages/assert.hh"
+
 namespace Stg {
 
 struct StateRow {
@@ -21,6 +23,7 @@ struct StateRow {
 
   std::size_t count() const { return ends.size(); }
   std::span<const unsigned char> section(std::size_t i) const {
+    STAGE_ASSERT(i < ends.size());
     const uint32_t begin = i > 0 ? ends[i - 1] : 0;
     return std::span(bytes).subspan(begin, ends[i] - begin);
   }

@@ -16,6 +16,7 @@
 #include <limits>
 #include <utility>
 
+#include "messages/assert.hh"
 #include "messages/report.hh"
 #include "models/position.hh"
 #include "models/thrown.hh"
@@ -92,26 +93,44 @@ bool World::MakeStep(const std::shared_ptr<WorldEngine>& engine) {
   return false;
 }
 
+/// Reports a fault of the world after a phase of a step, if the user asked for that.
+void World::ValidateAfter([[maybe_unused]] const char* phase) const {
+#if defined(STAGE_ASSERTIONS) && STAGE_ASSERTIONS
+  if (!engine_->validates) return;
+  const std::string fault = Validate();
+  if (!fault.empty())
+    internal::FailAssertion(__FILE__, __LINE__,
+                            (std::string("after the phase ") + phase + ": " + fault).c_str());
+#endif
+}
+
 /// Runs the phases of a step. Returns early if a callback unloads or deletes the world.
 void World::Step(WorldEngine& engine, uint64_t life) {
   const RandomScope random_numbers(&random_);
   sim_time += sim_interval;
+  STAGE_ASSERT(engine.stepping && !engine.loading && engine.life == life);
+  STAGE_ASSERT(engine.due.empty() && engine.sensed.empty());
   engine.steps_begun++;
   PhaseSeconds& seconds = engine.statistics.seconds;
   const double start = WallClock();
   const double traced_before = engine.tracer.seconds();
   engine.gather.Run(this, &engine);
+  if (engine.life == life) ValidateAfter("gather");
   engine.TraceBatch();
   if (engine.life == life) FinishSensing();
   if (engine.life != life) return;
+  ValidateAfter("sense");
   const double sensed = WallClock();
   engine.move.Run(&engine);
+  if (engine.life == life) ValidateAfter("move");
   const double moved = WallClock();
   engine.callbacks.Run(&engine);
   if (engine.life == life) CallUpdateCallbacks();
   if (engine.life != life) return;
+  ValidateAfter("callbacks");
   const double called = WallClock();
   UpdateEnergy();
+  ValidateAfter("energy");
   engine.metrics.Step(*this);
 
   const double traced = engine.tracer.seconds() - traced_before;

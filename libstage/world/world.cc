@@ -11,6 +11,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "messages/assert.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/log_entry.hh"
@@ -185,6 +186,8 @@ void World::DeleteAll() {
   ground = nullptr;
   ForgetAll();
   DeleteChildren();
+  STAGE_ASSERT(engine_->models.empty() && engine_->moving.empty());
+  STAGE_ASSERT(engine_->scene.grid.drawn_cells() == 0);
   engine_->scene.grid.ForgetExtent();
   engine_->scheduler.Clear();  // drops events of deleted models
   engine_->greatest_dissipation = 0;
@@ -214,6 +217,7 @@ Worldfile* World::GetWorldFile() { return wf.get(); }
 // ---- models -------------------------------------------------------------------------------------
 
 void World::AddModel(Model* mod) {
+  STAGE_ASSERT(mod->world == this && !engine_->FindModel(mod->id));
   engine_->family_changes++;
   {
     const std::unique_lock<std::mutex> lock = LockModels(&engine_->models_mutex, options_.listed);

@@ -6,6 +6,7 @@
 
 #include <utility>
 
+#include "messages/assert.hh"
 #include "messages/report.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -60,10 +61,12 @@ std::shared_ptr<const WorldImage> World::MakeImage() const {
 /// Models that have moved in the original return to their place in the file and in the body order.
 void World::DrawLike(const WorldImage& image) {
   grid::Grid& grid = engine_->scene.grid;
+  STAGE_ASSERT(grid.drawn_cells() == 0);
   grid.Become(image.grid);
   grid.SetExtent(image.extent_of_loading);
   for (Model* model : engine_->models) {
     if (model->wf_entity <= 0) continue;
+    STAGE_ASSERT(static_cast<size_t>(model->wf_entity) < image.drawings.size());
     const auto& drawings = image.drawings[static_cast<size_t>(model->wf_entity)];
     if (!drawings.empty()) model->blockgroup->AdoptDrawings(drawings);
   }

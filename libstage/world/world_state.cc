@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "messages/assert.hh"
 #include "models/block.hh"
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
@@ -288,6 +289,7 @@ void World::DrawInOrder(const std::vector<Model*>& models) {
     body.block->NoteLoadingStamp(grid.last_stamp());
   }
   engine_->last_stamp_of_loading = grid.last_stamp();
+  STAGE_ASSERT(std::ranges::is_sorted(BodiesOf(models, grid, true), {}, &DrawnBody::stamp));
 }
 
 /// Call it when all models have just been drawn in the order of creation.
@@ -305,6 +307,7 @@ void World::NoteAllDrawn() {
 /// Call it when all models have been drawn, some of them after `stamp` and in any order. Restores
 /// the order of creation.
 void World::NoteAllDrawnSince(uint64_t stamp) {
+  STAGE_ASSERT(stamp <= engine_->scene.grid.last_stamp());
   engine_->last_stamp_of_loading = stamp;
   ReturnEarly(engine_->models, BodiesOf(engine_->models, engine_->scene.grid, true));
   NoteAllDrawn();

@@ -73,6 +73,7 @@ struct State {
 };
 
 State StateOf(const World& world) {
+  EXPECT_EQ(world.Validate(), "");
   State state{world.StateHash(), Snapshot()};
   EXPECT_TRUE(world.Take(&state.snapshot));
   return state;

@@ -180,13 +180,14 @@ std::string WrongWith(World* world, const Snapshot& from, uint64_t hash, uint64_
   messages::Collector complaints;
   if (!world->Restore(from))
     return "refused: " + (complaints.lines.empty() ? "" : complaints.lines.back());
+  if (const std::string fault = world->Validate(); !fault.empty()) return fault;
   if (keep == Snapshot::kFull && world->StateHash() != hash) return "another state hash";
   Snapshot again;
   if (!world->Take(&again, keep)) return "can't be taken again";
   if (again.hash() != from.hash()) return "another snapshot";
   Step(*world, 5);
   if (world->StateHash() != later) return "another future";
-  return "";
+  return world->Validate();
 }
 
 /// Brings a world into the state of the case, and compares all ways of restoring it.
@@ -195,7 +196,9 @@ void Check(const Case& c) {
   const std::unique_ptr<World> world = Load(text, 1);
   Step(*world, 3);
   c.action.take(world.get());
+  EXPECT_EQ(world->Validate(), "");
   Step(*world, c.steps_after);
+  EXPECT_EQ(world->Validate(), "");
   Snapshot snapshot;
   ASSERT_TRUE(world->Take(&snapshot, c.keep));
   const uint64_t hash = world->StateHash();

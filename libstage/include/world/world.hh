@@ -332,6 +332,11 @@ class World : public Ancestor {
   /// Hash of everything that decides the future of the world, see state_exchange.hh. Worlds with
   /// equal futures have equal hashes. Call it between steps.
   uint64_t StateHash() const;
+  /// Checks that the parts of the world agree: the tree of models, lists, the schedule, and the
+  /// bodies and cells of the grid. Returns the first fault found, or an empty string. A fault is a
+  /// mistake in the code. Takes about as long as drawing all models. With the environment variable
+  /// STAGE_VALIDATE=1, builds with assertions do it after each phase of a step: see STAGE_ASSERT.
+  std::string Validate() const;
   /// Enumerates that state; Model::ExchangeState() does it for each model. Restoring requires the
   /// same models in the same tree.
   void ExchangeState(StateExchange& exchange);
@@ -388,6 +393,7 @@ class World : public Ancestor {
   void CallAfterThisStep();
   void Step(WorldEngine& engine, uint64_t life);
   void FinishSensing();
+  void ValidateAfter(const char* phase) const;
   void UpdateEnergy();
   void UpdateTrails();
   void PrintClock();
@@ -417,6 +423,7 @@ class World : public Ancestor {
   class LoadChecks;
   class Gauge;
   class Restorer;
+  class Validator;
 
   void ExchangeHead(StateExchange& exchange);
   void ExchangeOwn(StateExchange& exchange);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "messages/assert.hh"
 #include "world/engine.hh"
 
 namespace Stg {
@@ -14,6 +15,7 @@ constexpr size_t kGrain = 8;
 }  // namespace
 
 void CallbackPhase::Run(WorldEngine* engine) {
+  STAGE_ASSERT(engine->stepping);
   std::vector<Model*>& due = engine->update_callbacks_due;
   const auto send_ahead = [engine] { engine->tracer.SendAhead(); };
   // By index: a callback may delete models, which sets their entries to null, and update others.
@@ -32,6 +34,8 @@ size_t CallbackPhase::CallTogether(Model* const* models, size_t count, threads::
   if (workers->threads() == 1) return 0;
   count = runs_.Find(count, [&] { return FindGroups(models, count, workers); });
   if (count == 0) return 0;
+  STAGE_ASSERT(!group_begins_.empty() && group_begins_.back() <= count);
+  STAGE_ASSERT(std::ranges::is_sorted(group_begins_));
   const size_t groups = group_begins_.size() - 1;
   thrower_.Begin();
   const auto call = [&](size_t begin, size_t end, unsigned) {

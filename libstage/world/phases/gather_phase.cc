@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "messages/assert.hh"
 #include "models/model_type.hh"
 #include "models/thrown.hh"
 #include "models/watch.hh"
@@ -38,6 +39,7 @@ class FiducialsFrozen {
 }  // namespace
 
 void GatherPhase::Run(World* world, WorldEngine* engine) {
+  STAGE_ASSERT(engine->stepping && engine->scene.batch.fans().empty());
   std::vector<Scheduler::Event>& due = engine->due;
   now_ = world->SimTimeNow();
   step_ = engine->steps_begun;
@@ -58,6 +60,7 @@ void GatherPhase::Run(World* world, WorldEngine* engine) {
       RunEvent(engine, i);
       if (!batch) engine->TraceBatch();
     }
+    STAGE_ASSERT(updated == 0 || i + updated <= due.size());
     i += std::max<size_t>(updated, 1);
   }
   due.clear();
@@ -78,6 +81,7 @@ void GatherPhase::NoteSensed(WorldEngine* engine, bool shares) const {
 }
 
 void GatherPhase::RunEvent(WorldEngine* engine, size_t index) {
+  STAGE_ASSERT(index < engine->due.size());
   const Scheduler::Event event = engine->due[index];
   // Callbacks, and updates of classes derived by clients, may move and change any model.
   std::optional<FiducialsFrozen> unfrozen;
@@ -161,6 +165,7 @@ void GatherPhase::ForEachBlock(threads::WorkerPool* workers, F f) {
 }
 
 std::span<GatherPhase::Entry> GatherPhase::EntriesOf(const Block& block) {
+  STAGE_ASSERT(&block >= blocks_.data() && &block < blocks_.data() + block_count_);
   const size_t first = static_cast<size_t>(&block - blocks_.data()) * kBlock;
   return std::span(entries_).subspan(first, std::min(kBlock, entries_.size() - first));
 }
@@ -196,6 +201,7 @@ bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count, World* w
 
 /// Fills in the entry. Returns flags of what its update needs.
 unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) {
+  STAGE_ASSERT(event.model && !event.callback && MayShare(event));
   *entry = Entry();
   Model& model = *event.model;
   entry->model = &model;
@@ -252,6 +258,8 @@ void GatherPhase::MakeRoom(sensing::RayBatch* batch) {
   for (const Block& block : Blocks()) all += block.share;
   sensing::BatchShare next = batch->AddRoom(all);
   for (Block& block : Blocks()) next += std::exchange(block.share, next);
+  STAGE_ASSERT(next.fans == batch->fans().size() && next.rays == batch->ray_count());
+  STAGE_ASSERT(next.words == batch->mask_words().size());
 }
 
 void GatherPhase::PlaceSelfMasks(const Block& block) {
@@ -282,6 +290,7 @@ void GatherPhase::Fill(Block* block) {
 
 void GatherPhase::FillEntry(Entry* entry, const Block& block) {
   if (!entry->updates) return;
+  STAGE_ASSERT(entry->first_fan + entry->fan_count <= block.fans.size());
   entry->masks.Fill(*entry->model);
   NoteIfThrown(*entry, [&] {
     entry->layer_missing =
@@ -293,6 +302,7 @@ void GatherPhase::FillEntry(Entry* entry, const Block& block) {
   // Several threads may fill in models of one tree at once.
   std::atomic_ref<uint32_t>(model.root->tree_updated_in_).store(step_, std::memory_order_relaxed);
   entry->next_update = model.NextUpdateAfter(now_);
+  STAGE_ASSERT(entry->next_update > now_ || model.interval == 0);
   entry->chain = model.update_chain_ = UpdateChain::Next(model.update_chain_);
   entry->has_callbacks = model.HasCallbacks(Model::CB_UPDATE);
 }
@@ -339,6 +349,7 @@ void GatherPhase::QueueTogether(World* world, threads::WorkerPool* workers) {
                                                                entry.chain};
       if (entry.has_callbacks) *due++ = entry.model;
     }
+    STAGE_ASSERT(due <= engine.update_callbacks_due.data() + callbacks);
   });
 }
 

@@ -3,8 +3,10 @@
 #include "world/phases/move_phase.hh"
 
 #include <algorithm>
+#include <span>
 #include <typeinfo>
 
+#include "messages/assert.hh"
 #include "models/actuator.hh"
 #include "models/position.hh"
 #include "sensing/scene.hh"
@@ -31,6 +33,14 @@ int64_t CountOf(const grid::CellBox& tiles) {
   return (int64_t{tiles.max_x} - tiles.min_x + 1) * (int64_t{tiles.max_y} - tiles.min_y + 1);
 }
 
+/// True if all parts are among the tiles.
+[[maybe_unused]] bool LieIn(const grid::CellBox& tiles, std::span<const grid::TilePart> parts) {
+  return std::ranges::all_of(parts, [&](const grid::TilePart& part) {
+    return part.x >= tiles.min_x && part.x <= tiles.max_x && part.y >= tiles.min_y &&
+           part.y <= tiles.max_y;
+  });
+}
+
 }  // namespace
 
 void TileRanks::Clear() {
@@ -41,6 +51,10 @@ void TileRanks::Clear() {
 uint32_t TileRanks::Add(const grid::CellBox& tiles) {
   uint32_t rank = 0;
   FindParts(tiles);
+  STAGE_ASSERT(std::ranges::all_of(parts_, [this](const Part& part) {
+    return part.block < used_ && part.min_x >= 0 && part.min_y >= 0 && part.max_x < kSide &&
+           part.max_y < kSide;
+  }));
   ForEachRank([&](uint32_t next) { rank = std::max(rank, next); });
   ForEachRank([&](uint32_t& next) { next = rank + 1; });
   return rank;
@@ -78,6 +92,7 @@ uint32_t TileRanks::BlockOf(int32_t x, int32_t y) {
 
 /// Returns the block's slot, or the free slot where it belongs.
 TileRanks::Slot& TileRanks::SlotOf(int32_t x, int32_t y) {
+  STAGE_ASSERT(slots_.size() > used_);  // otherwise the loop might not end
   const size_t mask = slots_.size() - 1;
   for (size_t place = ray_hash(x, y) & mask;; place = (place + 1) & mask) {
     Slot& slot = slots_[place];
@@ -99,6 +114,7 @@ void TileClaims::Begin(const grid::Grid& grid) {
   // Reserves space for further regions, as the grid often grows gradually.
   claims_.assign(std::max(claims_.size(), tiles + tiles / 2), 0);
   round_ = 1;
+  STAGE_ASSERT(claims_.size() >= tiles);
 }
 
 namespace {
@@ -119,6 +135,8 @@ bool MovePhase::MayShare(const Model& model) {
 }
 
 void MovePhase::Run(WorldEngine* engine) {
+  STAGE_ASSERT(engine->stepping &&
+               engine->scene.batch.fans().empty());  // rays see poses before moves
   std::vector<Model*>& moving = engine->moving;
   // By index: callbacks of models may change the list.
   for (size_t i = 0; i < moving.size();) {
@@ -127,6 +145,7 @@ void MovePhase::Run(WorldEngine* engine) {
             ? MoveTogether(moving.data() + i, moving.size() - i, &engine->scene, engine->workers())
             : 0;
     if (moved == 0) moving[i]->Move();
+    STAGE_ASSERT(moved == 0 || i + moved <= moving.size());
     i += std::max<size_t>(moved, 1);
   }
 }
@@ -169,10 +188,12 @@ void MovePhase::MovePart(Model* const* models, size_t count, threads::WorkerPool
 }
 
 void MovePhase::MoveAlone(Plan* plan) {
+  STAGE_ASSERT(!plan->moves || plan->model);
   if (plan->moves && plan->model->EndMove(plan->placement)) plan->placement.Commit();
 }
 
 void MovePhase::MakePlans(Model* const* models, size_t count, threads::WorkerPool* workers) {
+  STAGE_ASSERT(count > 0 && count <= TileClaims::kMost);
   if (plans_.size() < count) plans_.resize(count);
   marks_.assign(count, 0);
   claims_.Begin(*grid_);
@@ -214,12 +235,15 @@ void MovePhase::Describe(size_t index) {
 }
 
 void MovePhase::Mark(size_t index, uint8_t marks) {
+  STAGE_ASSERT(index < marks_.size());
   std::atomic_ref<uint8_t>(marks_[index]).fetch_or(marks, std::memory_order_relaxed);
 }
 
 /// Moves the models of [begin, end) that share the grid, rank by rank.
 void MovePhase::MoveRanks(size_t begin, size_t end, threads::WorkerPool* workers) {
   if (begin == end) return;
+  STAGE_ASSERT(std::none_of(marks_.data() + begin, marks_.data() + end,
+                            [](uint8_t marks) { return marks & kMovesAlone; }));
   const uint64_t bodies = AssignRanks(begin, end);
   SortByRank();
   grid_->BeginSharedEdit(
@@ -252,7 +276,10 @@ void MovePhase::MoveRanksShared(size_t begin, size_t end, threads::WorkerPool* w
 }
 
 void MovePhase::MovePlan(Plan* plan, unsigned thread) {
+  STAGE_ASSERT(plan->moves && thread < edits_.size());
   if (!plan->model->EndMove(plan->placement)) return;
+  // Only claimed tiles may be drawn in: ranks keep other moves out of these.
+  STAGE_ASSERT(LieIn(plan->tiles, plan->placement.NewParts()));
   edits_[thread].Follow(plan->bodies_before);
   plan->placement.Commit(&edits_[thread]);
 }
@@ -295,6 +322,9 @@ void MovePhase::SortByRank() {
   }
   order_.resize(sum);
   for (const uint32_t i : later_) order_[rank_ends_[plans_[i].rank - 1]++] = i;
+  STAGE_ASSERT(sum == later_.size() && (rank_ends_.empty() || rank_ends_.back() == sum));
+  STAGE_ASSERT(std::ranges::is_sorted(
+      order_, [this](uint32_t a, uint32_t b) { return plans_[a].rank < plans_[b].rank; }));
 }
 
 }  // namespace Stg

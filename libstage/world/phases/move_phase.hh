@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "messages/assert.hh"
 #include "models/block.hh"
 #include "sensing/scene.hh"
 #include "threads/worker_pool.hh"
@@ -82,6 +83,7 @@ class TileClaims {
 
 template <typename F>
 bool TileClaims::Claim(const grid::Grid& grid, const grid::CellBox& tiles, size_t number, F met) {
+  STAGE_ASSERT(number < kMost && round_ > 0);
   const uint32_t claim = round_ << 16 | static_cast<uint32_t>(number);
   bool all_known = true;
   for (int32_t y = tiles.min_y; y <= tiles.max_y; y++) {
@@ -95,6 +97,7 @@ bool TileClaims::Claim(const grid::Grid& grid, const grid::CellBox& tiles, size_
       }
       const size_t tile =
           region * size_t{grid::kTilesPerRegion} + grid::Grid::TileOf(cell_x, cell_y);
+      STAGE_ASSERT(tile < claims_.size());
       const uint32_t before =
           std::atomic_ref(claims_[tile]).exchange(claim, std::memory_order_relaxed);
       if (before >> 16 == round_) met(before & 0xffff);

@@ -17,6 +17,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "messages/assert.hh"
+
 namespace Stg {
 
 /// Call Find() for each item of a list in turn to ask whether an interval starts there.
@@ -56,6 +58,7 @@ class RunFinder {
   template <typename F>
   void Do(size_t length, unsigned threads, F run) {
     using Clock = std::chrono::steady_clock;
+    STAGE_ASSERT(length > 0 && threads > 1);
     const Clock::time_point start = Clock::now();
     run();
     seconds_ += std::chrono::duration<double>(Clock::now() - start).count();
