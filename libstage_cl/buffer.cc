@@ -6,6 +6,8 @@
 #include <cstring>
 #include <utility>
 
+#include "messages/assert.hh"
+
 namespace Stg::cl {
 
 namespace {
@@ -31,6 +33,7 @@ void* PinnedMemory::Take(std::size_t bytes) {
   bytes = (bytes + kAlignment - 1) / kAlignment * kAlignment;
   // A new block has room for all that was taken so far, so that later it suffices alone.
   if (blocks_.empty() || used_ + bytes > blocks_.back().size) AddBlock(taken_ + bytes);
+  STAGE_ASSERT(used_ + bytes <= blocks_.back().size);
   char* room = blocks_.back().data + used_;
   used_ += bytes;
   taken_ += bytes;
@@ -91,6 +94,7 @@ void* Buffer::MapForWriting(std::size_t bytes) {
   Reserve(bytes);
   Unmap();
   bytes = std::max<std::size_t>(bytes, 1);
+  STAGE_ASSERT(mapped_ == nullptr && bytes <= capacity_);
   common_.counts.bytes_copied += bytes;
   // OpenCL 1.1 cannot express that the old contents do not matter.
   if (common_.shared) return Map(CL_MAP_WRITE, bytes, nullptr);
@@ -109,11 +113,13 @@ void* Buffer::Map(cl_map_flags flags, std::size_t bytes, ::cl::Event* done) {
 
 const void* Buffer::StartReading(std::size_t bytes, std::size_t begin, std::size_t end,
                                  ::cl::Event* done) {
+  STAGE_ASSERT(begin <= end && end <= bytes && bytes <= std::max(capacity_, kLine));
   if (common_.shared) {
     Unmap();
     return Map(CL_MAP_READ, bytes, done);
   }
   if (begin == 0) reading_ = static_cast<char*>(common_.from_device.Take(bytes));
+  STAGE_ASSERT(reading_);  // parts arrive in order, the first one first
   if (begin == end) return reading_;
   common_.queue.enqueueReadBuffer(memory_, CL_FALSE, begin, end - begin, reading_ + begin, nullptr,
                                   done);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "libstage_cl/environment.hh"
+#include "messages/assert.hh"
 #include "threads/wall_clock.hh"
 
 namespace Stg::cl {
@@ -125,6 +126,7 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
   if (under_way_) Finish();
   hits_.Unmap();
   memory_.from_device.Reset();
+  STAGE_ASSERT(batch.FitsDevice());
   sorted_.Sort(batch, workers);
   SendGrid(grid);
   SendBatch(batch, workers);
@@ -135,6 +137,7 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
   const uint32_t* hits = nullptr;
   progress_.clear();
   progress_.resize(sorted_.parts().size());
+  STAGE_ASSERT(!progress_.empty() && sorted_.parts().back().end_fan == batch.fans().size());
   under_way_ = true;
   for (std::size_t part = 0; part < progress_.size(); part++) hits = EnqueuePart(grid, batch, part);
   statistics_.send_seconds += sent - start;
@@ -151,6 +154,7 @@ std::size_t ClPrefilter::WaitFor(const sensing::RayBatch& batch, std::size_t fan
   if (!under_way_) return batch.fans().size();
   const double start = WallClock();
   const std::vector<sensing::DeviceBatch::Part>& parts = sorted_.parts();
+  STAGE_ASSERT(fan < batch.fans().size() && progress_.size() == parts.size());
   std::size_t part = 0;
   while (part + 1 < parts.size() && parts[part].end_fan <= fan) part++;
   Await(progress_[part].fetched);
@@ -236,6 +240,8 @@ void ClPrefilter::Enqueue(const grid::Grid& grid, const sensing::DeviceBatch::La
                           ::cl::Event* done) {
   const ray_grid_t view = grid.View(grid::kEverything);
   const cl_int4 box = {{view.min_x, view.min_y, view.max_x, view.max_y}};
+  STAGE_ASSERT(launch.items > 0 && launch.items % work_group_ == 0);
+  STAGE_ASSERT(launch.first_group < launch.end_group);
   cl_uint i = 0;
   walk_.setArg(i++, grid_->directory());
   walk_.setArg(i++, static_cast<cl_uint>(view.directory_mask));

@@ -2,6 +2,8 @@
 
 #include "libstage_cl/device_grid.hh"
 
+#include "messages/assert.hh"
+
 namespace Stg::cl {
 
 DeviceGrid::DeviceGrid(Memory* memory, const ::cl::Kernel& update, std::size_t work_group)
@@ -33,6 +35,7 @@ std::size_t DeviceGrid::SendStructure(const grid::Grid& grid) {
 
 std::size_t DeviceGrid::SendAll(const grid::Grid& grid) {
   const std::size_t bytes = layers_.words() * sizeof(uint64_t);
+  STAGE_ASSERT(structure_version_ == grid.structure_version());
   layers_.WriteAll(grid, static_cast<uint64_t*>(words_.MapForWriting(bytes)));
   words_.Unmap();
   return bytes;

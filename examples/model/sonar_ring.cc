@@ -65,6 +65,7 @@ void SonarRing::Update() {
   for (double& range : ranges_) {
     world->Raytrace(heading, reach_, width_, StopsSound, this, nullptr, true, cone_);
     range = reach_;
+    STAGE_ASSERT(cone_.size() == kRaysOfACone);
     for (const Stg::RaytraceResult& ray : cone_) range = std::min(range, ray.range);
     heading.a = Stg::normalize(heading.a + turn);
   }

@@ -13,6 +13,8 @@
 #include <new>
 #include <vector>
 
+#include "messages/assert.hh"
+
 namespace Stg::python {
 
 /// A dense array in C order, indexed [world][robot]... Make() allocates its memory, set to 0.
@@ -32,6 +34,8 @@ class Array {
   /// The first of the row() elements of a robot.
   template <typename T>
   T* Row(size_t world, size_t robot) const {
+    STAGE_ASSERT(exists() && shape_.size() >= 2 && dtype_ == nanobind::dtype<T>());
+    STAGE_ASSERT(world < shape_[0] && (robot < shape_[1] || (robot == 0 && shape_[1] == 0)));
     return static_cast<T*>(bytes_.get()) + (world * shape_[1] + robot) * row_;
   }
   size_t row() const { return row_; }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "messages/assert.hh"
+
 namespace Stg::python {
 
 namespace {
@@ -60,6 +62,7 @@ Canvas::Corner Canvas::Place(const point_t& point) const {
 }
 
 void Canvas::Blend(int64_t column, int64_t row, const Ink& ink) {
+  STAGE_ASSERT(column >= 0 && column < view_.width && row >= 0 && row < view_.height);
   uint8_t* const pixel = pixels_ + 3 * (row * view_.width + column);
   const auto mix = [&](uint8_t below, uint8_t above) {
     const int sum = below * (255 - ink.opacity) + above * ink.opacity;

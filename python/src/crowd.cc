@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "messages/assert.hh"
 #include "parts.hh"
 #include "world/engine.hh"
 
@@ -83,6 +84,7 @@ Crowd::~Crowd() {
 
 /// The members of a world, looked up again if its models have changed; a null `source` has none.
 const Members& Crowd::Renew(const Source* source, size_t index) {
+  STAGE_ASSERT(index < members_.size());
   Members& members = members_[index];
   World* const world = source ? source->WorldAt(index) : nullptr;
   const uint64_t changes = world ? world->host().family_changes : 0;
@@ -93,6 +95,7 @@ const Members& Crowd::Renew(const Source* source, size_t index) {
   for (const ModelKey& key : robots_)
     members.robots.push_back(world ? dynamic_cast<ModelPosition*>(source->Find(index, key))
                                    : nullptr);
+  STAGE_ASSERT(members.robots.size() == robots_.size());
   for (const Named& named : parts_) named.part->Find(index, members);
   return members;
 }
