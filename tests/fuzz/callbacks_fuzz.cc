@@ -135,6 +135,7 @@ class Run {
   }
 
   void CheckTree() {
+    two_ways::CheckValid(*world_);
     const std::vector<Model*> all = Models();
     two_ways::Check(world_->GetAllModels().size() == all.size() + 1, "all models are in the tree");
     for (const Model* model : all) {

@@ -8,6 +8,7 @@
 // byte.
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <new>
 #include <sstream>
@@ -87,6 +88,14 @@ bool Step(World* world) {
   }
 }
 
+/// Aborts if the parts of the world do not agree.
+void CheckValid(const World& world) {
+  const std::string fault = world.Validate();
+  if (fault.empty()) return;
+  std::fprintf(stderr, "found %s\n", fault.c_str());
+  std::abort();
+}
+
 /// Aborts unless the world's state is the same after saving and restoring.
 void CheckReadsBack(World* world) {
   Snapshot saved, read, again;
@@ -111,10 +120,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Snapshot snapshot;
   std::istringstream in(file);
   if (snapshot.Read(in) && subject.world.Restore(snapshot)) {
+    CheckValid(subject.world);
     CheckReadsBack(&subject.world);
     if (Step(&subject.world)) CheckReadsBack(&subject.world);
+    CheckValid(subject.world);
     if (!subject.world.Restore(subject.good)) std::abort();
   }
+  CheckValid(subject.world);
   if (subject.world.StateHash() != subject.hash) std::abort();
   return 0;
 }

@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 
 #include "stage.hh"
 
@@ -14,6 +15,7 @@ namespace two_ways {
 /// batches and as much sharing as possible.
 inline void Choose(bool plain) {
   static const bool ready = [] {
+    setenv("STAGE_VALIDATE", "1", 1);  // after each phase, in builds with assertions
     Stg::Init(nullptr, nullptr);
     return true;
   }();
@@ -29,6 +31,12 @@ inline void Check(bool holds, const char* what) {
   if (holds) return;
   std::fprintf(stderr, "found otherwise: %s\n", what);
   std::abort();
+}
+
+/// Ends the program if the parts of the world do not agree.
+inline void CheckValid(const Stg::World& world) {
+  const std::string fault = world.Validate();
+  Check(fault.empty(), fault.c_str());
 }
 
 }  // namespace two_ways

@@ -85,7 +85,11 @@ Outcome Run(const std::string& text, bool plain) {
   Outcome outcome{world.Load(in), world.LoadStatus(), 0};
   two_ways::Check(outcome.loaded == (outcome.status == 0), "a failure has a status");
   if (!outcome.loaded) return outcome;
-  for (int i = 0; i < kSteps; i++) world.Update();
+  two_ways::CheckValid(world);
+  for (int i = 0; i < kSteps; i++) {
+    world.Update();
+    two_ways::CheckValid(world);
+  }
   outcome.hash = world.StateHash();
   return outcome;
 }

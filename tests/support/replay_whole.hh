@@ -5,6 +5,8 @@
 #ifndef STAGE_TESTS_REPLAY_WHOLE_HH
 #define STAGE_TESTS_REPLAY_WHOLE_HH
 
+#include <cstdio>
+#include <cstdlib>
 #include <string>
 
 #include "recording/replay.hh"
@@ -29,6 +31,10 @@ inline void ReplayWhole(const std::string& file) {
   for (int i = 0; i < 5; i++) world.Update();
   replay.GoTo(replay.end());
   replay.GoTo(0);
+  if (const std::string fault = world.Validate(); !fault.empty()) {
+    std::fprintf(stderr, "found %s\n", fault.c_str());
+    std::abort();
+  }
 }
 
 }  // namespace Stg::test
