@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "gui/draw/gl_program.hh"
+#include "gui/draw/render_scene.hh"
 #include "gui/draw/renderer.hh"
-#include "gui/draw/scene.hh"
 #include "gui/offscreen/context.hh"
 #include "stage.hh"
 
@@ -79,9 +79,9 @@ struct Times {
   const char* name;
   std::vector<double> values;
 
-  double At(double share) {
+  double At(double fraction) {
     std::sort(values.begin(), values.end());
-    return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
+    return values[static_cast<size_t>(fraction * static_cast<double>(values.size() - 1))];
   }
   void Print() {
     const double median = At(0.5), late = At(0.95);
@@ -103,7 +103,7 @@ int Run(const Request& request) {
   Stg::view::ViewState view;
   view.Load(world.GetWorldFile());
   view.options.Set(Show::kData, request.data);
-  Stg::draw::Scene scene;
+  Stg::draw::RenderScene scene;
   for (int i = 0; i < request.steps; i++) world.Update();
 
   Times copy{"copy", {}}, draw{"draw", {}}, both{"both", {}}, steps{"step", {}};

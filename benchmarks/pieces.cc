@@ -62,9 +62,9 @@ void TraceRays(benchmark::State& state, const char* name, double width, double d
     Stg::internal::sensing::PlaceFan(&fan, origin, 8.0, scene.cells_per_metre);
     const Stg::ray_grid_t view = scene.grid.View(Stg::internal::grid::kEverything);
     for (uint32_t i = 0; i < 360; i++)
-      benchmark::DoNotOptimize(
-          tracer.Trace(fan, view, {scene.tables.all()[first + i], scene.tables.turns()[first + i]},
-                       no_mask, &counters));
+      benchmark::DoNotOptimize(tracer.Trace(
+          fan, view, {scene.tables.all()[first + i], scene.tables.unit_vectors()[first + i]},
+          no_mask, &counters));
   }
   state.SetItemsProcessed(static_cast<int64_t>(counters.rays));
 }
@@ -82,8 +82,8 @@ void AddFans(Stg::internal::sensing::Scene* scene, const Stg::ModelRanger& range
              Stg::internal::sensing::RayBatch* batch) {
   Stg::internal::sensing::SelfMask mask;
   if (without != Without::kSelfMasks) {
-    Stg::internal::grid::Drawings own;
-    ranger.Root()->CollectDrawings(&own, false);
+    Stg::internal::grid::Rasterizations own;
+    ranger.Root()->CollectRasterizations(&own, false);
     mask = batch->MakeSelfMask(scene->grid, own, ranger.Root(), false);
   }
   const Stg::Pose frame = ranger.GetGlobalPose() + ranger.GetGeom().pose;
@@ -125,10 +125,11 @@ void TraceScene(benchmark::State& state, Without without) {
   Stg::internal::sensing::TraceCounters counters;
   Stg::internal::sensing::Tracer::Hits hits;
   Stg::internal::sensing::FanOrder order;
-  const std::vector<Stg::internal::sensing::FanRun>& runs = order.Of(batch);
+  const std::vector<Stg::internal::sensing::FanInterval>& intervals = order.Of(batch);
   for (auto _ : state)
-    for (const Stg::internal::sensing::FanRun& run : runs)
-      tracer.TraceFans(batch, batch.fans().subspan(run.first, run.count), known, &hits, &counters);
+    for (const Stg::internal::sensing::FanInterval& interval : intervals)
+      tracer.TraceFans(batch, batch.fans().subspan(interval.first, interval.count), known, &hits,
+                       &counters);
   state.SetItemsProcessed(static_cast<int64_t>(counters.rays));
   state.counters["looks_per_ray"] = static_cast<double>(counters.potential_hits) /
                                     static_cast<double>(std::max<uint64_t>(1, counters.rays));

@@ -53,7 +53,7 @@ typedef uint32_t ray_uint;
 #define RAY_BLOCK_SHIFT 9   /* a block: 8 x 8 regions, one bit each in its region map */
 #define RAY_SUPER_SHIFT 10  /* a superregion: 2 x 2 blocks */
 #define RAY_NO_HIT 0xffffffffu
-#define RAY_BEHIND (-131072) /* a limit that lies behind any start */
+#define RAY_LIMIT_BEHIND_START (-131072) /* a limit that lies behind any start */
 
 /* A slot of the directory of superregions: a hash table with linear probing. index 0: free. */
 typedef struct RAY_ALIGNED(16) {
@@ -144,7 +144,7 @@ RAY_FUNCTION int ray_limit(int displacement, int offset, int start, int directio
                            int high) {
   /* Cells to the far side of the box, in 64 bits because the box may be anywhere. */
   const ray_long cells = direction > 0 ? (ray_long)high - start : (ray_long)start - low;
-  if (cells < 0) return RAY_BEHIND;
+  if (cells < 0) return RAY_LIMIT_BEHIND_START;
   if (cells > RAY_LEG_CELLS) return displacement;
   {
     const int border = ((int)cells << 16) - offset;
@@ -187,8 +187,8 @@ RAY_FUNCTION ray_ulong ray_visible(const ray_mask_t* mask, ray_ulong word, int x
  * axis before that border, or up to it if `ties`. At least `from`. `offset` and `across` are the
  * start's offset and |displacement| on the crossed axis, `other_offset` and `along` those on the
  * other axis; slope = along / across. */
-RAY_FUNCTION int ray_land(int to, int offset, int across, int other_offset, int along, float slope,
-                          int from, int ties) {
+RAY_FUNCTION int ray_leap_end(int to, int offset, int across, int other_offset, int along,
+                              float slope, int from, int ties) {
   const int at = (to << 16) - offset;
   const ray_long target = ray_product(at, along) + ties;
   int n = ((int)((float)at * slope) + other_offset) >> 16;
@@ -325,10 +325,10 @@ RAY_FUNCTION int ray_next(const ray_grid_t* grid, const ray_mask_t* mask, ray_t*
     /* Find the cell that stepping would have reached. At a tie the border in y comes first, so
      * borders in y count before a border in x, but not the other way round. */
     if (in_x) {
-      v = ray_land(to_x, ox, adx, oy, ady, ray->dy_per_dx, v, 1);
+      v = ray_leap_end(to_x, ox, adx, oy, ady, ray->dy_per_dx, v, 1);
       u = to_x;
     } else {
-      u = ray_land(to_y, oy, ady, ox, adx, ray->dx_per_dy, u, 0);
+      u = ray_leap_end(to_y, oy, ady, ox, adx, ray->dx_per_dy, u, 0);
       v = to_y;
     }
   }

@@ -34,15 +34,15 @@ void* PinnedMemory::Take(std::size_t bytes) {
   // A new block has room for all that was taken so far, so that later it suffices alone.
   if (blocks_.empty() || used_ + bytes > blocks_.back().size) AddBlock(taken_ + bytes);
   STAGE_ASSERT(used_ + bytes <= blocks_.back().size);
-  char* room = blocks_.back().data + used_;
+  char* space = blocks_.back().data + used_;
   used_ += bytes;
   taken_ += bytes;
-  return room;
+  return space;
 }
 
 void PinnedMemory::AddBlock(std::size_t bytes) {
-  constexpr std::size_t kSmallest = 1 << 16;
-  const std::size_t size = WholeLines(std::max(bytes + bytes / 2, kSmallest));
+  constexpr std::size_t kMinBytes = 1 << 16;
+  const std::size_t size = WholeLines(std::max(bytes + bytes / 2, kMinBytes));
   const ::cl::Buffer buffer(context_, CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, size);
   void* data = queue_.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, size);
   counts_.bytes_mapped += size;
@@ -74,10 +74,10 @@ bool Buffer::Reserve(std::size_t bytes) {
   bytes = std::max(bytes, kLine);  // OpenCL rejects empty buffers
   if (bytes <= capacity_) return false;
   Unmap();
-  const std::size_t roomy = WholeLines(bytes + bytes / 2);
+  const std::size_t padded = WholeLines(bytes + bytes / 2);
   const cl_mem_flags where = common_.shared ? CL_MEM_ALLOC_HOST_PTR : 0;
-  memory_ = ::cl::Buffer(common_.context, CL_MEM_READ_WRITE | where, roomy);
-  capacity_ = roomy;
+  memory_ = ::cl::Buffer(common_.context, CL_MEM_READ_WRITE | where, padded);
+  capacity_ = padded;
   return true;
 }
 

@@ -22,9 +22,10 @@ class CallClock {
 
   /// Call after each nap, always for one record. Returns true if its call has taken too long.
   bool IsOverdue(const calls::Record& record) {
-    const uint32_t begun = record.begun.load(std::memory_order_relaxed);
-    const bool same = record.call.load(std::memory_order_acquire) != nullptr && begun == begun_;
-    begun_ = begun;
+    const uint32_t call_count = record.call_count.load(std::memory_order_relaxed);
+    const bool same =
+        record.call.load(std::memory_order_acquire) != nullptr && call_count == begun_;
+    begun_ = call_count;
     taken_ = same ? taken_ + nap_ : std::chrono::milliseconds(0);
     return limit_.count() > 0 && taken_ >= limit_;
   }

@@ -14,16 +14,16 @@ Record g_spare;  // shared by threads without a record; never read
 thread_local Record* t_record = nullptr;
 
 /// Releases a thread's record when the thread ends.
-struct Seat {
+struct RecordOwner {
   Record* record = nullptr;
-  ~Seat() {
+  ~RecordOwner() {
     t_record = &g_spare;
     if (record) record->taken = false;
   }
 };
 
 Record* TakeRecord() {
-  thread_local Seat seat;
+  thread_local RecordOwner seat;
   for (Record& record : g_records) {
     bool taken = false;
     if (!record.taken.compare_exchange_strong(taken, true)) continue;
@@ -37,18 +37,18 @@ Record* TakeRecord() {
 
 std::array<Record, 64>& Records() { return g_records; }
 
-Record& OfThisThread() {
+Record& RecordOfThisThread() {
   if (!t_record) t_record = TakeRecord();
   return *t_record;
 }
 
-void MoveThisThread(Record* record) {
+void RedirectThisThread(Record* record) {
   record->thread = pthread_self();
   t_record = record;
 }
 
 void SetDriver(const std::string& name) {
-  std::array<std::atomic<char>, 128>& driver = OfThisThread().driver;
+  std::array<std::atomic<char>, 128>& driver = RecordOfThisThread().driver;
   const std::size_t length = std::min(name.size(), driver.size() - 1);
   for (std::size_t i = 0; i < length; i++) driver[i].store(name[i], std::memory_order_relaxed);
   driver[length].store('\0', std::memory_order_relaxed);

@@ -21,16 +21,16 @@ struct Record {
   std::atomic<bool> taken{false};  ///< a thread uses it
   std::atomic<pthread_t> thread{};
   std::atomic<const char*> call{nullptr};  ///< call in progress; points to a string literal
-  std::atomic<uint32_t> begun{0};          ///< number of calls so far
+  std::atomic<uint32_t> call_count{0};     ///< number of calls so far
   std::array<std::atomic<char>, 128> driver{};
 };
 
 /// The records of all threads. If all are taken, further threads are not recorded.
 std::array<Record, 64>& Records();
 /// The record of the calling thread.
-Record& OfThisThread();
+Record& RecordOfThisThread();
 /// Redirects the calling thread to this record, for a process that has just been forked.
-void MoveThisThread(Record* record);
+void RedirectThisThread(Record* record);
 
 /// Names the driver that the calling thread calls from now on, such as "NVIDIA CUDA".
 void SetDriver(const std::string& name);
@@ -43,9 +43,9 @@ inline std::atomic<void (*)()> g_after_call{nullptr};
 /// Marks a call as in progress during its lifetime.
 class Mark {
  public:
-  explicit Mark(const char* call) : record_(OfThisThread()) {
-    record_.begun.store(record_.begun.load(std::memory_order_relaxed) + 1,
-                        std::memory_order_relaxed);
+  explicit Mark(const char* call) : record_(RecordOfThisThread()) {
+    record_.call_count.store(record_.call_count.load(std::memory_order_relaxed) + 1,
+                             std::memory_order_relaxed);
     record_.call.store(call, std::memory_order_release);
   }
   ~Mark() {

@@ -26,11 +26,11 @@ constexpr std::size_t kWorkGroupCpu = 256, kWorkGroupGpu = 64;
 // Cumulative fractions of fans in the parts of a large batch. While the host traces one part, the
 // device walks the next. Each part costs some launches and waiting, so there are few, and only one
 // in batches that the device walks quickly.
-constexpr double kParts[] = {0.125, 0.375, 1};
+constexpr double kChunks[] = {0.125, 0.375, 1};
 constexpr std::size_t kRaysWorthParts = 500'000;
 
 /// Waits for an event. A null event means that there was nothing to do.
-void Await(const ::cl::Event& event) {
+void WaitForEvent(const ::cl::Event& event) {
   if (event() != nullptr) event.wait();
 }
 
@@ -63,8 +63,9 @@ ClPrefilter::ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits
       hits_(&memory_) {
   calls::SetDriver(device_->found.platform);
   walk_ = ::cl::Kernel(device_->program, "walk_fans");
-  const std::size_t most = walk_.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_->found.device);
-  work_group_ = std::min(is_cpu_ ? kWorkGroupCpu : kWorkGroupGpu, most);
+  const std::size_t max_work_group =
+      walk_.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_->found.device);
+  work_group_ = std::min(is_cpu_ ? kWorkGroupCpu : kWorkGroupGpu, max_work_group);
   const ::cl::Kernel update(device_->program, "update_words");
   const auto forget_grid = [&] {
     grid_ = std::make_unique<DeviceGrid>(&memory_, update, work_group_);
@@ -95,8 +96,8 @@ void ClPrefilter::WarmUp() {
   batch.Close(tables);
   threads::WorkerPool workers(1);
   for (int32_t x = 0; x < 2; x++) {  // first the whole grid, then changes
-    grid::TilePart cell{.cells = uint64_t{1} << x};
-    grid.Redraw(body, {}, std::span(&cell, 1));
+    grid::CellSet cell{.cells = uint64_t{1} << x};
+    grid.Rasterize(body, {}, std::span(&cell, 1));
     Walk(grid, tables, batch, &workers);
   }
   statistics_ = before;
@@ -107,7 +108,7 @@ std::string ClPrefilter::DeviceName() const {
   return found.kind + " " + found.name + " (" + found.platform + ")";
 }
 
-std::unique_ptr<sensing::Prefilter> ClPrefilter::ForAnotherWorld() const {
+std::unique_ptr<sensing::Prefilter> ClPrefilter::CloneForWorld() const {
   try {
     CheckProcess();
     return std::make_unique<ClPrefilter>(device_, per_ray_);
@@ -123,7 +124,7 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
   CheckProcess();
   const double start = WallClock();
   calls::SetDriver(device_->found.platform);  // the thread may use other drivers too
-  if (under_way_) Finish();
+  if (in_progress_) Finish();
   hits_.Unmap();
   memory_.from_device.Reset();
   STAGE_ASSERT(batch.FitsDevice());
@@ -136,13 +137,14 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
   const double sent = WallClock();
   const uint32_t* hits = nullptr;
   progress_.clear();
-  progress_.resize(sorted_.parts().size());
-  STAGE_ASSERT(!progress_.empty() && sorted_.parts().back().end_fan == batch.fans().size());
-  under_way_ = true;
-  for (std::size_t part = 0; part < progress_.size(); part++) hits = EnqueuePart(grid, batch, part);
+  progress_.resize(sorted_.chunks().size());
+  STAGE_ASSERT(!progress_.empty() && sorted_.chunks().back().end_fan == batch.fans().size());
+  in_progress_ = true;
+  for (std::size_t chunk = 0; chunk < progress_.size(); chunk++)
+    hits = EnqueueChunk(grid, batch, chunk);
   statistics_.send_seconds += sent - start;
   statistics_.bytes_fetched += BytesOf(batch.ray_count());
-  Await(progress_[0].walked);
+  WaitForEvent(progress_[0].walked);
   statistics_.walk_seconds += WallClock() - sent;
   WaitFor(batch, 0);
   return {hits, per_ray_};
@@ -151,16 +153,16 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
 }
 
 std::size_t ClPrefilter::WaitFor(const sensing::RayBatch& batch, std::size_t fan) try {
-  if (!under_way_) return batch.fans().size();
+  if (!in_progress_) return batch.fans().size();
   const double start = WallClock();
-  const std::vector<sensing::DeviceBatch::Part>& parts = sorted_.parts();
-  STAGE_ASSERT(fan < batch.fans().size() && progress_.size() == parts.size());
-  std::size_t part = 0;
-  while (part + 1 < parts.size() && parts[part].end_fan <= fan) part++;
-  Await(progress_[part].fetched);
-  if (part + 1 == parts.size()) Finish();
+  const std::vector<sensing::DeviceBatch::Chunk>& chunks = sorted_.chunks();
+  STAGE_ASSERT(fan < batch.fans().size() && progress_.size() == chunks.size());
+  std::size_t chunk = 0;
+  while (chunk + 1 < chunks.size() && chunks[chunk].end_fan <= fan) chunk++;
+  WaitForEvent(progress_[chunk].fetched);
+  if (chunk + 1 == chunks.size()) Finish();
   statistics_.fetch_seconds += WallClock() - start;
-  return parts[part].end_fan;
+  return chunks[chunk].end_fan;
 } catch (const ::cl::Error& error) {
   throw AsPrefilterError(error);
 }
@@ -169,7 +171,7 @@ std::size_t ClPrefilter::WaitFor(const sensing::RayBatch& batch, std::size_t fan
 void ClPrefilter::Finish() {
   queue_.finish();
   memory_.to_device.Reset();
-  sent_ahead_ = under_way_ = false;
+  sent_ahead_ = in_progress_ = false;
 }
 
 void ClPrefilter::SendAhead(grid::Grid& grid) try {
@@ -186,7 +188,7 @@ void ClPrefilter::SendAhead(grid::Grid& grid) try {
 
 /// A forked process lacks the driver's threads and would wait for them.
 void ClPrefilter::CheckProcess() const {
-  if (IsFromAnotherProcess()) throw sensing::PrefilterError("this process has been forked");
+  if (IsForked()) throw sensing::PrefilterError("this process has been forked");
 }
 
 /// Sends the parts of the grid that the walks need.
@@ -197,7 +199,7 @@ void ClPrefilter::SendGrid(const grid::Grid& grid) {
 void ClPrefilter::SendBatch(const sensing::RayBatch& batch, threads::WorkerPool* workers) {
   // A CPU is faster with one launch per group.
   const bool in_parts = !memory_.shared && batch.ray_count() >= kRaysWorthParts;
-  const std::span<const double> shares = in_parts ? std::span(kParts) : std::span(kParts).last(1);
+  const std::span<const double> shares = in_parts ? std::span(kChunks) : std::span(kChunks).last(1);
   sorted_.PlanLaunches(shares, work_group_, is_cpu_,
                        [this](grid::LayerIndex layer) { return grid_->layers().PlaceOf(layer); });
   sorted_.Write(batch, batch_.MapForWriting(sorted_.bytes()), workers);
@@ -221,17 +223,17 @@ void ClPrefilter::SendDirections(const sensing::DirectionTables& tables,
 
 /// Starts to walk the rays of a part and to fetch their lists. Returns the address where the lists
 /// of the batch's first ray will be.
-const uint32_t* ClPrefilter::EnqueuePart(const grid::Grid& grid, const sensing::RayBatch& batch,
-                                         std::size_t part) {
+const uint32_t* ClPrefilter::EnqueueChunk(const grid::Grid& grid, const sensing::RayBatch& batch,
+                                          std::size_t chunk) {
   for (const sensing::DeviceBatch::Launch& launch : sorted_.launches())
-    if (launch.part == part) Enqueue(grid, launch, &progress_[part].walked);
+    if (launch.chunk == chunk) Enqueue(grid, launch, &progress_[chunk].walked);
   const std::span<const sensing::Fan> fans = batch.fans();
   const auto bytes_before = [&](std::size_t fan) {
     return BytesOf(fan < fans.size() ? fans[fan].record.first_ray : batch.ray_count());
   };
-  const auto& [first_fan, end_fan] = sorted_.parts()[part];
+  const auto& [first_fan, end_fan] = sorted_.chunks()[chunk];
   const void* hits = hits_.StartReading(BytesOf(batch.ray_count()), bytes_before(first_fan),
-                                        bytes_before(end_fan), &progress_[part].fetched);
+                                        bytes_before(end_fan), &progress_[chunk].fetched);
   queue_.flush();
   return static_cast<const uint32_t*>(hits);
 }

@@ -30,9 +30,9 @@ class ClPrefilter final : public sensing::Prefilter {
                          const sensing::RayBatch& batch, threads::WorkerPool* workers) override;
   std::size_t WaitFor(const sensing::RayBatch& batch, std::size_t fan) override;
   void SendAhead(grid::Grid& grid) override;
-  std::unique_ptr<sensing::Prefilter> ForAnotherWorld() const override;
+  std::unique_ptr<sensing::Prefilter> CloneForWorld() const override;
   bool UsesHost() const override { return is_cpu_; }
-  bool IsFromAnotherProcess() const override { return getpid() != process_; }
+  bool IsForked() const override { return getpid() != process_; }
   std::string DeviceName() const override;
   const sensing::PrefilterStatistics& statistics() const override { return statistics_; }
 
@@ -42,8 +42,8 @@ class ClPrefilter final : public sensing::Prefilter {
   void SendGrid(const grid::Grid& grid);
   void SendBatch(const sensing::RayBatch& batch, threads::WorkerPool* workers);
   void SendDirections(const sensing::DirectionTables& tables, const sensing::RayBatch& batch);
-  const uint32_t* EnqueuePart(const grid::Grid& grid, const sensing::RayBatch& batch,
-                              std::size_t part);
+  const uint32_t* EnqueueChunk(const grid::Grid& grid, const sensing::RayBatch& batch,
+                               std::size_t chunk);
   void Enqueue(const grid::Grid& grid, const sensing::DeviceBatch::Launch& launch,
                ::cl::Event* done);
   /// Size of the lists of this many rays.
@@ -73,7 +73,7 @@ class ClPrefilter final : public sensing::Prefilter {
     ::cl::Event walked, fetched;
   };
   std::vector<Progress> progress_;
-  bool under_way_ = false;           // the batch is not complete yet
+  bool in_progress_ = false;         // the batch is not complete yet
   std::size_t directions_sent_ = 0;  // number of table directions sent, of generation_sent_
   uint64_t generation_sent_ = 0;
 };

@@ -108,7 +108,7 @@ struct Search {
   std::string reason;  // why there are none
 };
 
-void LookForDevices(Search* search) {
+void CollectDevices(Search* search) {
   std::string platforms, advice;
   for (const ::cl::Platform& platform : Platforms()) {
     calls::SetDriver("");
@@ -127,7 +127,7 @@ void LookForDevices(Search* search) {
 Search SearchDevices() {
   Search search;
   try {
-    LookForDevices(&search);
+    CollectDevices(&search);
     std::stable_sort(search.found.begin(), search.found.end(),
                      [](const FoundDevice& a, const FoundDevice& b) {
                        if (a.kind != b.kind) return RankOf(a.kind) < RankOf(b.kind);

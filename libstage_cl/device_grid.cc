@@ -17,9 +17,10 @@ DeviceGrid::DeviceGrid(Memory* memory, const ::cl::Kernel& update, std::size_t w
 
 std::size_t DeviceGrid::Send(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted) {
   const std::size_t structure = SendStructure(grid);
-  layers_.MakeRoom(grid, wanted);
-  if (words_.Reserve(layers_.words() * sizeof(uint64_t))) layers_.Lose();
-  return structure + (layers_.LacksAll(grid, wanted) ? SendAll(grid) : SendChanges(grid, wanted));
+  layers_.AllocateLayers(grid, wanted);
+  if (words_.Reserve(layers_.words() * sizeof(uint64_t))) layers_.Invalidate();
+  return structure +
+         (layers_.NeedsFullCopy(grid, wanted) ? SendAll(grid) : SendChanges(grid, wanted));
 }
 
 std::size_t DeviceGrid::SendStructure(const grid::Grid& grid) {

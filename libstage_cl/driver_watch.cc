@@ -36,18 +36,18 @@ Crash g_crashes[] = {{SIGSEGV, "Segmentation fault", {}},
                      {SIGABRT, "Aborted", {}}};
 
 /// One line on standard error. Never allocates, so that signal handlers can use it.
-class Line {
+class ErrorLine {
  public:
-  Line() { *this << "stage: "; }
-  Line& operator<<(const char* text) {
-    const size_t room = sizeof text_ - length_;
-    const size_t count = std::min(strlen(text), room);
+  ErrorLine() { *this << "stage: "; }
+  ErrorLine& operator<<(const char* text) {
+    const size_t space = sizeof text_ - length_;
+    const size_t count = std::min(strlen(text), space);
     memcpy(text_ + length_, text, count);
     length_ += count;
     return *this;
   }
   /// Appends "the OpenCL driver of NAME", or without a name "the OpenCL driver".
-  Line& AddDriver(const calls::Record& record) {
+  ErrorLine& AddDriver(const calls::Record& record) {
     char name[128];
     calls::CopyDriver(record, &name);
     return *this << "the OpenCL driver" << (name[0] ? " of " : "") << name;
@@ -79,13 +79,13 @@ const calls::Record* RecordOfCrash(bool* is_own) {
   return other;
 }
 
-void TellOfCrash(const char* name) {
+void ReportCrash(const char* name) {
   bool is_own = false;
   const calls::Record* const record = RecordOfCrash(&is_own);
   if (!record) return;
   const char* const call = record->call;
   if (!call) return;  // it has just ended
-  Line line;
+  ErrorLine line;
   if (is_own) {
     line.AddDriver(*record) << " has crashed in " << call << " (" << name << ")";
   } else {  // most likely a thread of the driver
@@ -99,7 +99,7 @@ void OnCrash(int signal, siginfo_t* info, void*) {
   const int error = errno;
   for (Crash& crash : g_crashes) {
     if (crash.signal != signal) continue;
-    TellOfCrash(crash.name);
+    ReportCrash(crash.name);
     sigaction(signal, &crash.before, nullptr);
     // After return, a fault happens again by itself; a sent signal must be raised again.
     if (info->si_code <= 0) raise(signal);
@@ -125,20 +125,20 @@ void RemoveHandlers() {
 }
 
 /// Reports at the end of the process if a driver has ended it.
-void TellOfExit() {
+void ReportExit() {
   bool is_own = false;
   const calls::Record* const record = RecordOfCrash(&is_own);
   if (!record || !is_own) return;
   const char* const call = record->call;
-  (Line().AddDriver(*record) << " has ended the process in " << call).Write();
+  (ErrorLine().AddDriver(*record) << " has ended the process in " << call).Write();
 }
 
 [[noreturn]] void EndHungProcess(const calls::Record& record, unsigned seconds) {
   char text[16];
   std::snprintf(text, sizeof text, "%u", seconds);
   const char* const call = record.call;
-  (Line().AddDriver(record) << " hangs: " << (call ? call : "a call") << " has not returned for "
-                            << text << " s (STAGE_CL_TIMEOUT)")
+  (ErrorLine().AddDriver(record) << " hangs: " << (call ? call : "a call")
+                                 << " has not returned for " << text << " s (STAGE_CL_TIMEOUT)")
       .Write();
   // Flush earlier output, unless the hanging thread holds the stream.
   if (ftrylockfile(stdout) == 0) fflush_unlocked(stdout);
@@ -181,42 +181,42 @@ class Watchdog {
 };
 
 /// State of all watches in the process. Never deleted: worlds may outlive static destructors.
-struct Shared {
+struct WatchState {
   std::mutex mutex;
   unsigned watches = 0;
   std::unique_ptr<Watchdog> watchdog;
-  Shared() { std::atexit(TellOfExit); }
+  WatchState() { std::atexit(ReportExit); }
 };
 
-Shared& TheShared() {
-  static Shared* const shared = new Shared;
-  return *shared;
+WatchState& GlobalWatchState() {
+  static WatchState* const state = new WatchState;
+  return *state;
 }
 
 }  // namespace
 
 DriverWatch::DriverWatch(unsigned seconds) {
-  Shared& shared = TheShared();
-  const std::lock_guard lock(shared.mutex);
-  if (shared.watches++ > 0) return;
+  WatchState& state = GlobalWatchState();
+  const std::lock_guard lock(state.mutex);
+  if (state.watches++ > 0) return;
   for (Crash& crash : g_crashes) sigaction(crash.signal, nullptr, &crash.before);
   InstallHandlers();
   if (seconds == 0) return;
   try {
-    shared.watchdog = std::make_unique<Watchdog>(seconds);
+    state.watchdog = std::make_unique<Watchdog>(seconds);
   } catch (const std::system_error&) {
     // No thread available: hanging calls stay undetected.
   }
 }
 
 DriverWatch::~DriverWatch() {
-  Shared& shared = TheShared();
-  const std::lock_guard lock(shared.mutex);
-  if (--shared.watches > 0) return;
+  WatchState& state = GlobalWatchState();
+  const std::lock_guard lock(state.mutex);
+  if (--state.watches > 0) return;
   // A forked process does not have this thread, so it must not join it.
-  if (shared.watchdog && !shared.watchdog->IsOfThisProcess())
-    static_cast<void>(shared.watchdog.release());
-  shared.watchdog.reset();
+  if (state.watchdog && !state.watchdog->IsOfThisProcess())
+    static_cast<void>(state.watchdog.release());
+  state.watchdog.reset();
   RemoveHandlers();
 }
 

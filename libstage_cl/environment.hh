@@ -17,17 +17,18 @@ inline std::string FromEnvironment(const char* name) {
   return text ? text : "";
 }
 
-/// Value of an integer variable, or `usual` if it is not set. Throws sensing::PrefilterError.
-inline uint32_t NumberFromEnvironment(const std::string& name, uint32_t usual, uint32_t least,
-                                      uint32_t most) {
+/// Value of an integer variable, or `default_value` if it is not set. Throws
+/// sensing::PrefilterError.
+inline uint32_t NumberFromEnvironment(const std::string& name, uint32_t default_value, uint32_t min,
+                                      uint32_t max) {
   const std::string text = FromEnvironment(name.c_str());
-  if (text.empty()) return usual;
+  if (text.empty()) return default_value;
   uint32_t number = 0;
   const char* const text_end = text.data() + text.size();
   const auto [end, error] = std::from_chars(text.data(), text_end, number);
-  if (error != std::errc() || end != text_end || number < least || number > most)
-    throw sensing::PrefilterError(name + " is \"" + text + "\", expected " + std::to_string(least) +
-                                  " to " + std::to_string(most));
+  if (error != std::errc() || end != text_end || number < min || number > max)
+    throw sensing::PrefilterError(name + " is \"" + text + "\", expected " + std::to_string(min) +
+                                  " to " + std::to_string(max));
   return number;
 }
 

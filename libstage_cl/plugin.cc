@@ -61,8 +61,8 @@ std::mutex g_mutex;  // guards g_drivers_called and the search for devices
 /// Tries `task` in a child process before it is done in this one. Returns the error, or an empty
 /// string. Costs time only for the first world: errors are cached under `key`, and after a success
 /// drivers are called directly.
-std::string TryFirst(const std::string& key, const std::function<std::string()>& task,
-                     uint32_t timeout) {
+std::string ProbeOnce(const std::string& key, const std::function<std::string()>& task,
+                      uint32_t timeout) {
   static auto* const errors = new std::map<std::string, std::string>;
   if (g_drivers_called) return "";
   const auto known = errors->find(key);
@@ -84,7 +84,7 @@ std::unique_ptr<sensing::Prefilter> MakeWatched(const std::string& choice, std::
     Make(choice, hits_per_ray, nullptr, &wrong);
     return wrong;
   };
-  *message = TryFirst(key, task, timeout);
+  *message = ProbeOnce(key, task, timeout);
   if (!message->empty()) return nullptr;
   auto watch = std::make_unique<DriverWatch>(timeout);
   const SetUpWatch set_up;
@@ -101,7 +101,7 @@ std::string ListDevices() {
     FindDevices(&reason);
     return reason;
   };
-  reason = TryFirst("list", task, timeout);
+  reason = ProbeOnce("list", task, timeout);
   if (reason.empty()) {
     const DriverWatch watch(timeout);
     const SetUpWatch set_up;

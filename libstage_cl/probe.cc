@@ -59,7 +59,7 @@ class SharedReport {
   setrlimit(RLIMIT_CORE, &no_core);
   // If a driver calls exit(), handlers that the parent registered must not run.
   std::atexit([] { _exit(kEndedByDriver); });
-  calls::MoveThisThread(&report->record);
+  calls::RedirectThisThread(&report->record);
   const std::string wrong = task();
   wrong.copy(report->wrong, sizeof report->wrong - 1);
   _exit(kDone);
@@ -85,7 +85,8 @@ bool WaitFor(pid_t child, int pipe, const calls::Record& record, unsigned second
 }
 
 /// Returns, for example, "an OpenCL driver (NAME) crashes in CALL (SIGNAL)".
-std::string Accuse(const calls::Record& record, const std::string& deed, const std::string& how) {
+std::string DescribeFailure(const calls::Record& record, const std::string& deed,
+                            const std::string& how) {
   char driver[128];
   calls::CopyDriver(record, &driver);
   const char* const call = record.call;
@@ -95,10 +96,11 @@ std::string Accuse(const calls::Record& record, const std::string& deed, const s
          WhyPoclCrashes(name);
 }
 
-std::string Judge(int status, const Report& report) {
-  if (WIFSIGNALED(status)) return Accuse(report.record, "crashes", strsignal(WTERMSIG(status)));
+std::string EvaluateChild(int status, const Report& report) {
+  if (WIFSIGNALED(status))
+    return DescribeFailure(report.record, "crashes", strsignal(WTERMSIG(status)));
   if (WEXITSTATUS(status) == kDone) return report.wrong;
-  return Accuse(report.record, "ends the process", "");
+  return DescribeFailure(report.record, "ends the process", "");
 }
 
 }  // namespace
@@ -114,8 +116,9 @@ std::string Probe(const std::function<std::string()>& task, unsigned seconds) {
   const bool ended = child < 0 || WaitFor(child, ends[0], report->record, seconds, &status);
   close(ends[0]);
   if (child < 0) return "";
-  if (ended) return Judge(status, *report.operator->());
-  return Accuse(report->record, "hangs", "for " + std::to_string(seconds) + " s, STAGE_CL_TIMEOUT");
+  if (ended) return EvaluateChild(status, *report.operator->());
+  return DescribeFailure(report->record, "hangs",
+                         "for " + std::to_string(seconds) + " s, STAGE_CL_TIMEOUT");
 }
 
 }  // namespace Stg::cl

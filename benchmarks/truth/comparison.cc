@@ -153,11 +153,11 @@ void Comparison::ReportBetween(const Reading& common, const Before& before,
     const Real bearing = BearingOf(before.fov, options_.bearings, i);
     const Real place = Real(i) * Real(before.count - 1) / Real(std::max(options_.bearings, 2u) - 1);
     const size_t left = std::min(static_cast<size_t>(place), size_t{before.count} - 2);
-    const Real share = place - Real(left);
+    const Real fraction = place - Real(left);
     reading.sample = i;
     reading.bearing = static_cast<double>(bearing);
-    reading.value =
-        static_cast<double>(sensor.ranges[left] * (1 - share) + sensor.ranges[left + 1] * share);
+    reading.value = static_cast<double>(sensor.ranges[left] * (1 - fraction) +
+                                        sensor.ranges[left + 1] * fraction);
     reading.truth = scene_.Cast(before.from, bearing, before.range);
     report_(reading);
   }

@@ -65,8 +65,8 @@ Real DistanceAlong(const Ray& ray, const Point& a, const Point& b) {
 Real DistanceBetween(const Point& p, const Point& a, const Point& b) {
   const Real ex = b.x - a.x, ey = b.y - a.y, px = p.x - a.x, py = p.y - a.y;
   const Real length = ex * ex + ey * ey;
-  const Real share = length > 0 ? std::clamp<Real>((px * ex + py * ey) / length, 0, 1) : 0;
-  return std::hypot(px - share * ex, py - share * ey);
+  const Real fraction = length > 0 ? std::clamp<Real>((px * ex + py * ey) / length, 0, 1) : 0;
+  return std::hypot(px - fraction * ex, py - fraction * ey);
 }
 
 Real IncidenceOn(const Ray& ray, const Point& a, const Point& b) {

@@ -40,9 +40,9 @@ Place PlaceIn(std::span<const double> borders, double value, const std::string& 
 
 }  // namespace
 
-double Percentile(const std::vector<float>& sorted, double share) {
+double Percentile(const std::vector<float>& sorted, double fraction) {
   if (sorted.empty()) return 0;
-  const double rank = std::ceil(share * static_cast<double>(sorted.size()));
+  const double rank = std::ceil(fraction * static_cast<double>(sorted.size()));
   return static_cast<double>(sorted[static_cast<size_t>(std::max(rank, 1.0)) - 1]);
 }
 

@@ -18,7 +18,7 @@ namespace truth {
 
 /// The value that a share of the sorted values lies below or at: the smallest one of which at least
 /// that share of all are not greater. 0 of none.
-double Percentile(const std::vector<float>& sorted, double share);
+double Percentile(const std::vector<float>& sorted, double fraction);
 
 class Tally {
  public:

@@ -18,7 +18,7 @@
 namespace {
 
 /// A sensor and its mount on the robot.
-struct Eye {
+struct MountedSensor {
   Stg::ModelRanger* ranger = nullptr;
   size_t sensor = 0;
   Stg::Pose pose;  ///< in the robot's frame
@@ -30,26 +30,26 @@ struct Robot {
   Stg::ModelPosition* position = nullptr;
   ctrl::DisperseRule rule;
   double radius = 0;  ///< radius of the disc that must stay free, m
-  std::vector<Eye> eyes;
+  std::vector<MountedSensor> mounted_sensors;
   bool backing = false;
 
   void ExchangeState(Stg::StateExchange& exchange) { exchange(backing); }
 };
 
 /// Adds the readings of one sensor.
-void Look(const Robot& robot, Eye* eye, ctrl::Surroundings* seen) {
-  if (eye->sensor >= eye->ranger->GetSensors().size()) return;
-  const Stg::ModelRanger::Sensor& sensor = eye->ranger->GetSensors()[eye->sensor];
+void AddReadingsOf(const Robot& robot, MountedSensor* mounted, ctrl::Surroundings* seen) {
+  if (mounted->sensor >= mounted->ranger->GetSensors().size()) return;
+  const Stg::ModelRanger::Sensor& sensor = mounted->ranger->GetSensors()[mounted->sensor];
   const size_t count = sensor.ranges.size();
   if (count == 0 || sensor.bearings.size() != count) return;
-  if (!eye->table || eye->table->size() != count || eye->fov != sensor.fov) {
-    eye->table = ctrl::FindRayTable(eye->pose.a, sensor.fov, sensor.bearings);
-    eye->fov = sensor.fov;
+  if (!mounted->table || mounted->table->size() != count || mounted->fov != sensor.fov) {
+    mounted->table = ctrl::FindRayTable(mounted->pose.a, sensor.fov, sensor.bearings);
+    mounted->fov = sensor.fov;
   }
   const double cap = std::min(sensor.range.max, robot.rule.horizon);
-  ctrl::AddReadings(*eye->table, sensor.ranges.data(), cap, seen);
-  ctrl::LimitFreePath(*eye->table, sensor.ranges.data(), {eye->pose.x, eye->pose.y, robot.radius},
-                      seen);
+  ctrl::AddReadings(*mounted->table, sensor.ranges.data(), cap, seen);
+  ctrl::LimitFreePath(*mounted->table, sensor.ranges.data(),
+                      {mounted->pose.x, mounted->pose.y, robot.radius}, seen);
 }
 
 /// Backs a stalled robot slightly every other update, since it may have stalled while turning.
@@ -62,7 +62,7 @@ bool BackOff(Robot* robot) {
 void Update(Robot* robot) {
   if (BackOff(robot)) return;
   ctrl::Surroundings seen;
-  for (Eye& eye : robot->eyes) Look(*robot, &eye, &seen);
+  for (MountedSensor& mounted : robot->mounted_sensors) AddReadingsOf(*robot, &mounted, &seen);
   const ctrl::Drive drive = ctrl::Disperse(seen, robot->radius, robot->rule);
   robot->position->SetSpeed(drive.forward, 0, drive.turn);
 }
@@ -87,7 +87,7 @@ void Use(Stg::ModelRanger* ranger, const Stg::Model& model, Robot* robot) {
   const Stg::Pose frame = FrameOnRobot(*ranger, model);
   const auto& sensors = ranger->GetSensors();
   for (size_t i = 0; i < sensors.size(); i++)
-    robot->eyes.push_back({ranger, i, frame + sensors[i].pose, 0, nullptr});
+    robot->mounted_sensors.push_back({ranger, i, frame + sensors[i].pose, 0, nullptr});
   ranger->Subscribe();
 }
 

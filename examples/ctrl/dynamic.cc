@@ -14,7 +14,7 @@ constexpr double kSpread = 1.0;  // m from the model's origin, along x and y
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  model->KeepsNoState("dynamic");
+  model->DeclareNoState("dynamic");
   for (int i = 0; i < kBoxes; i++) {
     Stg::Model* box = model->GetWorld()->CreateModel(model, "model");
     box->SetPose(Stg::Pose::Random(model->random(), -kSpread, kSpread, -kSpread, kSpread));

@@ -11,10 +11,10 @@
 
 namespace {
 
-constexpr double kHungry = 0.25;        // fraction of the power pack's capacity
-constexpr int kWorkUpdates = 20;        // duration of loading or unloading a flag
-constexpr unsigned kPayload = 1;        // flags
-constexpr double kUndockedRange = 0.3;  // m
+constexpr double kRechargeBelow = 0.25;  // fraction of the power pack's capacity
+constexpr int kWorkUpdates = 20;         // duration of loading or unloading a flag
+constexpr unsigned kPayload = 1;         // flags
+constexpr double kUndockedRange = 0.3;   // m
 const Stg::Pose kSourcePlace(-7, -7, 0, 0), kSinkPlace(7, 7, 0, 0);
 constexpr double kNearSource = 2.0, kNearSink = 1.0;  // m
 
@@ -35,8 +35,8 @@ struct Robot {
     exchange(mode, obstacles, charger, loading, unloading);
   }
 
-  bool Hungry() const { return power->ProportionRemaining() < kHungry; }
-  bool Full() const { return power->ProportionRemaining() > ctrl::kFull; }
+  bool Hungry() const { return power->ProportionRemaining() < kRechargeBelow; }
+  bool Full() const { return power->ProportionRemaining() > ctrl::kStopChargingAt; }
 };
 
 // ---- flags

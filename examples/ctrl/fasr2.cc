@@ -18,7 +18,7 @@
 
 namespace {
 
-constexpr double kHungry = 0.2;             // fraction of the power pack's capacity
+constexpr double kRechargeBelow = 0.2;      // fraction of the power pack's capacity
 constexpr double kChanceToGiveUp = 0.0005;  // per update while waiting for a flag
 constexpr unsigned kPayload = 1;            // flags
 constexpr double kGoalMoved = 0.5;          // m; replan if the goal has moved further
@@ -76,8 +76,8 @@ struct Robot {
   double docked_heading = 0;
   bool waiting = false, force_recharge = false;
 
-  bool Hungry() const { return force_recharge || power->ProportionRemaining() < kHungry; }
-  bool Full() const { return power->ProportionRemaining() > ctrl::kFull; }
+  bool Hungry() const { return force_recharge || power->ProportionRemaining() < kRechargeBelow; }
+  bool Full() const { return power->ProportionRemaining() > ctrl::kStopChargingAt; }
 
   void ExchangeState(Stg::StateExchange& exchange);
 };

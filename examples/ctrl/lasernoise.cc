@@ -31,7 +31,7 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
                  // NOLINTNEXTLINE(clang-analyzer-core.CallAndMessage): the model is never null.
                  "found a model of type " + model->GetModelType() + ", expected a ranger");
   ctrl::CallOnUpdate<Stg::ModelRanger, AddNoise>(ranger, ranger);
-  ranger->KeepsNoState("lasernoise");
+  ranger->DeclareNoState("lasernoise");
   ranger->Subscribe();
   return 0;
 }

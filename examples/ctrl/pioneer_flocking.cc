@@ -16,8 +16,8 @@ constexpr double kSafe = 1.0;  // m
 constexpr ctrl::Clearance kClearances[] = {{2, kSafe}, {3, kSafe},       {4, kSafe},
                                            {5, kSafe}, {1, kSafe / 2.0}, {6, kSafe / 2.0}};
 const ctrl::ExpandRule kRule{0.4, kClearances, 0.3};
-constexpr double kFlockGain = 0.3;   // rad/s per rad
-constexpr double kLittleTurn = 0.1;  // rad/s; a blocked robot that turns less is stuck
+constexpr double kFlockGain = 0.3;  // rad/s per rad
+constexpr double kMinTurn = 0.1;    // rad/s; a blocked robot that turns less is stuck
 
 struct Robot {
   Stg::ModelPosition* position = nullptr;
@@ -44,7 +44,7 @@ void Drive(Robot* robot) {
   if (!drive) return;
   if (drive->forward > 0) {
     if (robot->has_neighbour) drive->turn += kFlockGain * robot->neighbour_heading;
-  } else if (std::fabs(drive->turn) < kLittleTurn) {
+  } else if (std::fabs(drive->turn) < kMinTurn) {
     drive->turn = robot->position->random().Uniform();
   }
   robot->position->SetSpeed(drive->forward, 0, drive->turn);

@@ -15,7 +15,7 @@ constexpr unsigned kWidth = 40, kHeight = 20;  // characters
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  model->KeepsNoState("rasterize");
+  model->DeclareNoState("rasterize");
   const Stg::Size size = model->GetGeom().size;
   std::vector<uint8_t> cells(kWidth * kHeight, 0);
   model->Rasterize(cells.data(), kWidth, kHeight, size.x / kWidth, size.y / kHeight);

@@ -39,7 +39,7 @@ struct Robot {
   Stg::ModelPosition* position = nullptr;
   Stg::ModelRanger* laser = nullptr;
   double goal_x = 0, goal_y = 0;
-  bool asks = true;
+  bool is_predicting = true;
   std::unique_ptr<Stg::ConsequenceEngine> engine;
   // State carried from step to step:
   ctrl::ObstacleState avoidance;
@@ -59,7 +59,7 @@ struct Robot {
 // ---- driving without prediction -----------------------------------------------------------------
 
 /// Drives towards the goal, and around obstacles.
-void GoOn(Robot* robot) {
+void KeepPlan(Robot* robot) {
   ctrl::ObstacleRule rule;
   rule.front_distance = 0.8;
   rule.cruise_speed = kFastest;
@@ -90,9 +90,9 @@ std::vector<Plan> Plans() {
 
 /// Scores the progress towards the goal. A collision ends a scenario and is worse than anything
 /// else.
-class Nearer : public Stg::Judge {
+class ProgressJudge : public Stg::Judge {
  public:
-  Nearer(const Robot& robot, const std::vector<Plan>& plans)
+  ProgressJudge(const Robot& robot, const std::vector<Plan>& plans)
       : id_(robot.position->GetId()),
         plans_(plans),
         distance_(robot.Distance()),
@@ -152,7 +152,7 @@ void Decide(Stg::World& world, Robot* robot) {
   question.seed = 1 + world.UpdateCount();  // the real outcome of random events is unknown
   Stg::Budget budget;
   budget.scenario_steps = kBudget;
-  Nearer judge(*robot, plans);
+  ProgressJudge judge(*robot, plans);
   const Stg::Decision decision = robot->engine->Choose(question, budget, &judge);
   robot->plan = plans[decision.best];
   DrawFutures(&world, robot->position->GetGlobalPose(), decision);
@@ -163,11 +163,11 @@ void Decide(Stg::World& world, Robot* robot) {
 void Update(Robot* robot) {
   if (robot->Distance() < kArrived) return robot->position->Stop();
   Stg::World* const world = robot->position->GetWorld();
-  if (robot->asks && !world->IsBranch() && robot->until_decision-- <= 0) {
+  if (robot->is_predicting && !world->IsBranch() && robot->until_decision-- <= 0) {
     robot->until_decision = kUpdatesADecision - 1;
     world->CallAfterStep([robot](Stg::World& now) { Decide(now, robot); });
   }
-  if (robot->plan.left <= 0) return GoOn(robot);
+  if (robot->plan.left <= 0) return KeepPlan(robot);
   robot->plan.left--;
   robot->position->SetSpeed(robot->plan.speed, 0, robot->plan.turn);
 }
@@ -187,7 +187,7 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
   Robot* const robot = ctrl::DriveByLaser<Robot, Update>(name, model);
   robot->goal_x = x;
   robot->goal_y = y;
-  robot->asks = how.empty();
+  robot->is_predicting = how.empty();
   model->SetProperty(kProperty, robot);
   return 0;
 }

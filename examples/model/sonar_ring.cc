@@ -9,7 +9,7 @@
 
 namespace {
 
-constexpr int kMostSonars = 1000;
+constexpr int kMaxSonars = 1000;
 constexpr std::size_t kRaysOfACone = 3;
 constexpr double kWatts = 0.5;
 
@@ -38,10 +38,10 @@ SonarRing::SonarRing(Stg::World* world_, Stg::Model* parent_, const std::string&
 void SonarRing::Load() {
   if (!LoadCommon()) return;  // a callback has deleted the model
   const int count = wf->ReadInt(wf_entity, "count", static_cast<int>(ranges_.size()));
-  if (count < 1 || count > kMostSonars)
+  if (count < 1 || count > kMaxSonars)
     wf->Fail(
         wf_entity, "count",
-        "found " + std::to_string(count) + " sonars, expected 1 to " + std::to_string(kMostSonars));
+        "found " + std::to_string(count) + " sonars, expected 1 to " + std::to_string(kMaxSonars));
   reach_ = wf->ReadLength(wf_entity, "reach", reach_);
   if (!(reach_ > 0)) wf->Fail(wf_entity, "reach", "found a reach that is not positive");
   width_ = wf->ReadAngle(wf_entity, "width", width_);

@@ -26,7 +26,7 @@ struct Robot {
 };
 typedef std::vector<Robot> Robots;
 
-constexpr size_t kFewestSensors = 4;
+constexpr size_t kMinSensors = 4;
 constexpr double kSpeed = 0.4;         // m/s
 constexpr double kClearAhead = 0.1;    // m
 constexpr double kClearBeside = 0.02;  // m
@@ -35,7 +35,7 @@ constexpr double kAhead = 0.3;         // rad
 /// Commands one robot.
 void Drive(const Robot& robot) {
   const ctrl::Sensors& sensors = robot.ranger->GetSensors();
-  if (sensors.size() < kFewestSensors) return;
+  if (sensors.size() < kMinSensors) return;
   const size_t front = sensors.size() / 2 - 1;
   const ctrl::Clearance clearances[] = {
       {front, kClearAhead}, {front - 1, kClearBeside}, {front + 1, kClearBeside}};
@@ -55,7 +55,7 @@ Robot FindRobot(const Stg::World& world, int number) {
     throw std::runtime_error("stest: found no model called \"" + name + "\" in the world");
   Robot robot{ctrl::RequirePosition("stest", model),
               dynamic_cast<Stg::ModelRanger*>(model->GetChild("ranger:0"))};
-  if (!robot.ranger || robot.ranger->GetSensors().size() < kFewestSensors)
+  if (!robot.ranger || robot.ranger->GetSensors().size() < kMinSensors)
     ctrl::GiveUp("stest", *model, "found no ranger:0 of 4 or more sensors, expected one");
   return robot;
 }

@@ -51,12 +51,12 @@ void TryLuck(const Stg::World& world, uint32_t robot) {
   for (uint32_t i = 0; i < branches.count(); i++) branches.Restore(i, now, 1000 + i);
   Distance distance(robot);
   branches.Step(200, &distance);
-  double least = branches[0].score, most = least;
+  double min = branches[0].score, max = min;
   for (uint32_t i = 0; i < branches.count(); i++) {
-    least = std::min(least, branches[i].score);
-    most = std::max(most, branches[i].score);
+    min = std::min(min, branches[i].score);
+    max = std::max(max, branches[i].score);
   }
-  std::printf("the other one will have driven %.2f m to %.2f m in 20 s\n", least, most);
+  std::printf("the other one will have driven %.2f m to %.2f m in 20 s\n", min, max);
 }
 
 // ---- choose -------------------------------------------------------------------------------------

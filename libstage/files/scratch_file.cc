@@ -12,7 +12,7 @@
 namespace Stg::files {
 
 namespace {
-constexpr size_t kMostWaiting = 4 << 20;
+constexpr size_t kMaxBuffered = 4 << 20;
 }  // namespace
 
 ScratchFile::ScratchFile(const std::string& folder)
@@ -24,7 +24,7 @@ ScratchFile::~ScratchFile() {
 
 void ScratchFile::Add(std::string_view part) {
   waiting_ += part;
-  if (file_ < 0 || waiting_.size() < kMostWaiting) return;
+  if (file_ < 0 || waiting_.size() < kMaxBuffered) return;
   size_t done = 0;
   while (done < waiting_.size()) {
     const ssize_t count = pwrite(file_, waiting_.data() + done, waiting_.size() - done,
@@ -38,7 +38,7 @@ void ScratchFile::Add(std::string_view part) {
 }
 
 int ScratchFile::ReadBack(const std::function<void(std::string_view)>& take) const {
-  std::vector<char> part(std::min(written_, kMostWaiting));
+  std::vector<char> part(std::min(written_, kMaxBuffered));
   for (size_t at = 0; at < written_;) {
     const ssize_t count =
         pread(file_, part.data(), std::min(part.size(), written_ - at), static_cast<off_t>(at));

@@ -61,7 +61,7 @@ int CheckContent(const std::string& path, IsOurs ours) {
 
 /// Finds out whether the target exists and whether it may be replaced or written to.
 int Inspect(const std::string& name, IsOurs ours, Target* target) {
-  target->path = PlaceOf(name);
+  target->path = AbsolutePath(name);
   struct stat found = {};
   if (stat(target->path.c_str(), &found) != 0) {
     // The file does not exist, or its name is a dangling link, which is replaced as well.
@@ -112,7 +112,7 @@ class Draft {
   }
 
   int Replace() {
-    return Settle([this] { return std::rename(path_.c_str(), target_.path.c_str()); });
+    return CloseAndRename([this] { return std::rename(path_.c_str(), target_.path.c_str()); });
   }
 
   /// Renames the draft and returns its open descriptor, or a negative error number.
@@ -123,7 +123,7 @@ class Draft {
 
   /// Renames the draft only if the target does not exist.
   int Place() {
-    return Settle([this] {
+    return CloseAndRename([this] {
       const char *from = path_.c_str(), *to = target_.path.c_str();
       const int result = renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_NOREPLACE);
       if (result == 0 || (errno != EINVAL && errno != ENOSYS)) return result;
@@ -134,7 +134,7 @@ class Draft {
 
  private:
   template <typename Rename>
-  int Settle(Rename rename) {
+  int CloseAndRename(Rename rename) {
     if (error_ != 0) return error_;
     if (close(file_) != 0 || rename() != 0) {
       error_ = errno;
@@ -159,7 +159,7 @@ int WriteToDevice(const std::string& path, std::string_view content) {
 
 /// Opens an existing file for OpenToGrow(). The name may refer to another file since Inspect(), so
 /// the content of the opened file is checked again.
-int OpenThere(const Target& target, IsOurs ours) {
+int OpenExisting(const Target& target, IsOurs ours) {
   // Names such as /dev/fd/5 are always links.
   const int links = target.regular ? O_NOFOLLOW : 0;
   const int access = target.regular ? O_RDWR : O_WRONLY;
@@ -176,12 +176,13 @@ int OpenThere(const Target& target, IsOurs ours) {
 
 bool AnyFile(std::string_view) { return true; }
 
-int ReplaceFile(const std::string& name, std::string_view content, IsOurs ours, Lasts lasts) {
+int ReplaceFile(const std::string& name, std::string_view content, IsOurs ours,
+                Durability durability) {
   Target target;
   if (const int error = Inspect(name, ours, &target); error != 0) return error;
   if (!target.regular) return WriteToDevice(target.path, content);
   Draft draft(target);
-  draft.Write(content, lasts == Lasts::kAtOnce);
+  draft.Write(content, durability == Durability::kSynced);
   return draft.Replace();
 }
 
@@ -195,7 +196,7 @@ int TryReplaceFile(const std::string& name, IsOurs ours) {
 int OpenToGrow(const std::string& name, IsOurs ours) {
   Target target;
   if (const int error = Inspect(name, ours, &target); error != 0) return -error;
-  return target.exists ? OpenThere(target, ours) : Draft(target).ReplaceAndKeep();
+  return target.exists ? OpenExisting(target, ours) : Draft(target).ReplaceAndKeep();
 }
 
 int MakeFile(const std::string& name, std::string_view content) {
@@ -206,7 +207,7 @@ int MakeFile(const std::string& name, std::string_view content) {
   return draft.Place();
 }
 
-std::string PlaceOf(const std::string& name) {
+std::string AbsolutePath(const std::string& name) {
   if (IsOpenFile(name)) return name;
   std::error_code error;
   std::filesystem::path place = std::filesystem::canonical(name, error);

@@ -25,13 +25,13 @@ using IsOurs = bool (*)(std::string_view beginning);
 bool AnyFile(std::string_view beginning);
 
 /// When a written file survives a crash of the system, and not only of the program.
-enum class Lasts {
-  kAtOnce,  ///< when the function returns
-  kSoon     ///< when the system has flushed its buffers; until then the file may be empty
+enum class Durability {
+  kSynced,   ///< when the function returns
+  kBuffered  ///< when the system has flushed its buffers; until then the file may be empty
 };
 /// Creates or replaces the file. Returns EEXIST if an existing file is not ours.
 int ReplaceFile(const std::string& name, std::string_view content, IsOurs ours,
-                Lasts lasts = Lasts::kAtOnce);
+                Durability durability = Durability::kSynced);
 /// Returns what ReplaceFile() would return, without leaving a file. Programs call it first to learn
 /// early whether their output can be written.
 int TryReplaceFile(const std::string& name, IsOurs ours);
@@ -43,7 +43,7 @@ int OpenToGrow(const std::string& name, IsOurs ours);
 int MakeFile(const std::string& name, std::string_view content);
 
 /// Absolute path with symbolic links resolved, where the file exists.
-std::string PlaceOf(const std::string& name);
+std::string AbsolutePath(const std::string& name);
 
 }  // namespace Stg::files
 

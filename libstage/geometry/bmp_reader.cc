@@ -94,12 +94,14 @@ class BmpReader {
 
   // Entries are blue, green, red and, in later files, a padding byte.
   void ReadPalette() {
-    const std::size_t entry = header_size_ == kCoreHeader ? 3 : 4, most = std::size_t{1} << depth_;
-    const std::size_t count = colors_ == 0 ? most : std::min<std::size_t>(colors_, most);
+    const std::size_t entry = header_size_ == kCoreHeader ? 3 : 4,
+                      max_colors = std::size_t{1} << depth_;
+    const std::size_t count =
+        colors_ == 0 ? max_colors : std::min<std::size_t>(colors_, max_colors);
     if (std::fseek(input_.file, static_cast<long>(kFileHeader + header_size_), SEEK_SET) != 0)
       Fail(input_, "the file is cut short");
     const Bytes bytes(input_, entry * count);
-    is_solid_.resize(most);
+    is_solid_.resize(max_colors);
     for (std::size_t i = 0; i < count; ++i) is_solid_[i] = bytes[entry * i + 2] <= input_.threshold;
   }
 
@@ -127,9 +129,9 @@ class BmpReader {
 
   // Red component, scaled to 0..255.
   std::uint32_t RedOf(std::uint32_t pixel) const {
-    const std::uint64_t most = red_mask_ >> std::countr_zero(red_mask_);
+    const std::uint64_t max_value = red_mask_ >> std::countr_zero(red_mask_);
     return static_cast<std::uint32_t>(
-        (std::uint64_t{pixel & red_mask_} >> std::countr_zero(red_mask_)) * 255 / most);
+        (std::uint64_t{pixel & red_mask_} >> std::countr_zero(red_mask_)) * 255 / max_value);
   }
 
   const Input& input_;

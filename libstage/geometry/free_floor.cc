@@ -44,14 +44,14 @@ bounds3d_t FreeFloor::Bounds() const {
   return box;
 }
 
-void FreeFloor::Finish(double reach) {
-  constexpr double kMostCells = 1e6, kMostRows = 4096;
+void FreeFloor::BuildIndex(double reach) {
+  constexpr double kMaxCells = 1e6, kMaxRows = 4096;
   if (empty()) return;
   const bounds3d_t box = Bounds();
   const double width = box.x.max - box.x.min, height = box.y.max - box.y.min;
-  cell_ = std::max(reach, std::sqrt(width * height / kMostCells));
+  cell_ = std::max(reach, std::sqrt(width * height / kMaxCells));
   first_row_ = box.y.min;
-  rows_.resize(static_cast<size_t>(std::min(kMostRows, std::floor(height / cell_))) + 1);
+  rows_.resize(static_cast<size_t>(std::min(kMaxRows, std::floor(height / cell_))) + 1);
   row_height_ = height / static_cast<double>(rows_.size());
   for (uint32_t i = 0; i < edges_.size(); i++) {
     const auto [low_x, high_x] = std::minmax(edges_[i].from.x, edges_[i].to.x);
@@ -70,7 +70,7 @@ size_t FreeFloor::RowOf(double y) const {
   return static_cast<size_t>(std::clamp(row, 0.0, static_cast<double>(rows_.size() - 1)));
 }
 
-bool FreeFloor::IsFree(const point_t& point, double clearance) const {
+bool FreeFloor::IsClear(const point_t& point, double clearance) const {
   if (empty()) return true;
   const auto cell = near_.find(KeyOf(IndexOf(point.x, cell_), IndexOf(point.y, cell_)));
   if (cell != near_.end()) {

@@ -25,10 +25,10 @@ class FreeFloor {
   bounds3d_t Bounds() const;
 
   /// Builds the index; call it after the last AddBody(). `reach` is the largest clearance for
-  /// IsFree() and greater than 0.
-  void Finish(double reach);
+  /// IsClear() and greater than 0.
+  void BuildIndex(double reach);
   /// True if no body contains the point or is nearer to it than `clearance`.
-  bool IsFree(const point_t& point, double clearance) const;
+  bool IsClear(const point_t& point, double clearance) const;
 
  private:
   struct Edge {

@@ -107,10 +107,10 @@ class JpegReader {
 
   // Limits the time: a small file may declare thousands of scans of a large picture.
   static void OnProgress(j_common_ptr jpeg) {
-    constexpr int kMostScans = 200;
+    constexpr int kMaxScans = 200;
     const auto* const self = reinterpret_cast<j_decompress_ptr>(jpeg);
-    if (self->input_scan_number <= kMostScans) return;
-    std::snprintf(Self(jpeg)->message_, sizeof message_, "found more than %d scans", kMostScans);
+    if (self->input_scan_number <= kMaxScans) return;
+    std::snprintf(Self(jpeg)->message_, sizeof message_, "found more than %d scans", kMaxScans);
     std::longjmp(Self(jpeg)->jump_, 1);
   }
 

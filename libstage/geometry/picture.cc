@@ -18,12 +18,12 @@ namespace picture {
 
 void Fail(const Input& input, const std::string& reason) {
   constexpr int kExitStatus = 255;
-  throw LoadError(messages::Shortened(input.name, messages::kLongestDetail) + ": " + reason,
+  throw LoadError(messages::Shortened(input.name, messages::kMaxDetailBytes) + ": " + reason,
                   kExitStatus);
 }
 
 Bitmap MakeBitmap(const Input& input, std::uint64_t width, std::uint64_t height,
-                  std::uint64_t bits_per_pixel, std::uint64_t least_size) {
+                  std::uint64_t bits_per_pixel, std::uint64_t min_size) {
   const std::string size = std::to_string(width) + " x " + std::to_string(height) + " pixels";
   const auto refuse = [&](std::uint64_t limit, const char* of_what) {
     Fail(input, "a picture of " + size + " is too large; at most " + std::to_string(limit) +
@@ -37,7 +37,7 @@ Bitmap MakeBitmap(const Input& input, std::uint64_t width, std::uint64_t height,
                     " bits each is too large; at most " + std::to_string(kMaxSampleBytes) +
                     " bytes are accepted; a grey or black-and-white picture needs fewer bits");
   }
-  if (input.size < least_size) Fail(input, "the file is cut short");
+  if (input.size < min_size) Fail(input, "the file is cut short");
   return Bitmap(static_cast<int>(width), static_cast<int>(height));
 }
 

@@ -25,9 +25,9 @@ struct Input {
 [[noreturn]] void Fail(const Input& input, const std::string& reason);
 
 /// Makes an empty bitmap for the picture. Throws LoadError before allocation if it is too large.
-/// `bits_per_pixel` counts all samples, decoded; `least_size` is the file's minimum size in bytes.
+/// `bits_per_pixel` counts all samples, decoded; `min_size` is the file's minimum size in bytes.
 Bitmap MakeBitmap(const Input& input, std::uint64_t width, std::uint64_t height,
-                  std::uint64_t bits_per_pixel, std::uint64_t least_size);
+                  std::uint64_t bits_per_pixel, std::uint64_t min_size);
 
 Bitmap ReadPng(const Input& input);
 

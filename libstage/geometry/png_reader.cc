@@ -71,8 +71,8 @@ class PngReader {
     const unsigned bits = png_get_channels(png_, info_) * unsigned{png_get_bit_depth(png_, info_)};
     // PNG compresses by a factor of at most 1032. A file that declares far more than it can hold is
     // rejected here, before anything is unpacked.
-    const std::uint64_t least_size = width * height / 8 * bits / 1040;
-    return MakeBitmap(input_, width, height, bits, least_size);
+    const std::uint64_t min_size = width * height / 8 * bits / 1040;
+    return MakeBitmap(input_, width, height, bits, min_size);
   }
 
   void SetConversions() {

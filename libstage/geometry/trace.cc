@@ -61,10 +61,10 @@ class Turns {
     SortByColumn(width);
   }
 
-  std::vector<std::vector<point_t>> TakePolygons() {
+  std::vector<std::vector<point_t>> ExtractPolygons() {
     std::vector<std::vector<point_t>> polygons;
     for (const std::uint32_t turn : by_column_) {
-      while (turns_[turn].edges != 0) polygons.push_back(TakePolygon(turn));
+      while (turns_[turn].edges != 0) polygons.push_back(ExtractPolygon(turn));
     }
     return polygons;
   }
@@ -124,11 +124,11 @@ class Turns {
   // A straight edge has corners only at its ends, with the exceptions that trace.hh promises: the
   // first and the last step stay separate, so there is a corner one pixel after the start and one
   // pixel before the end.
-  std::vector<point_t> TakePolygon(std::uint32_t start) {
+  std::vector<point_t> ExtractPolygon(std::uint32_t start) {
     std::vector<point_t> polygon{PointOf(turns_[start], kRight, 0)};
     for (std::uint32_t at = start;;) {
       const Turn from = turns_[at];
-      const Direction direction = TakeEdge(&at);
+      const Direction direction = ExtractEdge(&at);
       const Turn& to = turns_[at];
       const int length = std::abs(to.x - from.x) + std::abs(to.row - from.row);
       if (polygon.size() == 1 && length > 1) polygon.push_back(PointOf(from, direction, 1));
@@ -141,7 +141,7 @@ class Turns {
   }
 
   // Removes the first edge of a turn and moves to the turn at its other end.
-  Direction TakeEdge(std::uint32_t* at) {
+  Direction ExtractEdge(std::uint32_t* at) {
     Turn& turn = turns_[*at];
     const auto direction = static_cast<Direction>(std::countr_zero(turn.edges));
     turn.edges &= static_cast<std::uint8_t>(turn.edges - 1);
@@ -177,7 +177,7 @@ class Turns {
 }  // namespace
 
 std::vector<std::vector<point_t>> Trace(const Bitmap& bitmap) {
-  return Turns(bitmap).TakePolygons();
+  return Turns(bitmap).ExtractPolygons();
 }
 
 Outlines OutlinesOf(const std::string& path) {

@@ -40,12 +40,12 @@ void ReserveFor(size_t count, std::vector<uint32_t>* numbers) {
   if (numbers->capacity() < count) numbers->reserve(std::max(count, 2 * numbers->capacity()));
 }
 
-/// True if the parts are sorted and lie in the grid. Exact drawings may reach beyond kMaxCell by
-/// their margin.
-[[maybe_unused]] bool AreValid(std::span<const TilePart> parts) {
+/// True if the cell sets are sorted and lie in the grid. Exact rasterizations may reach beyond
+/// kMaxCell by their margin.
+[[maybe_unused]] bool AreValid(std::span<const CellSet> sets) {
   constexpr int32_t kMaxTile = (kMaxCell >> RAY_TILE_SHIFT) + 1;
-  return AreSorted(parts) && std::ranges::all_of(parts, [](const TilePart& part) {
-           return std::abs(part.x) <= kMaxTile && std::abs(part.y) <= kMaxTile && part.cells != 0;
+  return AreSorted(sets) && std::ranges::all_of(sets, [](const CellSet& set) {
+           return std::abs(set.x) <= kMaxTile && std::abs(set.y) <= kMaxTile && set.cells != 0;
          });
 }
 
@@ -58,16 +58,16 @@ Grid::Grid() : tiles_(kTilesPerRegion), regions_(1), supers_(1) {
   RebuildDirectory(0);
 }
 
-void Grid::MakeShareable() {
-  tiles_.MakeShareable(tiles_.size());
-  lists_.MakeShareable();
-  nodes_.MakeShareable();
-  outlines_.MakeShareable(outlines_.size());
-  outline_parts_.MakeShareable();
-  for (Layer& layer : layers_) layer.cells.MakeShareable();
+void Grid::Freeze() {
+  tiles_.Freeze(tiles_.size());
+  lists_.Freeze();
+  nodes_.Freeze();
+  outlines_.Freeze(outlines_.size());
+  outline_fragments_.Freeze();
+  for (Layer& layer : layers_) layer.cells.Freeze();
 }
 
-void Grid::Become(const Grid& other) {
+void Grid::AssignCopy(const Grid& other) {
   const bool tracking = tracking_;
   const uint64_t version = std::max(structure_version_, other.structure_version_) + 1;
   *this = Grid(other);
@@ -78,9 +78,9 @@ void Grid::Become(const Grid& other) {
 BodyId Grid::AddBody(const Body& body) {
   STAGE_ASSERT(body.exact() == (body.edges > 0) && body.edges <= Body::kMaxEdges);
   if (body.exact() && outlines_.size() == 0) {
-    outline_parts_.PrepareToTake(1);
+    outline_fragments_.ReserveFree(1);
     outlines_.resize(tiles_.size());
-    outline_parts_.Take();  // 0 stands for none
+    outline_fragments_.Take();  // 0 stands for none
   }
   BodyId id = static_cast<BodyId>(bodies_.size());
   if (!free_bodies_.empty()) {
@@ -98,19 +98,19 @@ BodyId Grid::AddBody(const Body& body) {
   return id;
 }
 
-void Grid::ChangeBody(BodyId id, const Body& body, std::span<const TilePart> drawn) {
+void Grid::ChangeBody(BodyId id, const Body& body, std::span<const CellSet> current) {
   STAGE_ASSERT(id < bodies_.size() && bodies_[id].exact() == body.exact());
   STAGE_ASSERT(body.edges <= Body::kMaxEdges);
   const uint32_t before = bodies_[id].layers;
   bodies_[id] = body;
   bodies_[id].layers = LayersOf(body);
   if (bodies_[id].layers == before) return;
-  for (const TilePart& part : drawn) {
-    STAGE_ASSERT(IsInRegion(part.slot));
+  for (const CellSet& set : current) {
+    STAGE_ASSERT(IsInRegion(set.slot));
     if (body.exact())
-      RefreshOutlines(part.slot);
+      RefreshOutlines(set.slot);
     else
-      RefreshCells(part);
+      RefreshCells(set);
   }
 }
 
@@ -123,51 +123,51 @@ void Grid::RemoveBody(BodyId id) {
 
 // ---- cells --------------------------------------------------------------------------------------
 
-void Grid::Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart> to, Edit* edit) {
-  if (edit == nullptr) edit = &own_edit_;
-  STAGE_ASSERT(edit->shared == (edit != &own_edit_));
+void Grid::Rasterize(BodyId id, std::span<const CellSet> from, std::span<CellSet> to, Edit* edit) {
+  if (edit == nullptr) edit = &serial_edit_;
+  STAGE_ASSERT(edit->shared == (edit != &serial_edit_));
   STAGE_ASSERT(id < bodies_.size() && AreValid(from) && AreValid(to));
-  if (bodies_[id].exact()) return RedrawOutline(id, from, to, edit);
-  if (!edit->shared) PrepareToDraw(to);
-  STAGE_ASSERT(std::ranges::all_of(from, [&](const TilePart& p) { return IsInRegion(p.slot); }));
-  STAGE_ASSERT(std::ranges::all_of(to, [&](const TilePart& p) { return IsInRegion(p.slot); }));
-  if (!to.empty()) stamps_[id] = ++edit->drawings;
+  if (bodies_[id].exact()) return RasterizeOutline(id, from, to, edit);
+  if (!edit->shared) AllocateForCells(to);
+  STAGE_ASSERT(std::ranges::all_of(from, [&](const CellSet& p) { return IsInRegion(p.slot); }));
+  STAGE_ASSERT(std::ranges::all_of(to, [&](const CellSet& p) { return IsInRegion(p.slot); }));
+  if (!to.empty()) stamps_[id] = ++edit->last_stamp;
   size_t next = 0;
   const auto erase_next = [&] {
-    EraseFrom(from[next].slot, from[next].cells, id, edit);
+    RemoveFromTile(from[next].slot, from[next].cells, id, edit);
     next++;
   };
-  for (const TilePart& part : to) {
-    while (next < from.size() && from[next].ComesBefore(part)) erase_next();
-    if (next == from.size() || !from[next].SameTile(part)) {
-      DrawIn(part.slot, part.cells, id, edit);
+  for (const CellSet& set : to) {
+    while (next < from.size() && from[next].ComesBefore(set)) erase_next();
+    if (next == from.size() || !from[next].SameTile(set)) {
+      AddToTile(set.slot, set.cells, id, edit);
       continue;
     }
-    STAGE_ASSERT(from[next].slot == part.slot);
+    STAGE_ASSERT(from[next].slot == set.slot);
     const uint64_t before = from[next++].cells;
     // The body must become the last in each list. In cells where it is alone, it already is.
-    const uint64_t stays = before & part.cells & ~tiles_[part.slot].crowded;
-    EraseFrom(part.slot, before & ~stays, id, edit);
-    DrawIn(part.slot, part.cells & ~stays, id, edit);
+    const uint64_t stays = before & set.cells & ~tiles_[set.slot].crowded;
+    RemoveFromTile(set.slot, before & ~stays, id, edit);
+    AddToTile(set.slot, set.cells & ~stays, id, edit);
   }
   while (next < from.size()) erase_next();
   if (!edit->shared) DropRegionsIfManyAreEmpty();
 }
 
 /// Allocates all memory before anything is rasterized, so that bad_alloc leaves the grid unchanged.
-void Grid::PrepareToDraw(std::span<TilePart> parts) {
-  MakeSlots(parts);
-  lists_.PrepareToTake(parts.size());
-  nodes_.PrepareToTake(2 * CountCells(parts));  // see BeginSharedEdit()
+void Grid::AllocateForCells(std::span<CellSet> sets) {
+  MakeSlots(sets);
+  lists_.ReserveFree(sets.size());
+  nodes_.ReserveFree(2 * CountCells(sets));  // see BeginConcurrentEdit()
 }
 
-void Grid::DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
+void Grid::AddToTile(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   if (bits == 0) return;
   STAGE_ASSERT(IsInRegion(slot));
   TileCells& tile = tiles_[slot];
   STAGE_ASSERT(tile.bodies != id + 1 || (tile.cells & bits) == 0);  // erased there before
   STAGE_ASSERT((tile.cells == 0) == (tile.bodies == 0) && (tile.crowded & ~tile.cells) == 0);
-  edit->drawn_cells += std::popcount(bits);
+  edit->rasterized_cells += std::popcount(bits);
   if (IsEmpty(slot)) CountFilledTile(slot, edit);
   if (tile.cells == 0) Include(&edit->extent, SuperOf(slot));
   if (tile.cells == 0 || (tile.bodies == id + 1 && (tile.cells & bits) == 0)) {
@@ -182,19 +182,19 @@ void Grid::DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   SetBits(bodies_[id].layers, slot, bits);
 }
 
-void Grid::EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
+void Grid::RemoveFromTile(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   if (bits == 0) return;
   STAGE_ASSERT(IsInRegion(slot));
   TileCells& tile = tiles_[slot];
   STAGE_ASSERT((bits & ~tile.cells) == 0);
-  STAGE_ASSERT(tile.bodies == id + 1 || (tile.bodies & kSeveral) != 0);
+  STAGE_ASSERT(tile.bodies == id + 1 || (tile.bodies & kListFlag) != 0);
   const Body& body = bodies_[id];
-  edit->drawn_cells -= std::popcount(bits);
+  edit->rasterized_cells -= std::popcount(bits);
   const uint64_t crowded = bits & tile.crowded, alone = bits & ~crowded;
   tile.cells &= ~alone;
   if (IsEmpty(slot)) CountEmptiedTile(slot, edit);
   ClearBits(body.layers, slot, alone);
-  if (!(tile.bodies & kSeveral)) {
+  if (!(tile.bodies & kListFlag)) {
     STAGE_ASSERT(crowded == 0);
     if (tile.cells == 0) SetBodies(slot, 0);
     return;
@@ -203,10 +203,10 @@ void Grid::EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit) {
   STAGE_ASSERT(AreListsOf(lists, alone, id));
   ForEachBit(crowded, [&](uint32_t bit) {
     BodyList& list = lists[bit];
-    STAGE_ASSERT((list & kSeveral) != 0);
+    STAGE_ASSERT((list & kListFlag) != 0);
     RemoveFrom(&list, id, edit);
-    if (!(list & kSeveral)) tile.crowded &= ~(uint64_t{1} << bit);
-    ClearBits(LayersWithoutOthers(list, body.layers), slot, uint64_t{1} << bit);
+    if (!(list & kListFlag)) tile.crowded &= ~(uint64_t{1} << bit);
+    ClearBits(UncoveredLayers(list, body.layers), slot, uint64_t{1} << bit);
   });
   DropListsOfOneBody(slot, edit);
 }
@@ -245,27 +245,27 @@ void Grid::ClearBits(uint32_t layers, uint32_t slot, uint64_t bits) {
 /// The lists of the tile's cells. Makes them if the tile held a single body so far.
 Grid::CellLists& Grid::ListsOf(uint32_t slot, Edit* edit) {
   const TileCells& tile = tiles_[slot];
-  if (tile.bodies & kSeveral) return lists_[tile.bodies & ~kSeveral];
+  if (tile.bodies & kListFlag) return lists_[tile.bodies & ~kListFlag];
   STAGE_ASSERT(tile.bodies != 0 && tile.crowded == 0);
   const uint32_t index = lists_.Take(edit->lists());
-  STAGE_ASSERT((index & kSeveral) == 0);
+  STAGE_ASSERT((index & kListFlag) == 0);
   CellLists& lists = lists_[index];
   ForEachBit(tile.cells, [&](uint32_t bit) { lists[bit] = tile.bodies; });
-  SetBodies(slot, kSeveral | index);
+  SetBodies(slot, kListFlag | index);
   return lists;
 }
 
 /// Frees the tile's lists if only one body is left in the tile.
 void Grid::DropListsOfOneBody(uint32_t slot, Edit* edit) {
   const TileCells& tile = tiles_[slot];
-  STAGE_ASSERT((tile.bodies & kSeveral) != 0);
+  STAGE_ASSERT((tile.bodies & kListFlag) != 0);
   if (tile.crowded != 0) return;
-  const uint32_t index = tile.bodies & ~kSeveral;
+  const uint32_t index = tile.bodies & ~kListFlag;
   const CellLists& lists = lists_[index];
   BodyList only = 0;
   for (uint64_t left = tile.cells; left != 0; left &= left - 1) {
     const BodyList list = lists[static_cast<uint32_t>(std::countr_zero(left))];
-    STAGE_ASSERT(list != 0 && (list & kSeveral) == 0);
+    STAGE_ASSERT(list != 0 && (list & kListFlag) == 0);
     if (only != 0 && list != only) return;
     only = list;
   }
@@ -274,7 +274,7 @@ void Grid::DropListsOfOneBody(uint32_t slot, Edit* edit) {
 }
 
 /// Subset of `layers` in which no body of the list shows.
-uint32_t Grid::LayersWithoutOthers(BodyList list, uint32_t layers) const {
+uint32_t Grid::UncoveredLayers(BodyList list, uint32_t layers) const {
   AnyOf(list, [&](BodyId other) {
     layers &= ~bodies_[other].layers;
     return layers == 0;
@@ -284,21 +284,21 @@ uint32_t Grid::LayersWithoutOthers(BodyList list, uint32_t layers) const {
 
 /// The body with the latest stamp in the list, which must not be empty.
 BodyId Grid::LastOf(BodyList list) const {
-  return list & kSeveral ? nodes_[nodes_[list & ~kSeveral].previous].id : list - 1;
+  return list & kListFlag ? nodes_[nodes_[list & ~kListFlag].previous].id : list - 1;
 }
 
 void Grid::Append(BodyList* list, BodyId id, Edit* edit) {
   STAGE_ASSERT(*list != 0 && *list != id + 1);
   STAGE_ASSERT(stamps_[LastOf(*list)] < stamps_[id]);
   const uint32_t node = MakeNode(id, edit);
-  if (!(*list & kSeveral)) {
+  if (!(*list & kListFlag)) {
     const uint32_t first = MakeNode(*list - 1, edit);
     nodes_[first].next = nodes_[first].previous = node;
     nodes_[node].next = nodes_[node].previous = first;
-    *list = kSeveral | first;
+    *list = kListFlag | first;
     return;
   }
-  const uint32_t first = *list & ~kSeveral, last = nodes_[first].previous;
+  const uint32_t first = *list & ~kListFlag, last = nodes_[first].previous;
   STAGE_ASSERT(nodes_[last].next == first);
   nodes_[node].next = first;
   nodes_[node].previous = last;
@@ -307,13 +307,13 @@ void Grid::Append(BodyList* list, BodyId id, Edit* edit) {
 
 /// Precondition: the list has several bodies.
 void Grid::RemoveFrom(BodyList* list, BodyId id, Edit* edit) {
-  STAGE_ASSERT((*list & kSeveral) != 0);
-  const uint32_t first = *list & ~kSeveral, node = FindNode(first, id);
+  STAGE_ASSERT((*list & kListFlag) != 0);
+  const uint32_t first = *list & ~kListFlag, node = FindNode(first, id);
   const uint32_t next = nodes_[node].next, previous = nodes_[node].previous;
   STAGE_ASSERT(next != node && nodes_[next].previous == node && nodes_[previous].next == node);
   nodes_[previous].next = next;
   nodes_[next].previous = previous;
-  if (node == first) *list = kSeveral | next;
+  if (node == first) *list = kListFlag | next;
   nodes_.Give(node, edit->nodes());
   if (next != previous) return;
   // Lists of a single body have no nodes.
@@ -336,65 +336,66 @@ uint32_t Grid::FindNode(uint32_t first, BodyId id) const {
 uint32_t Grid::MakeNode(BodyId id, Edit* edit) {
   STAGE_ASSERT(id < bodies_.size());
   const uint32_t node = nodes_.Take(edit->nodes());
-  STAGE_ASSERT((node & kSeveral) == 0);
+  STAGE_ASSERT((node & kListFlag) == 0);
   nodes_[node] = {id, 0, 0};
   return node;
 }
 
 // ---- several threads at once --------------------------------------------------------------------
 
-void Grid::BeginSharedEdit(const EditSize& most, std::vector<Edit>* edits) {
+void Grid::BeginConcurrentEdit(const EditSize& limits, std::vector<Edit>* edits) {
   STAGE_ASSERT(!edits->empty());
-  lists_.BeginSharing(most.parts, edits->size());
+  lists_.BeginConcurrentUse(limits.sets, edits->size());
   // A cell needs up to two nodes: if it held one body, both bodies get nodes.
-  nodes_.BeginSharing(2 * most.cells, edits->size());
-  outline_parts_.BeginSharing(most.exact_parts, edits->size());
+  nodes_.BeginConcurrentUse(2 * limits.cells, edits->size());
+  outline_fragments_.BeginConcurrentUse(limits.exact_sets, edits->size());
   for (Edit& edit : *edits) {
     edit.own_lists.Prepare();
     edit.own_nodes.Prepare();
     edit.own_outlines.Prepare();
   }
   for (Edit& edit : *edits) {
-    STAGE_ASSERT(edit.drawn_cells == 0 && edit.empty_regions == 0 && edit.extent.empty());
+    STAGE_ASSERT(edit.rasterized_cells == 0 && edit.empty_regions == 0 && edit.extent.empty());
     edit.shared = true;
-    edit.first_drawing = edit.drawings = own_edit_.drawings;
+    edit.first_stamp = edit.last_stamp = serial_edit_.last_stamp;
   }
-  own_edit_.drawings += most.bodies;
+  serial_edit_.last_stamp += limits.bodies;
 }
 
-void Grid::EndSharedEdit(std::vector<Edit>* edits) {
-  lists_.EndSharing();
-  nodes_.EndSharing();
-  outline_parts_.EndSharing();
+void Grid::EndConcurrentEdit(std::vector<Edit>* edits) {
+  lists_.EndConcurrentUse();
+  nodes_.EndConcurrentUse();
+  outline_fragments_.EndConcurrentUse();
   for (Edit& edit : *edits) {
-    STAGE_ASSERT(edit.drawings <= own_edit_.drawings);  // EditSize::bodies was an upper bound
-    lists_.TakeBack(edit.lists());
-    nodes_.TakeBack(edit.nodes());
-    outline_parts_.TakeBack(edit.outlines());
-    own_edit_.drawn_cells += std::exchange(edit.drawn_cells, 0);
-    own_edit_.empty_regions += std::exchange(edit.empty_regions, 0);
-    if (!edit.extent.empty()) Include(&own_edit_.extent, std::exchange(edit.extent, CellBox()));
+    STAGE_ASSERT(edit.last_stamp <=
+                 serial_edit_.last_stamp);  // EditSize::bodies was an upper bound
+    lists_.ReturnCache(edit.lists());
+    nodes_.ReturnCache(edit.nodes());
+    outline_fragments_.ReturnCache(edit.outlines());
+    serial_edit_.rasterized_cells += std::exchange(edit.rasterized_cells, 0);
+    serial_edit_.empty_regions += std::exchange(edit.empty_regions, 0);
+    if (!edit.extent.empty()) Include(&serial_edit_.extent, std::exchange(edit.extent, CellBox()));
   }
-  STAGE_ASSERT(own_edit_.drawn_cells >= 0 && own_edit_.empty_regions >= 0);
+  STAGE_ASSERT(serial_edit_.rasterized_cells >= 0 && serial_edit_.empty_regions >= 0);
   DropRegionsIfManyAreEmpty();
 }
 
-void Grid::Restamp(BodyId id, uint64_t stamp, std::span<const TilePart> parts) {
-  STAGE_ASSERT(id < bodies_.size() && stamp <= own_edit_.drawings);
+void Grid::Restamp(BodyId id, uint64_t stamp, std::span<const CellSet> sets) {
+  STAGE_ASSERT(id < bodies_.size() && stamp <= serial_edit_.last_stamp);
   stamps_[id] = stamp;
   if (bodies_[id].exact()) return;  // their lists have no order
-  for (const TilePart& part : parts)
-    ForEachBit(Crowded(part), [&](uint32_t bit) {
-      SortIn(&lists_[tiles_[part.slot].bodies & ~kSeveral][bit], id);
+  for (const CellSet& set : sets)
+    ForEachBit(Crowded(set), [&](uint32_t bit) {
+      SortIn(&lists_[tiles_[set.slot].bodies & ~kListFlag][bit], id);
     });
 }
 
 /// Moves a body to the place that its stamp demands. The rest of the list is sorted already.
 void Grid::SortIn(BodyList* list, BodyId id) {
-  STAGE_ASSERT((*list & kSeveral) != 0);
-  const uint32_t node = FindNode(*list & ~kSeveral, id);
+  STAGE_ASSERT((*list & kListFlag) != 0);
+  const uint32_t node = FindNode(*list & ~kListFlag, id);
   const uint32_t next = nodes_[node].next, previous = nodes_[node].previous;
-  uint32_t first = *list & ~kSeveral;
+  uint32_t first = *list & ~kListFlag;
   if (first == node) first = next;
   nodes_[previous].next = next;
   nodes_[next].previous = previous;
@@ -408,21 +409,21 @@ void Grid::SortIn(BodyList* list, BodyId id) {
   nodes_[node].previous = nodes_[before].previous;
   nodes_[nodes_[before].previous].next = node;
   nodes_[before].previous = node;
-  *list = kSeveral | (before == first && !is_last ? node : first);
+  *list = kListFlag | (before == first && !is_last ? node : first);
 }
 
-/// Recomputes the cells of the part in all layers of thin outlines.
-void Grid::RefreshCells(const TilePart& part) {
-  const uint32_t all = LayersOfDrawing(false);
-  ForEachCell(part, [&](CellRef cell) {
+/// Recomputes the cells of the cell set in all layers of thin outlines.
+void Grid::RefreshCells(const CellSet& set) {
+  const uint32_t all = LayersOfKind(false);
+  ForEachCell(set, [&](CellRef cell) {
     uint32_t occupied_in = 0;
     AnyIn(cell, [&](BodyId id) {
       occupied_in |= bodies_[id].layers;
       return false;
     });
     const uint64_t bit = uint64_t{1} << (cell & 63);
-    SetBits(occupied_in, part.slot, bit);
-    ClearBits(all & ~occupied_in, part.slot, bit);
+    SetBits(occupied_in, set.slot, bit);
+    ClearBits(all & ~occupied_in, set.slot, bit);
   });
 }
 
@@ -440,9 +441,9 @@ void Grid::Coordinates(CellRef cell, int32_t* x, int32_t* y) const {
 
 // ---- regions, superregions ----------------------------------------------------------------------
 
-bool Grid::FindSlots(std::span<TilePart> parts) const {
+bool Grid::FindSlots(std::span<CellSet> sets) const {
   bool all = true;
-  FillInSlots(parts, [&](int32_t x, int32_t y) {
+  FillInSlots(sets, [&](int32_t x, int32_t y) {
     const uint32_t region = FindRegion(x, y);
     all &= region != 0;
     return region;
@@ -450,8 +451,8 @@ bool Grid::FindSlots(std::span<TilePart> parts) const {
   return all;
 }
 
-void Grid::MakeSlots(std::span<TilePart> parts) {
-  FillInSlots(parts, [&](int32_t x, int32_t y) { return MakeRegion(x, y); });
+void Grid::MakeSlots(std::span<CellSet> sets) {
+  FillInSlots(sets, [&](int32_t x, int32_t y) { return MakeRegion(x, y); });
 }
 
 /// Calls f(x, y), with one cell of each region in the rectangle, until f returns false.
@@ -474,19 +475,19 @@ void Grid::MakeRegions(const CellBox& tiles) {
   ForEachRegionOf(tiles, [&](int32_t x, int32_t y) { return MakeRegion(x, y) != 0; });
 }
 
-/// Fills in the slots of the parts. region_of(x, y) returns the region of a cell, or 0.
+/// Fills in the slots of the cell sets. region_of(x, y) returns the region of a cell, or 0.
 template <typename F>
-void Grid::FillInSlots(std::span<TilePart> parts, F region_of) {
+void Grid::FillInSlots(std::span<CellSet> sets, F region_of) {
   constexpr int kShift = RAY_REGION_SHIFT - RAY_TILE_SHIFT;
-  const TilePart* before = nullptr;
+  const CellSet* before = nullptr;
   uint32_t region = 0;
-  for (TilePart& part : parts) {
-    const int32_t x = part.x << RAY_TILE_SHIFT, y = part.y << RAY_TILE_SHIFT;
-    const bool same = before != nullptr && before->x >> kShift == part.x >> kShift &&
-                      before->y >> kShift == part.y >> kShift;
+  for (CellSet& set : sets) {
+    const int32_t x = set.x << RAY_TILE_SHIFT, y = set.y << RAY_TILE_SHIFT;
+    const bool same = before != nullptr && before->x >> kShift == set.x >> kShift &&
+                      before->y >> kShift == set.y >> kShift;
     if (!same) region = region_of(x, y);
-    part.slot = region == 0 ? 0 : region * kTilesPerRegion + TileOf(x, y);
-    before = &part;
+    set.slot = region == 0 ? 0 : region * kTilesPerRegion + TileOf(x, y);
+    before = &set;
   }
 }
 
@@ -512,7 +513,7 @@ uint32_t Grid::MakeRegion(int32_t x, int32_t y) {
   const int32_t rx = x >> RAY_REGION_SHIFT, ry = y >> RAY_REGION_SHIFT;
   const uint32_t place = static_cast<uint32_t>(ray_place(rx, ry, 4));
   regions_[region] = {super, place, 0};
-  own_edit_.empty_regions++;
+  serial_edit_.empty_regions++;
   STAGE_ASSERT(region_tables_[super * kRegionsPerSuper + place] == 0);
   region_tables_[super * kRegionsPerSuper + place] = region;
   supers_[super].regions++;
@@ -533,12 +534,12 @@ void Grid::AddFreeRegion() {
   free_regions_.push_back(static_cast<uint32_t>(count - 1));
 }
 
-void Grid::WidenExtent(std::span<const TilePart> parts) {
-  for (const TilePart& part : parts) Include(&own_edit_.extent, SuperOf(part.slot));
+void Grid::WidenExtent(std::span<const CellSet> sets) {
+  for (const CellSet& set : sets) Include(&serial_edit_.extent, SuperOf(set.slot));
 }
 
 bool Grid::LiesInExtent() const {
-  const CellBox& all = own_edit_.extent;
+  const CellBox& all = serial_edit_.extent;
   for (uint32_t slot = 0; slot < tiles_.size(); slot++) {
     if (tiles_[slot].cells == 0) continue;
     const CellBox box = SuperOf(slot);
@@ -620,7 +621,7 @@ void Grid::CountEmptiedTile(uint32_t slot, Edit* edit) {
 void Grid::DropRegionsIfManyAreEmpty() {
   constexpr int64_t kFew = 256;
   const int64_t many = std::max(kFew, static_cast<int64_t>(CountRegions() / 2));
-  if (own_edit_.empty_regions > many) DropEmptyRegions();
+  if (serial_edit_.empty_regions > many) DropEmptyRegions();
 }
 
 /// Does not allocate, because destructors erase bodies.
@@ -633,13 +634,13 @@ void Grid::DropEmptyRegions() {
       STAGE_ASSERT(supers_[super].in_use && regions_[region].super == super);
       free_regions_.push_back(region);
       region = 0;
-      own_edit_.empty_regions--;
+      serial_edit_.empty_regions--;
       if (--supers_[super].regions > 0) continue;
       supers_[super].in_use = false;
       free_supers_.push_back(super);
     }
   }
-  STAGE_ASSERT(own_edit_.empty_regions == 0);
+  STAGE_ASSERT(serial_edit_.empty_regions == 0);
   RebuildDirectory(CountSupers());
   RecomputeOccupied();
 }
@@ -686,8 +687,8 @@ Grid::Statistics Grid::statistics() const {
   for (const Region& region : regions_) s.tiles += region.tiles;
   const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
   s.bytes = bytes(bodies_) + bytes(tiles_) + lists_.bytes() + nodes_.bytes() + bytes(outlines_) +
-            outline_parts_.bytes() + bytes(regions_) + bytes(region_tables_) + bytes(region_maps_) +
-            bytes(directory_);
+            outline_fragments_.bytes() + bytes(regions_) + bytes(region_tables_) +
+            bytes(region_maps_) + bytes(directory_);
   for (const Layer& layer : layers_) s.bytes += layer.cells.bytes();
   return s;
 }

@@ -18,10 +18,10 @@
 #include <vector>
 
 #include "geometry/geometry.hh"
+#include "grid/cell_set.hh"
 #include "grid/occupancy.hh"
 #include "grid/paged_array.hh"
 #include "grid/pool.hh"
-#include "grid/tile_part.hh"
 #include "kernels/ray_walk.h"
 #include "messages/assert.hh"
 
@@ -66,10 +66,10 @@ struct Body {
 using BodyId = uint32_t;
 
 /// The cells and edges of one exact outline in one tile.
-struct OutlinePart {
-  uint64_t cells;  ///< as in TilePart
+struct OutlineFragment {
+  uint64_t cells;  ///< as in CellSet
   BodyId id;
-  uint32_t edges;  ///< as in TilePart
+  uint32_t edges;  ///< as in CellSet
   uint32_t next;   ///< next outline in the same tile, or 0
 };
 /// The first outline of a tile, or 0 if the tile has none. Valid until the grid changes.
@@ -85,26 +85,26 @@ inline CellRef CellOf(uint32_t slot, uint32_t bit) {
 /// Handle of the bodies in a cell, or 0 if the cell is empty. Valid until the grid changes.
 using BodyList = uint32_t;
 
-/// Calls f(CellRef) for each cell of a rasterized part.
+/// Calls f(CellRef) for each cell of a cell set.
 template <typename F>
-void ForEachCell(const TilePart& part, F f) {
-  ForEachBit(part.cells, [&](uint32_t bit) { f(CellOf(part.slot, bit)); });
+void ForEachCell(const CellSet& set, F f) {
+  ForEachBit(set.cells, [&](uint32_t bit) { f(CellOf(set.slot, bit)); });
 }
 
-/// The footprints of several bodies, each a list of tile parts.
-struct Drawings {
-  std::vector<const std::vector<TilePart>*> of_bodies;
+/// The rasterizations of several bodies, each a list of cell sets.
+struct Rasterizations {
+  std::vector<const std::vector<CellSet>*> of_bodies;
 
-  /// Calls f(const TilePart&) for each part of each body.
+  /// Calls f(const CellSet&) for each cell set of each body.
   template <typename F>
-  void ForEachPart(F f) const {
-    for (const std::vector<TilePart>* parts : of_bodies)
-      for (const TilePart& part : *parts) f(part);
+  void ForEachSet(F f) const {
+    for (const std::vector<CellSet>* sets : of_bodies)
+      for (const CellSet& set : *sets) f(set);
   }
   /// Calls f(CellRef) for each cell of each body.
   template <typename F>
   void ForEachCell(F f) const {
-    ForEachPart([&](const TilePart& part) { grid::ForEachCell(part, f); });
+    ForEachSet([&](const CellSet& set) { grid::ForEachCell(set, f); });
   }
 };
 
@@ -118,51 +118,52 @@ class Grid {
   Grid();
   Grid(const Grid&) = default;
   /// Freezes this grid. Later copies share each memory page with it until they write to the page.
-  void MakeShareable();
+  void Freeze();
   /// Turns this grid, in which nothing is rasterized yet, into a copy of `other`. Body ids and
   /// model pointers are copied unchanged.
-  void Become(const Grid& other);
+  void AssignCopy(const Grid& other);
 
   BodyId AddBody(const Body& body);
   void RemoveBody(BodyId id);  ///< the body must not be in any cell
-  /// Replaces the attributes of a body. `drawn` is its current footprint.
-  void ChangeBody(BodyId id, const Body& body, std::span<const TilePart> drawn);
+  /// Replaces the attributes of a body. `rasterized` is its current rasterization.
+  void ChangeBody(BodyId id, const Body& body, std::span<const CellSet> current);
   const Body& body(BodyId id) const {
     STAGE_ASSERT(id < bodies_.size());
     return bodies_[id];
   }
   std::size_t body_count() const { return bodies_.size(); }  ///< upper bound: all ids are below it
 
-  /// Per-thread state of a concurrent edit, see BeginSharedEdit(). Aligned to cache lines, because
-  /// each thread writes to its own all the time.
+  /// Per-thread state of a concurrent edit, see BeginConcurrentEdit(). Aligned to cache lines,
+  /// because each thread writes to its own all the time.
   class alignas(64) Edit {
     friend class Grid;
     friend class GridTamperer;
     bool shared = false;
-    PoolShare own_lists, own_nodes, own_outlines;
-    int64_t drawn_cells = 0, empty_regions = 0;  // increase since the edit began
-    uint64_t first_drawing = 0, drawings = 0;    // stamps: before the edit, and last
-    CellBox extent;                              // what this edit adds to Grid::extent()
+    PoolCache own_lists, own_nodes, own_outlines;
+    int64_t rasterized_cells = 0, empty_regions = 0;  // increase since the edit began
+    uint64_t first_stamp = 0, last_stamp = 0;         // stamps: before the edit, and last
+    CellBox extent;                                   // what this edit adds to Grid::extent()
 
    public:
-    /// Concurrent edits only: sets the next stamp, as if `bodies` redraws preceded it in this edit.
-    void Follow(uint64_t bodies) {
+    /// Concurrent edits only: sets the next stamp, as if `bodies` calls of Rasterize() preceded it
+    /// in this edit.
+    void SetNextStamp(uint64_t bodies) {
       STAGE_ASSERT(shared);
-      drawings = first_drawing + bodies;
+      last_stamp = first_stamp + bodies;
     }
 
    private:
-    PoolShare* lists() { return shared ? &own_lists : nullptr; }
-    PoolShare* nodes() { return shared ? &own_nodes : nullptr; }
-    PoolShare* outlines() { return shared ? &own_outlines : nullptr; }
+    PoolCache* lists() { return shared ? &own_lists : nullptr; }
+    PoolCache* nodes() { return shared ? &own_nodes : nullptr; }
+    PoolCache* outlines() { return shared ? &own_outlines : nullptr; }
   };
 
-  /// Moves the footprint of a body from `from` (its current one) to `to`. The body becomes the last
-  /// in the lists of the cells of `to`. Both spans are sorted and name each tile once; either may
-  /// be empty. Fills in the slots of `to`. In a concurrent edit, regions are not created: slots of
-  /// thin parts must be filled in beforehand, and exact parts need existing regions.
-  void Redraw(BodyId id, std::span<const TilePart> from, std::span<TilePart> to,
-              Edit* edit = nullptr);
+  /// Moves the rasterization of a body from `from` (its current one) to `to`. The body becomes the
+  /// last in the lists of the cells of `to`. Both spans are sorted and name each tile once; either
+  /// may be empty. Fills in the slots of `to`. In a concurrent edit, regions are not created: slots
+  /// of thin cell sets must be filled in beforehand, and exact cell sets need existing regions.
+  void Rasterize(BodyId id, std::span<const CellSet> from, std::span<CellSet> to,
+                 Edit* edit = nullptr);
 
   /// Sequence number of the body's last rasterization. The lists of cells are sorted by it.
   uint64_t Stamp(BodyId id) const {
@@ -170,30 +171,31 @@ class Grid {
     return stamps_[id];
   }
   /// The highest stamp so far.
-  uint64_t last_stamp() const { return own_edit_.drawings; }
-  /// Gives a body the newest stamp without redrawing it: it becomes the last in its lists.
-  void MoveToEnd(BodyId id, std::span<const TilePart> parts) {
-    Restamp(id, ++own_edit_.drawings, parts);
+  uint64_t last_stamp() const { return serial_edit_.last_stamp; }
+  /// Gives a body the newest stamp without rasterizing it: it becomes the last in its lists.
+  void MoveToEnd(BodyId id, std::span<const CellSet> sets) {
+    Restamp(id, ++serial_edit_.last_stamp, sets);
   }
-  /// Sets the stamp of a body and re-sorts it in the lists of `parts`, its footprint.
-  void Restamp(BodyId id, uint64_t stamp, std::span<const TilePart> parts);
+  /// Sets the stamp of a body and re-sorts it in the lists of `sets`, its rasterization.
+  void Restamp(BodyId id, uint64_t stamp, std::span<const CellSet> sets);
 
-  /// Until EndSharedEdit(), several threads may redraw, change and read bodies concurrently, each
-  /// with its own Edit. Two threads must never use the same tile at once, and thin parts need their
-  /// slots. `most` gives upper bounds, for which memory is reserved. Other changes are forbidden.
+  /// Until EndConcurrentEdit(), several threads may rasterize, change and read bodies concurrently,
+  /// each with its own Edit. Two threads must never use the same tile at once, and thin cell sets
+  /// need their slots. `limits` gives upper bounds, for which memory is reserved. Other changes are
+  /// forbidden.
   struct EditSize {
-    std::size_t parts = 0, cells = 0;  ///< thin outlines: tile parts, and cells in all of them
-    std::size_t exact_parts = 0;
-    uint64_t bodies = 0;  ///< number of redraws
+    std::size_t sets = 0, cells = 0;  ///< thin outlines: cell sets, and cells in all of them
+    std::size_t exact_sets = 0;
+    uint64_t bodies = 0;  ///< number of calls of Rasterize()
   };
-  void BeginSharedEdit(const EditSize& most, std::vector<Edit>* edits);
-  void EndSharedEdit(std::vector<Edit>* edits);
-  /// Fills in the slots of the parts, with 0 where the region does not exist. Returns true if all
-  /// regions exist. A slot is valid until regions are dropped, which may happen in each redraw
-  /// outside of a concurrent edit and at the end of one.
-  bool FindSlots(std::span<TilePart> parts) const;
-  /// Fills in the slots of the parts and creates missing regions.
-  void MakeSlots(std::span<TilePart> parts);
+  void BeginConcurrentEdit(const EditSize& limits, std::vector<Edit>* edits);
+  void EndConcurrentEdit(std::vector<Edit>* edits);
+  /// Fills in the slots of the cell sets, with 0 where the region does not exist. Returns true if
+  /// all regions exist. A slot is valid until regions are dropped, which may happen in each
+  /// rasterization outside of a concurrent edit and at the end of one.
+  bool FindSlots(std::span<CellSet> sets) const;
+  /// Fills in the slots of the cell sets and creates missing regions.
+  void MakeSlots(std::span<CellSet> sets);
   /// HasRegions() is true if all tiles of the box have regions; MakeRegions() makes them.
   bool HasRegions(const CellBox& tiles) const;
   void MakeRegions(const CellBox& tiles);
@@ -203,12 +205,12 @@ class Grid {
   struct alignas(8) TileCells {
     uint64_t cells;    ///< occupied cells
     uint64_t crowded;  ///< cells with several bodies
-    uint32_t bodies;   ///< 0: none; id + 1: only this one; kSeveral | index of CellLists: several
+    uint32_t bodies;   ///< 0: none; id + 1: only this one; kListFlag | index of CellLists: several
   };
   /// The lists of a tile with several bodies, valid for its occupied cells: id + 1 for one body, or
-  /// kSeveral | index of the first node. The nodes of a cell form a ring in the order of stamps.
+  /// kListFlag | index of the first node. The nodes of a cell form a ring in the order of stamps.
   using CellLists = std::array<BodyList, 64>;
-  static constexpr uint32_t kSeveral = 0x80000000u;
+  static constexpr uint32_t kListFlag = 0x80000000u;
 
   /// The arrays that ListIn() reads, for code that looks up many cells at once.
   struct Tables {
@@ -223,16 +225,16 @@ class Grid {
     STAGE_ASSERT(slot < tiles_.size());
     return outlines_.size() > 0 ? outlines_[slot] : 0;
   }
-  const OutlinePart& outline(OutlineList list) const {
+  const OutlineFragment& outline(OutlineList list) const {
     STAGE_ASSERT(list != 0);
-    return outline_parts_[list];
+    return outline_fragments_[list];
   }
   /// Prefetches the first outline of the list.
-  void PrefetchOutline(OutlineList list) const { __builtin_prefetch(&outline_parts_[list]); }
-  /// Calls f(const OutlinePart&) for each outline of the list.
+  void PrefetchOutline(OutlineList list) const { __builtin_prefetch(&outline_fragments_[list]); }
+  /// Calls f(const OutlineFragment&) for each outline of the list.
   template <typename F>
   void ForEachOutline(OutlineList list, F f) const {
-    for (; list != 0; list = outline_parts_[list].next) f(outline_parts_[list]);
+    for (; list != 0; list = outline_fragments_[list].next) f(outline_fragments_[list]);
   }
 
   /// Calls f(BodyId) for the bodies in a cell, in order of stamps, until f returns true. Returns
@@ -249,17 +251,17 @@ class Grid {
     STAGE_ASSERT(cell >> 6 < tiles_.size());
     const TileCells& tile = tiles_[static_cast<std::size_t>(cell >> 6)];
     if (!(tile.cells >> (cell & 63) & 1)) return 0;
-    return tile.bodies & kSeveral ? lists_[tile.bodies & ~kSeveral][cell & 63] : tile.bodies;
+    return tile.bodies & kListFlag ? lists_[tile.bodies & ~kListFlag][cell & 63] : tile.bodies;
   }
   /// Like AnyIn(), for a list that has been looked up already.
   template <typename F>
   bool AnyOf(BodyList list, F f) const {
     if (list == 0) return false;
-    if (!(list & kSeveral)) {
+    if (!(list & kListFlag)) {
       STAGE_ASSERT(list <= bodies_.size());
       return f(BodyId{list - 1});
     }
-    const uint32_t first = list & ~kSeveral;
+    const uint32_t first = list & ~kListFlag;
     uint32_t n = first;
     do {
       STAGE_ASSERT(nodes_[n].id < bodies_.size());
@@ -268,10 +270,10 @@ class Grid {
     } while (n != first);
     return false;
   }
-  /// Mask of the cells of a rasterized part that hold several bodies.
-  uint64_t Crowded(const TilePart& part) const {
-    STAGE_ASSERT(part.slot < tiles_.size());
-    return part.cells & tiles_[part.slot].crowded;
+  /// Mask of the cells of a cell set that hold several bodies.
+  uint64_t Crowded(const CellSet& set) const {
+    STAGE_ASSERT(set.slot < tiles_.size());
+    return set.cells & tiles_[set.slot].crowded;
   }
   /// Handle of an occupied cell, from its region, tile and bit.
   static CellRef CellAt(uint32_t region, uint32_t tile, uint32_t bit) {
@@ -284,8 +286,8 @@ class Grid {
   }
   void PrefetchBody(BodyList list) const {
     if (list == 0) return;
-    if (list & kSeveral)
-      __builtin_prefetch(&nodes_[list & ~kSeveral]);
+    if (list & kListFlag)
+      __builtin_prefetch(&nodes_[list & ~kListFlag]);
     else
       __builtin_prefetch(&bodies_[list - 1]);
   }
@@ -295,8 +297,8 @@ class Grid {
   uint32_t FindTileSlot(int32_t x, int32_t y) const {
     return FindRegion(x, y) * kTilesPerRegion + TileOf(x, y);
   }
-  uint32_t FindTileSlot(const TilePart& part) const {
-    return FindTileSlot(part.x << RAY_TILE_SHIFT, part.y << RAY_TILE_SHIFT);
+  uint32_t FindTileSlot(const CellSet& set) const {
+    return FindTileSlot(set.x << RAY_TILE_SHIFT, set.y << RAY_TILE_SHIFT);
   }
   /// Upper bound of region indices.
   std::size_t region_count() const { return regions_.size(); }
@@ -304,7 +306,7 @@ class Grid {
   static uint32_t TileOf(int32_t x, int32_t y) {
     return static_cast<uint32_t>(ray_place(x >> RAY_TILE_SHIFT, y >> RAY_TILE_SHIFT, 3));
   }
-  static uint32_t BitOf(int32_t x, int32_t y) { return TilePart::BitOf(x, y); }
+  static uint32_t BitOf(int32_t x, int32_t y) { return CellSet::BitOf(x, y); }
 
   /// Coordinates of the cell that a handle stands for.
   void Coordinates(CellRef cell, int32_t* x, int32_t* y) const;
@@ -326,7 +328,7 @@ class Grid {
   /// The layer of all bodies, thin or exact. Makes it if needed.
   LayerIndex EverythingLayer(bool exact);
   /// Call once a step: frees layers of heights that were not requested for 1000 steps.
-  void AgeLayers();
+  void ExpireLayers();
 
   /// Input of the ray walk. Valid until the grid changes.
   ray_grid_t View(LayerIndex layer) const;
@@ -345,7 +347,7 @@ class Grid {
   BodyList OnlyBody(uint32_t slot) const {
     STAGE_ASSERT(slot < tiles_.size());
     const BodyList bodies = tiles_[slot].bodies;
-    return bodies & kSeveral ? 0 : bodies;
+    return bodies & kListFlag ? 0 : bodies;
   }
   /// Tiles whose OnlyBody() may have changed.
   const ChangedTiles& changed_bodies() const { return changed_bodies_; }
@@ -365,11 +367,11 @@ class Grid {
   }
   uint64_t structure_version() const { return structure_version_; }
 
-  /// Total number of cells in thin footprints. A cell with two bodies counts twice.
-  int64_t drawn_cells() const { return own_edit_.drawn_cells; }
-  /// Adds to drawn_cells() without rasterizing, for tests of overflow.
-  void PretendDrawn(int64_t cells) {
-    own_edit_.drawn_cells += cells;
+  /// Total number of cells in thin rasterizations. A cell with two bodies counts twice.
+  int64_t rasterized_cells() const { return serial_edit_.rasterized_cells; }
+  /// Adds to rasterized_cells() without rasterizing, for tests of overflow.
+  void AddRasterizedCells(int64_t cells) {
+    serial_edit_.rasterized_cells += cells;
     pretended_cells_ += cells;
   }
   int64_t pretended_cells() const { return pretended_cells_; }
@@ -381,19 +383,19 @@ class Grid {
   /// part of the world's state, because cameras render the floor that far. Only rasterizing a thin
   /// outline widens it: superregions that come and go, exact outlines (made for any observer) and
   /// rejected moves have no effect.
-  CellBox extent() const { return own_edit_.extent; }
+  CellBox extent() const { return serial_edit_.extent; }
   /// Restores an extent, which must contain all thin outlines: see LiesInExtent().
-  void SetExtent(const CellBox& extent) { own_edit_.extent = extent; }
+  void SetExtent(const CellBox& extent) { serial_edit_.extent = extent; }
   /// True if all thin outlines lie in the extent. Rasterizing widens the extent only for empty
   /// tiles; it assumes that occupied tiles are in it already.
   bool LiesInExtent() const;
-  /// Extends the extent by the superregions of the parts.
-  void WidenExtent(std::span<const TilePart> parts);
+  /// Extends the extent by the superregions of the cell sets.
+  void WidenExtent(std::span<const CellSet> sets);
   /// Call when the grid is empty: the next rasterization starts a new extent.
   void ForgetExtent() {
     DropEmptyRegions();
     STAGE_ASSERT(CountRegions() == 0);
-    own_edit_.extent = CellBox();
+    serial_edit_.extent = CellBox();
   }
 
   struct Statistics {
@@ -440,32 +442,33 @@ class Grid {
   template <typename F>
   static void ForEachRegionOf(const CellBox& tiles, F f);
   template <typename F>
-  static void FillInSlots(std::span<TilePart> parts, F region_of);
+  static void FillInSlots(std::span<CellSet> sets, F region_of);
   uint32_t MakeRegion(int32_t x, int32_t y);
   uint32_t MakeSuper(int32_t x, int32_t y);
   void AddFreeRegion();
   void AddFreeSuper();
   uint32_t MakeNode(BodyId id, Edit* edit);
-  void RedrawOutline(BodyId id, std::span<const TilePart> from, std::span<TilePart> to, Edit* edit);
-  void DrawOutline(const TilePart& part, BodyId id, Edit* edit);
-  void ChangeOutline(const TilePart& from, const TilePart& to, BodyId id);
-  void EraseOutline(const TilePart& part, BodyId id, Edit* edit);
-  void HideOutline(uint32_t slot, uint64_t cells, BodyId id);
+  void RasterizeOutline(BodyId id, std::span<const CellSet> from, std::span<CellSet> to,
+                        Edit* edit);
+  void AddOutline(const CellSet& set, BodyId id, Edit* edit);
+  void ChangeOutline(const CellSet& from, const CellSet& to, BodyId id);
+  void RemoveOutline(const CellSet& set, BodyId id, Edit* edit);
+  void ClearOutlineCells(uint32_t slot, uint64_t cells, BodyId id);
   OutlineList* FindOutline(uint32_t slot, BodyId id);
   bool HasOutline(uint32_t slot, BodyId id) const;
   void RefreshOutlines(uint32_t slot);
   bool IsEmpty(uint32_t slot) const { return tiles_[slot].cells == 0 && OutlinesIn(slot) == 0; }
   /// True if the tile of this slot lies in a region that exists.
   bool IsInRegion(uint32_t slot) const;
-  void DrawIn(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
-  void EraseFrom(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
+  void AddToTile(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
+  void RemoveFromTile(uint32_t slot, uint64_t bits, BodyId id, Edit* edit);
   CellLists& ListsOf(uint32_t slot, Edit* edit);
   void DropListsOfOneBody(uint32_t slot, Edit* edit);
   void SetBodies(uint32_t slot, uint32_t bodies);
   static bool AreListsOf(const CellLists& lists, uint64_t cells, BodyId id);
   void SetBits(uint32_t layers, uint32_t slot, uint64_t bits);
   void ClearBits(uint32_t layers, uint32_t slot, uint64_t bits);
-  uint32_t LayersWithoutOthers(BodyList list, uint32_t layers) const;
+  uint32_t UncoveredLayers(BodyList list, uint32_t layers) const;
   BodyId LastOf(BodyList list) const;
   void Append(BodyList* list, BodyId id, Edit* edit);
   void RemoveFrom(BodyList* list, BodyId id, Edit* edit);
@@ -478,8 +481,8 @@ class Grid {
   bool HeightsAreFull(bool exact) const;
   LayerIndex MakeLayer(Layer::Kind kind, double z, bool exact, bool map);
   void SortIn(BodyList* list, BodyId id);
-  uint32_t LayersOfDrawing(bool exact) const;
-  void RefreshCells(const TilePart& part);
+  uint32_t LayersOfKind(bool exact) const;
+  void RefreshCells(const CellSet& set);
   size_t CountSupers() const { return supers_.size() - 1 - free_supers_.size(); }
   size_t CountRegions() const { return regions_.size() - 1 - free_regions_.size(); }
   static std::size_t MapOf(uint32_t super, uint32_t place) {
@@ -490,7 +493,7 @@ class Grid {
   void CountFilledTile(uint32_t slot, Edit* edit);
   void CountEmptiedTile(uint32_t slot, Edit* edit);
   void DropRegionsIfManyAreEmpty();
-  void PrepareToDraw(std::span<TilePart> parts);
+  void AllocateForCells(std::span<CellSet> sets);
   void DropEmptyRegions();
   void RebuildDirectory(size_t supers);
   void Enter(uint32_t super);
@@ -502,8 +505,8 @@ class Grid {
   PagedArray<TileCells> tiles_;  // 64 per region; region 0 is empty
   Pool<CellLists> lists_;
   Pool<Node> nodes_;
-  PagedArray<OutlineList> outlines_;  // one per tile, once there is an exact outline
-  Pool<OutlinePart> outline_parts_;   // [0] stands for none
+  PagedArray<OutlineList> outlines_;         // one per tile, once there is an exact outline
+  Pool<OutlineFragment> outline_fragments_;  // [0] stands for none
 
   std::vector<Region> regions_;  // [0] stands for none
   std::vector<uint32_t> free_regions_;
@@ -522,8 +525,8 @@ class Grid {
   bool tracking_ = false;
   mutable ChangedTiles changed_bodies_;
   CellBox occupied_;
-  int64_t pretended_cells_ = 0;  // see PretendDrawn()
-  Edit own_edit_;                // used outside of concurrent edits
+  int64_t pretended_cells_ = 0;  // see AddRasterizedCells()
+  Edit serial_edit_;             // used outside of concurrent edits
 };
 
 }  // namespace Stg::internal::grid

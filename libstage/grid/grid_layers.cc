@@ -102,19 +102,19 @@ LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact, bool map) {
 }
 
 /// Mask of the layers that show exact or thin outlines.
-uint32_t Grid::LayersOfDrawing(bool exact) const {
+uint32_t Grid::LayersOfKind(bool exact) const {
   uint32_t layers = 0;
   for (LayerIndex i = 0; i < layers_.size(); i++)
     if (layers_[i].exact == exact) layers |= 1u << i;
   return layers;
 }
 
-void Grid::AgeLayers() {
-  constexpr uint64_t kLongTime = 1000;  // steps
+void Grid::ExpireLayers() {
+  constexpr uint64_t kExpirySteps = 1000;  // steps
   step_++;
   for (LayerIndex i = 1; i < layers_.size(); i++) {
     Layer& layer = layers_[i];
-    if (layer.kind == Layer::kUnused || step_ - layer.last_used < kLongTime) continue;
+    if (layer.kind == Layer::kUnused || step_ - layer.last_used < kExpirySteps) continue;
     STAGE_ASSERT(step_ > layer.last_used);
     layer.kind = Layer::kUnused;
     layer.cells = Occupancy();

@@ -47,7 +47,7 @@ class Grid::Validator {
         supers_(grid.supers_.size()),
         lists_(grid.lists_.made()),
         nodes_(grid.nodes_.made()),
-        outlines_(grid.outline_parts_.made()) {}
+        outlines_(grid.outline_fragments_.made()) {}
 
   std::string Check() {
     for (const auto check :
@@ -93,7 +93,7 @@ class Grid::Validator {
       if (!lists_.Add(list)) return Numbered("a free list holds twice or wrongly cell list", list);
     for (const uint32_t node : grid_.nodes_.free())
       if (!nodes_.Add(node)) return Numbered("a free list holds twice or wrongly node", node);
-    for (const uint32_t outline : grid_.outline_parts_.free())
+    for (const uint32_t outline : grid_.outline_fragments_.free())
       if (outline == 0 || !outlines_.Add(outline))
         return Numbered("a free list holds twice or wrongly outline", outline);
     return "";
@@ -193,12 +193,12 @@ class Grid::Validator {
     const TileCells& tile = grid_.tiles_[slot];
     if ((tile.crowded & ~tile.cells) != 0) return "crowded cells that are not occupied";
     if ((tile.cells == 0) != (tile.bodies == 0)) return "bodies without cells, or cells without";
-    if ((tile.bodies & kSeveral) == 0) {
+    if ((tile.bodies & kListFlag) == 0) {
       if (tile.crowded != 0) return "crowded cells of a single body";
       if (tile.cells != 0 && !Note(tile.bodies - 1, tile.cells)) return "a body that is none";
       return "";
     }
-    const uint32_t index = tile.bodies & ~kSeveral;
+    const uint32_t index = tile.bodies & ~kListFlag;
     if (!lists_.Add(index)) return "cell lists that are used twice or free";
     std::string fault;
     bool only_one = true;
@@ -214,9 +214,9 @@ class Grid::Validator {
   }
 
   std::string CheckList(BodyList list, bool crowded, uint64_t cell) {
-    if (crowded != ((list & kSeveral) != 0)) return "a wrong mark of a crowded cell";
+    if (crowded != ((list & kListFlag) != 0)) return "a wrong mark of a crowded cell";
     if (!crowded) return list != 0 && Note(list - 1, cell) ? "" : "a body that is none in a cell";
-    const uint32_t first = list & ~kSeveral;
+    const uint32_t first = list & ~kListFlag;
     uint32_t node = first, previous = first;
     uint64_t stamp = 0;
     size_t count = 0;
@@ -240,17 +240,17 @@ class Grid::Validator {
     std::vector<BodyId> seen;
     for (OutlineList list = grid_.OutlinesIn(slot); list != 0;) {
       if (!outlines_.Add(list)) return "an outline that is used twice or free";
-      const OutlinePart& part = grid_.outline_parts_[list];
-      if (part.id >= grid_.bodies_.size() || free_bodies_.Has(part.id) ||
-          !grid_.bodies_[part.id].exact())
+      const OutlineFragment& set = grid_.outline_fragments_[list];
+      if (set.id >= grid_.bodies_.size() || free_bodies_.Has(set.id) ||
+          !grid_.bodies_[set.id].exact())
         return "an outline of no body";
-      const Body& body = grid_.bodies_[part.id];
-      if (std::ranges::count(seen, part.id) > 0) return "a body with two outlines";
-      seen.push_back(part.id);
-      if (part.cells == 0 || part.edges >> (body.edges - 1) >> 1 != 0)
+      const Body& body = grid_.bodies_[set.id];
+      if (std::ranges::count(seen, set.id) > 0) return "a body with two outlines";
+      seen.push_back(set.id);
+      if (set.cells == 0 || set.edges >> (body.edges - 1) >> 1 != 0)
         return "an outline without cells, or with edges that do not exist";
-      Show(body, part.cells);
-      list = part.next;
+      Show(body, set.cells);
+      list = set.next;
     }
     return "";
   }
@@ -267,7 +267,7 @@ class Grid::Validator {
   }
 
   std::string CheckTotals() {
-    if (drawn_cells_ + grid_.pretended_cells_ != grid_.drawn_cells())
+    if (drawn_cells_ + grid_.pretended_cells_ != grid_.rasterized_cells())
       return "wrong number of drawn cells";
     if (!grid_.LiesInExtent()) return "cells outside of the extent";
     return "";

@@ -12,7 +12,7 @@ namespace Stg::internal::grid {
 
 Occupancy::Occupancy() {
   static std::atomic<uint64_t> count{0};
-  made_ = ++count;
+  id_ = ++count;
 }
 
 Occupancy::Occupancy(const Occupancy& from) : Occupancy() {

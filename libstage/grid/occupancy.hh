@@ -26,10 +26,10 @@ class Occupancy {
   Occupancy(Occupancy&&) = default;
   Occupancy& operator=(Occupancy&&) = default;
   /// Freezes this layer. Later copies share its memory pages until they write to them.
-  void MakeShareable() { tiles_.MakeShareable(tiles_.size()); }
+  void Freeze() { tiles_.Freeze(tiles_.size()); }
 
   /// Unique id of this layer, by which a cache notices that a layer was replaced.
-  uint64_t made() const { return made_; }
+  uint64_t id() const { return id_; }
 
   /// One word per region: mask of its tiles that have occupied cells.
   const std::vector<uint64_t>& tile_maps() const { return tile_maps_; }
@@ -55,7 +55,7 @@ class Occupancy {
  private:
   std::vector<uint64_t> tile_maps_;
   PagedArray<uint64_t> tiles_;
-  uint64_t made_;
+  uint64_t id_;
   mutable ChangedTiles changed_;
 };
 

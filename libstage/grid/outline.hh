@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "geometry/geometry.hh"
-#include "grid/tile_part.hh"
+#include "grid/cell_set.hh"
 
 namespace Stg::internal::grid {
 
@@ -48,9 +48,9 @@ void ForEachCellOfOutline(const point_int_t* corners, size_t count, F f) {
   if (!any && count > 2) f(corners[0].x, corners[0].y);
 }
 
-/// Appends the cells of a closed outline to `parts`.
-inline void AppendOutline(const point_int_t* corners, size_t count, std::vector<TilePart>* parts) {
-  PartsMaker maker(parts);
+/// Appends the cells of a closed outline to `sets`.
+inline void AppendOutline(const point_int_t* corners, size_t count, std::vector<CellSet>* sets) {
+  CellSetBuilder maker(sets);
   ForEachCellOfOutline(corners, count, [&](int32_t x, int32_t y) { maker.Add(x, y); });
   maker.Finish();
 }

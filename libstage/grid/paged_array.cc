@@ -14,9 +14,9 @@ namespace Stg::internal::grid {
 namespace {
 
 /// Adds spare capacity, so that a copy can grow a little without reallocation.
-std::size_t WithRoom(std::size_t size) {
-  constexpr std::size_t kRoom = 1 << 16;
-  return size + size / 4 + kRoom;
+std::size_t WithSpareCapacity(std::size_t size) {
+  constexpr std::size_t kMinSpare = 1 << 16;
+  return size + size / 4 + kMinSpare;
 }
 
 bool WriteAll(int file, const void* bytes, std::size_t size) {
@@ -34,7 +34,7 @@ bool WriteAll(int file, const void* bytes, std::size_t size) {
 std::shared_ptr<const SharedPages> SharedPages::Make(const void* bytes, std::size_t size) {
   const int file = memfd_create("stage", MFD_CLOEXEC);
   if (file < 0) return nullptr;
-  std::shared_ptr<const SharedPages> pages(new SharedPages(file, WithRoom(size)));
+  std::shared_ptr<const SharedPages> pages(new SharedPages(file, WithSpareCapacity(size)));
   if (!WriteAll(file, bytes, size) || ftruncate(file, static_cast<off_t>(pages->size_)) != 0)
     return nullptr;
   return pages;

@@ -40,7 +40,7 @@ class SharedPages {
   const std::size_t size_;
 };
 
-/// A vector of trivially copyable elements. After MakeShareable() it may only be copied.
+/// A vector of trivially copyable elements. After Freeze() it may only be copied.
 template <typename T>
 class PagedArray {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -100,7 +100,7 @@ class PagedArray {
     size_ = from.size_;
   }
   /// Freezes the array. Later copies share the pages of its first `kept` elements.
-  void MakeShareable(std::size_t kept) {
+  void Freeze(std::size_t kept) {
     STAGE_ASSERT(!shared_ && kept <= capacity_);
     if (kept > 0) shared_ = SharedPages::Make(data_, kept * sizeof(T));
   }

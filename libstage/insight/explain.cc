@@ -46,9 +46,9 @@ uint64_t OccupiedCells(const grid::Grid& grid) {
 }  // namespace
 
 /// Walks through a world once and collects its summary.
-class World::Survey {
+class World::SummaryBuilder {
  public:
-  explicit Survey(const World& world) : world_(world), engine_(*world.engine_) {}
+  explicit SummaryBuilder(const World& world) : world_(world), engine_(*world.engine_) {}
 
   SceneSummary Take() {
     TakeSettings();
@@ -73,13 +73,13 @@ class World::Survey {
   };
 
   void TakeSettings() {
-    s_.doubts = engine_.doubts;
+    s_.load_warnings = engine_.load_warnings;
     s_.power_packs = static_cast<size_t>(world_.power_pack_count);
     s_.energy_models = engine_.energy.size();
     s_.records_trails = world_.record_trails;
     s_.has_window = world_.IsGUI();
     s_.device = engine_.tracer.statistics().device;
-    s_.threads = engine_.most_threads();
+    s_.threads = engine_.max_threads();
     s_.chooses_threads = engine_.chooses_threads();
     s_.step = world_.sim_interval;
     s_.callbacks_per_step = static_cast<double>(engine_.update_callbacks.size());
@@ -117,10 +117,11 @@ class World::Survey {
       blocks_.push_back({&model, Bounds(z.min + lift, z.max + lift), ranger_visible});
       s_.memory.bodies += sizeof(Block) + corners * (2 * sizeof(point_t) + sizeof(point_int_t));
     }
-    grid::Drawings drawings;
-    for (const bool exact : {false, true}) model.body().AppendDrawings(&drawings, exact);
-    for (const auto* parts : drawings.of_bodies)
-      s_.memory.bodies += parts->capacity() * sizeof(grid::TilePart);
+    grid::Rasterizations rasterizations;
+    for (const bool exact : {false, true})
+      model.body().AppendRasterizations(&rasterizations, exact);
+    for (const auto* sets : rasterizations.of_bodies)
+      s_.memory.bodies += sets->capacity() * sizeof(grid::CellSet);
   }
 
   void TakeRanger(const ModelRanger& ranger) {
@@ -274,6 +275,6 @@ class World::Survey {
   uint64_t fans_ = 0, rooted_ = 0;
 };
 
-SceneSummary World::Summary() const { return Survey(*this).Take(); }
+SceneSummary World::Summary() const { return SummaryBuilder(*this).Take(); }
 
 }  // namespace Stg

@@ -13,14 +13,14 @@ RayWatch::RayWatch(World* world, const ModelRanger& ranger, uint32_t sensor, uin
 
 RayWatch::~RayWatch() { world_.engine().tracer.Observe(nullptr, 0, 0, nullptr); }
 
-void RayWatch::TakeRecord(const sensing::RayRecord& record) {
+void RayWatch::ReceiveRecord(const sensing::RayRecord& record) {
   last_ = std::make_unique<RayExplanation>();
   last_->time = world_.SimTimeNow();
   last_->record = record;
   for (const sensing::RayRecord::PotentialHit& cell : record.potential_hits) {
     std::vector<std::string>& names = last_->models.emplace_back();
-    for (const sensing::RayRecord::Question& question : cell.questions)
-      names.push_back(question.model->TokenStr());
+    for (const sensing::RayRecord::BodyTest& test : cell.tests)
+      names.push_back(test.model->TokenStr());
   }
   if (record.hit.model) last_->hit = record.hit.model->TokenStr();
 }

@@ -37,7 +37,7 @@ class RayWatch : private sensing::RayObserver {
   const RayExplanation* last() const { return last_.get(); }
 
  private:
-  void TakeRecord(const sensing::RayRecord& record) override;
+  void ReceiveRecord(const sensing::RayRecord& record) override;
 
   World& world_;
   std::unique_ptr<RayExplanation> last_;

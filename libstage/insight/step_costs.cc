@@ -39,9 +39,9 @@ uint64_t HeapInUse() {
 }
 
 constexpr double kNanoseconds = 1e9;
-constexpr size_t kFirstLook = 16;  // models in the first pass, which decides the sample size
-constexpr size_t kMostKinds = 12;  // kinds of sensors that are measured
-constexpr int kMostPasses = 2000;  // passes over a sample
+constexpr size_t kProbeModels = 16;  // models in the first pass, which decides the sample size
+constexpr size_t kMaxKinds = 12;     // kinds of sensors that are measured
+constexpr int kMaxPasses = 2000;     // passes over a sample
 constexpr uint64_t kSampleSeed = 1;
 
 /// Returns `count` randomly chosen models, or all, in their original order. The choice is
@@ -65,7 +65,7 @@ bool CanBePutBack(const Model& model) {
 }
 
 /// Models the least that a controller does: reading each range once.
-double Look(Model* model) {
+double NearestRange(Model* model) {
   double nearest = 1e9;
   for (const ModelRanger::Sensor& sensor : static_cast<ModelRanger*>(model)->GetSensors())
     for (const double range : sensor.ranges) nearest = std::min(nearest, range);
@@ -74,16 +74,16 @@ double Look(Model* model) {
 
 }  // namespace
 
-class World::Gauge {
+class World::StepCostMeter {
  public:
-  explicit Gauge(World& world)
+  explicit StepCostMeter(World& world)
       : world_(world), engine_(*world.engine_), statistics_(engine_.tracer.statistics()) {
     world_.host().TraceBatch();
-    engine_.EmployAll();
+    engine_.UseAllThreads();
     engine_.scheduler.Swap(scheduler_);
     engine_.tracer.ForcePath(sensing::BatchTracer::Path::kHost);
   }
-  ~Gauge() {
+  ~StepCostMeter() {
     engine_.tracer.ForcePath(sensing::BatchTracer::Path::kFaster);
     // Restores in reverse order because some models are saved twice.
     for (auto saved = saved_.rbegin(); saved != saved_.rend(); ++saved) PutBack(*saved);
@@ -106,7 +106,7 @@ class World::Gauge {
       costs_.device_bytes_per_ray = static_cast<double>(Statistics().prefilter.bytes_fetched -
                                                         statistics_.prefilter.bytes_fetched) /
                                     static_cast<double>(device_rays);
-    if (least_ > 0) costs_.busy = spent_ / least_;
+    if (best_seconds_ > 0) costs_.busy = total_seconds_ / best_seconds_;
     costs_.seconds = WallClock() - start;
     return costs_;
   }
@@ -124,27 +124,27 @@ class World::Gauge {
     costs_.sensors.resize(groups.size());
     const auto subscribed = static_cast<size_t>(std::count_if(
         groups.begin(), groups.end(), [](const SensorGroup& g) { return g.kind.subscribed; }));
-    const size_t count = std::min(subscribed, kMostKinds);
+    const size_t count = std::min(subscribed, kMaxKinds);
     double all_rays = 0;
     for (size_t i = 0; i < count; i++) all_rays += groups[i].kind.RaysPerStep();
     // Half of the time is divided by number of rays, half equally.
     for (size_t i = 0; i < count; i++) {
-      const double share = 0.5 / static_cast<double>(count) +
-                           (all_rays > 0 ? 0.5 * groups[i].kind.RaysPerStep() / all_rays : 0);
-      MeasureKind(groups[i].models, seconds * share, &costs_.sensors[i]);
+      const double fraction = 0.5 / static_cast<double>(count) +
+                              (all_rays > 0 ? 0.5 * groups[i].kind.RaysPerStep() / all_rays : 0);
+      MeasureKind(groups[i].models, seconds * fraction, &costs_.sensors[i]);
     }
   }
 
   void MeasureKind(std::vector<Model*> models, double seconds, SensorCost* cost) {
     std::erase_if(models, [](Model* model) { return !CanMeasure(model); });
     if (models.empty()) return;
-    std::vector<Model*> sample = Sample(models, kFirstLook);
+    std::vector<Model*> sample = Sample(models, kProbeModels);
     const uint64_t heap = HeapInUse();
-    const Pass look = FirstPasses(sample);
+    const Pass probe = FirstPasses(sample);
     cost->kept_bytes = (HeapInUse() - std::min(heap, HeapInUse())) / sample.size();
-    const double taken = look.update + look.trace;
+    const double taken = probe.update + probe.trace;
     if (taken > seconds) {  // a sample with millions of rays: one pass must suffice
-      Write({look.update, look.trace, static_cast<double>(look.rays)}, sample.size(), cost);
+      Write({probe.update, probe.trace, static_cast<double>(probe.rays)}, sample.size(), cost);
       return;
     }
     const double each = taken / static_cast<double>(sample.size());
@@ -162,7 +162,7 @@ class World::Gauge {
 
   struct Saved {
     Model* model;
-    uint64_t update_chain;
+    uint64_t update_generation;
     StateExchange::Bytes state;
     std::vector<uint64_t> stamps;  // draw-order stamps of its bodies
   };
@@ -199,11 +199,11 @@ class World::Gauge {
   /// Saves the model's state, its pending update and the draw-order stamps of its bodies, to be
   /// restored by PutBack().
   void Save(Model* model) {
-    Saved saved{model, model->update_chain_, {}, {}};
+    Saved saved{model, model->update_generation_, {}, {}};
     StateExchange exchange(engine_.models, &saved.state);
     model->ExchangeState(exchange);
     exchange.Finish();
-    model->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::TilePart>&) {
+    model->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::CellSet>&) {
       saved.stamps.push_back(engine_.scene.grid.Stamp(id));
     });
     saved_.push_back(std::move(saved));
@@ -212,17 +212,17 @@ class World::Gauge {
   void PutBack(const Saved& saved) {
     StateExchange exchange(engine_.models, saved.state.data(), saved.state.size());
     saved.model->ExchangeState(exchange);
-    saved.model->update_chain_ = saved.update_chain;
+    saved.model->update_generation_ = saved.update_generation;
     size_t i = 0;
-    saved.model->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::TilePart>& parts) {
-      if (i < saved.stamps.size()) engine_.scene.grid.Restamp(id, saved.stamps[i++], parts);
+    saved.model->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::CellSet>& sets) {
+      if (i < saved.stamps.size()) engine_.scene.grid.Restamp(id, saved.stamps[i++], sets);
     });
   }
 
   /// Updates the models and traces their rays, as in a step, but calls no callbacks.
   Pass Run(const std::vector<Model*>& sample) {
     const ModelType* const type = FindModelType(*sample[0]);
-    engine_.fiducials.SetFrozen(type && type->updates != ModelType::kAlone);
+    engine_.fiducials.SetFrozen(type && type->updates != ModelType::kSerial);
     Pass pass;
     const double start = WallClock();
     for (Model* model : sample) model->Update();
@@ -272,7 +272,7 @@ class World::Gauge {
     for (const auto& models : pieces) Run(models);  // to warm up
     const double end = WallClock() + seconds;
     int passes = 0;
-    for (; passes < kMostPasses && (passes < 3 || WallClock() < end); passes++)
+    for (; passes < kMaxPasses && (passes < 3 || WallClock() < end); passes++)
       for (size_t p = 0; p < pieces.size(); p++) KeepBest(Run(pieces[p]), passes == 0, &best[p]);
     engine_.tracer.ForcePath(sensing::BatchTracer::Path::kHost);
     PathCost cost{0, 0, 0};
@@ -281,23 +281,24 @@ class World::Gauge {
       cost.trace += pass.trace;
       cost.rays += static_cast<double>(pass.rays);
     }
-    least_ += passes * (cost.update + cost.trace);
+    best_seconds_ += passes * (cost.update + cost.trace);
     return cost;
   }
 
   void KeepBest(const Pass& pass, bool first, Pass* best) {
-    spent_ += pass.update + pass.trace;
+    total_seconds_ += pass.update + pass.trace;
     best->update = first ? pass.update : std::min(best->update, pass.update);
     best->trace = first ? pass.trace : std::min(best->trace, pass.trace);
     best->rays = pass.rays;
   }
 
   void MeasureReading(const std::vector<Model*>& sample, SensorCost* cost) {
-    double (*volatile look)(Model*) = Look;  // through a pointer, so that the call is not inlined
+    double (*volatile probe)(Model*) =
+        NearestRange;  // through a pointer, so that the call is not inlined
     volatile double result = 0;
     cost->read_ns = Repeat(0, sample.size(), [&] {
       const double start = WallClock();
-      for (Model* model : sample) result = look(model);
+      for (Model* model : sample) result = probe(model);
       return WallClock() - start;
     });
     static_cast<void>(result);
@@ -313,12 +314,12 @@ class World::Gauge {
     double best = -1;
     const double end = WallClock() + seconds;
     int passes = 0;
-    for (; passes < kMostPasses && (passes < 3 || WallClock() < end); passes++) {
+    for (; passes < kMaxPasses && (passes < 3 || WallClock() < end); passes++) {
       const double time = pass();
       best = best < 0 ? time : std::min(best, time);
-      spent_ += time;
+      total_seconds_ += time;
     }
-    least_ += passes * best;
+    best_seconds_ += passes * best;
     return best / static_cast<double>(count) * kNanoseconds;
   }
 
@@ -363,11 +364,12 @@ class World::Gauge {
 
   bool IsAlone(const Model& model) const {
     const grid::Grid& grid = engine_.scene.grid;
-    grid::Drawings drawings;
-    model.CollectDrawings(&drawings, false);
+    grid::Rasterizations rasterizations;
+    model.CollectRasterizations(&rasterizations, false);
     const auto is_other = [&](grid::BodyId id) { return grid.body(id).tree != model.Root(); };
     bool alone = true;
-    drawings.ForEachCell([&](grid::CellRef cell) { alone = alone && !grid.AnyIn(cell, is_other); });
+    rasterizations.ForEachCell(
+        [&](grid::CellRef cell) { alone = alone && !grid.AnyIn(cell, is_other); });
     return alone;
   }
 
@@ -429,10 +431,11 @@ class World::Gauge {
   Scheduler scheduler_;  // holds the pending events while updates are measured
   sensing::TraceStatistics statistics_;
   std::vector<Saved> saved_;
-  double spent_ = 0, least_ = 0;  // seconds spent in all tries, and if each had matched the best
+  double total_seconds_ = 0,
+         best_seconds_ = 0;  // seconds spent in all tries, and if each had matched the best
   StepCosts costs_;
 };
 
-StepCosts World::MeasureStepCosts(double seconds) { return Gauge(*this).Measure(seconds); }
+StepCosts World::MeasureStepCosts(double seconds) { return StepCostMeter(*this).Measure(seconds); }
 
 }  // namespace Stg

@@ -56,7 +56,7 @@ void AppendEscaped(char c, std::string* to) {
     *to += {'\\', 'x', kDigits[byte >> 4], kDigits[byte & 0xf]};
 }
 
-std::string WithoutMiddle(const std::string& text, std::size_t longest) {
+std::string ElideMiddle(const std::string& text, std::size_t longest) {
   constexpr std::string_view kGap = "...";
   // Keeps more of the beginning, which tells more, and some of the end: names made by programs may
   // differ only there.
@@ -83,7 +83,7 @@ std::string Printable(const std::string& text, std::size_t longest) {
     }
     rest.remove_prefix(first.length);
   }
-  return shown.size() <= longest ? shown : WithoutMiddle(shown, longest);
+  return shown.size() <= longest ? shown : ElideMiddle(shown, longest);
 }
 
 namespace messages {

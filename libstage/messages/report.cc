@@ -66,10 +66,10 @@ std::string Format(const char* format, ...) {
 
 void Report(LogLevel level, const std::string& line) {
   constexpr std::size_t kLongest = 1000;  // bytes: room for a long path in a long message
-  constexpr std::size_t kMostCollected = 1000;
+  constexpr std::size_t kMaxCollected = 1000;
   const std::string shown = Shortened(line, kLongest);
   Collector* const collector = level == LogLevel::kProgress ? nullptr : innermost_collector;
-  if (collector && collector->lines.size() < kMostCollected) collector->lines.push_back(shown);
+  if (collector && collector->lines.size() < kMaxCollected) collector->lines.push_back(shown);
   LogSink sink;
   {
     const std::lock_guard<std::mutex> lock(mutex);

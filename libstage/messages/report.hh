@@ -43,11 +43,11 @@ class Collector {
   Collector* outer_;
 };
 
-inline constexpr std::size_t kLongestName = 80;     // bytes of a name that a message shows
-inline constexpr std::size_t kLongestDetail = 200;  // bytes of a path or foreign message
+inline constexpr std::size_t kMaxNameBytes = 80;     // bytes of a name that a message shows
+inline constexpr std::size_t kMaxDetailBytes = 200;  // bytes of a path or foreign message
 
 /// Makes the text printable and cuts out its middle if it is longer than `longest` bytes.
-std::string Shortened(std::string_view text, std::size_t longest = kLongestName);
+std::string Shortened(std::string_view text, std::size_t longest = kMaxNameBytes);
 
 /// Returns the shortened text in double quotes, such as `"pose"`.
 std::string Quoted(std::string_view text);

@@ -8,13 +8,13 @@
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/deletion_watch.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/property_checks.hh"
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
-#include "models/watch.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -25,7 +25,7 @@ constexpr double kWatts = 2.0;
 constexpr double kSecond = 1e6;  // microseconds
 
 [[maybe_unused]] const bool kRegistered =
-    RegisterModelType(ModelTypeOf<ModelActuator>("actuator").Updates(ModelType::kShared));
+    RegisterModelType(ModelTypeOf<ModelActuator>("actuator").Updates(ModelType::kParallel));
 
 }  // namespace
 
@@ -80,7 +80,7 @@ Pose ModelActuator::Displacement(double distance) const {
 
 void ModelActuator::Load() {
   if (!wf) return;
-  const Watch watch(*this);
+  const DeletionWatch watch(*this);
   if (has_reference_) SetPose(reference_);  // when it is loaded again
   if (watch.gone() || !LoadCommon()) return;
   LoadJoint();
@@ -94,7 +94,7 @@ void ModelActuator::Load() {
         "max_position");
   turned_ = start;
   if (start != 0) SetPose(pose + Displacement(start));
-  if (!watch.gone()) NoteSensed();
+  if (!watch.gone()) StoreSensedPose();
 }
 
 void ModelActuator::Save() {
@@ -147,12 +147,12 @@ void ModelActuator::ExchangeState(StateExchange& exchange) {
   StateChoice joint(&type_of_joint_, TYPE_ROTATIONAL);
   exchange(control, joint, axis_, goal_, velocity_, max_speed_, max_position_, min_position_,
            reference_, has_reference_, turned_);
-  if (!exchange.hashing() && !exchange.leaves_readings_out()) exchange(sensed_pose_);
+  if (!exchange.hashing() && !exchange.omits_readings()) exchange(sensed_pose_);
 }
 
 void ModelActuator::DropReadings() {
   Model::DropReadings();
-  NoteSensed();
+  StoreSensedPose();
 }
 
 // ---- updating -----------------------------------------------------------------------------------
@@ -160,7 +160,7 @@ void ModelActuator::DropReadings() {
 void ModelActuator::Startup() {
   if (!has_reference_) reference_ = pose;
   has_reference_ = true;
-  NoteSensed();
+  StoreSensedPose();
   world->host().StartMoving(this);
   Model::Startup();
 }
@@ -172,7 +172,7 @@ void ModelActuator::Shutdown() {
 }
 
 void ModelActuator::Update() {
-  GatherAlone();
+  GatherSerially();
   Model::Update();
 }
 
@@ -212,7 +212,7 @@ void ModelActuator::Move() {
   }
 
   Placement& placement = world->host().placement;
-  placement.Plan(*this, true);
+  placement.Propose(*this, true);
   stall = placement.Collision(world->GetGround()) != nullptr;
   if (stall) {
     pose = old_pose;

@@ -14,7 +14,7 @@ constexpr usec_t kMillisecond = 1000;
 constexpr double kDimmed = 0.5;
 
 [[maybe_unused]] const bool kRegistered =
-    RegisterModelType(ModelTypeOf<ModelBlinkenlight>("blinkenlight").Updates(ModelType::kShared));
+    RegisterModelType(ModelTypeOf<ModelBlinkenlight>("blinkenlight").Updates(ModelType::kParallel));
 
 }  // namespace
 

@@ -24,7 +24,7 @@ namespace {
 
 constexpr double kWatts = 2.0;
 constexpr unsigned kMaxWidth = 100'000;
-constexpr size_t kMostColors = 1000;
+constexpr size_t kMaxColors = 1000;
 /// Blob heights assume bodies of twice this height in metres, centred on the optical axis.
 constexpr double kHalfHeight = 0.3;
 
@@ -44,11 +44,12 @@ void Describe(const ModelBlobfinder& blobfinder, SensorExtent* extent) {
   extent->rays = blobfinder.scan_width;
 }
 
-[[maybe_unused]] const bool kRegistered = RegisterModelType(
-    ModelTypeOf<ModelBlobfinder>("blobfinder")
-        .Updates(ModelType::kShared | ModelType::kPastOwnTree | ModelType::kThroughAllHeights)
-        .Senses(Describe)
-        .Measurable());
+[[maybe_unused]] const bool kRegistered =
+    RegisterModelType(ModelTypeOf<ModelBlobfinder>("blobfinder")
+                          .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree |
+                                   ModelType::kUsesEverythingLayer)
+                          .Senses(Describe)
+                          .Measurable());
 
 }  // namespace
 
@@ -104,10 +105,10 @@ void ModelBlobfinder::LoadColors() {
                         std::to_string(count) + ", expected 0 to " + std::to_string(length) +
                         ", the number of colors",
                     255);
-  if (static_cast<size_t>(count) > kMostColors)
+  if (static_cast<size_t>(count) > kMaxColors)
     wf->Fail(wf_entity, "colors_count",
              "found " + std::to_string(count) + " colors, expected at most " +
-                 std::to_string(kMostColors));
+                 std::to_string(kMaxColors));
   for (int i = 0; i < count; i++) {
     const std::string name = wf->ReadElement(wf_entity, "colors", static_cast<size_t>(i));
     Color wanted;
@@ -132,7 +133,7 @@ void ModelBlobfinder::Shutdown() {
 
 void ModelBlobfinder::Update() {
   if (subs == 0) return;
-  GatherAlone();
+  GatherSerially();
   Model::Update();
 }
 
@@ -169,21 +170,22 @@ void ModelBlobfinder::AddFan(sensing::FanList* fans) {
   rays_out_ = true;
 }
 
-void ModelBlobfinder::TakeHits(uint32_t, const sensing::RayHits& hits) {
+void ModelBlobfinder::ReceiveHits(uint32_t, const sensing::RayHits& hits) {
   if (!rays_out_) return;
   rays_out_ = false;
   blobs_.clear();
-  const sensing::HitRun* run = hits.runs;
+  const sensing::HitInterval* hit_interval = hits.intervals;
   for (uint32_t i = 0; i < hits.count;) {
-    STAGE_ASSERT(run->end > i && run->end <= hits.count);
-    if (!run->model) {
-      i = (run++)->end;
+    STAGE_ASSERT(hit_interval->end > i && hit_interval->end <= hits.count);
+    if (!hit_interval->model) {
+      i = (hit_interval++)->end;
       continue;
     }
     const uint32_t first = i;
-    const Color seen = run->model->GetColor();
-    while (i < hits.count && run->model && LooksLike(run->model->GetColor(), seen))
-      i = (run++)->end;
+    const Color seen = hit_interval->model->GetColor();
+    while (i < hits.count && hit_interval->model &&
+           LooksLike(hit_interval->model->GetColor(), seen))
+      i = (hit_interval++)->end;
     if (Reports(seen)) {
       const double sum = std::accumulate(hits.ranges + first, hits.ranges + i, 0.0);
       Blob blob = MakeBlob(seen, sum / (i - first));
@@ -192,7 +194,7 @@ void ModelBlobfinder::TakeHits(uint32_t, const sensing::RayHits& hits) {
       blobs_.push_back(blob);
     }
     // The ray that ended the blob belongs to none.
-    if (i < hits.count && ++i == run->end) run++;
+    if (i < hits.count && ++i == hit_interval->end) hit_interval++;
   }
 }
 

@@ -9,7 +9,7 @@
 #include "geometry/trigonometry.hh"
 #include "grid/outline.hh"
 #include "messages/assert.hh"
-#include "models/exact_drawing.hh"
+#include "models/exact_rasterization.hh"
 #include "models/host.hh"
 #include "models/model.hh"
 #include "models/state_exchange.hh"
@@ -61,8 +61,8 @@ void BlockGroup::NoteChange() {
 }
 
 /// Makes the fitted shape of the blocks the source of later fitting.
-void BlockGroup::FreezeShape() {
-  KeepLoaded();
+void BlockGroup::AdoptFittedShape() {
+  SaveLoadedShape();
   if (frozen_) return;
   frozen_ = true;
   for (const auto& block : blocks_) {
@@ -78,7 +78,7 @@ void BlockGroup::FreezeShape() {
 
 void BlockGroup::Add(std::vector<point_t> points, Bounds z_range) {
   Erase();
-  FreezeShape();
+  AdoptFittedShape();
   NoteChange();
   WidenRadius(points);
   blocks_.push_back(std::make_unique<Block>(std::move(points), z_range));
@@ -94,7 +94,7 @@ void BlockGroup::AddRectangle(double x, double y, double dx, double dy, Bounds z
 
 void BlockGroup::ChangeRectangle(size_t index, const bounds3d_t& box) {
   STAGE_ASSERT(index < blocks_.size());
-  FreezeShape();
+  AdoptFittedShape();
   NoteChange();
   Block& block = *blocks_[index];
   block.source_points_ = {{box.x.min, box.y.min},
@@ -108,7 +108,7 @@ void BlockGroup::ChangeRectangle(size_t index, const bounds3d_t& box) {
 }
 
 void BlockGroup::Clear() {
-  KeepLoaded();
+  SaveLoadedShape();
   Erase();
   blocks_.clear();
   frame_x_ = frame_y_ = Bounds();
@@ -152,7 +152,7 @@ bounds3d_t BlockGroup::BoundingBox() const {
 }
 
 void BlockGroup::Fit(const Size& size) {
-  KeepLoaded();
+  SaveLoadedShape();
   bounds3d_t box = EmptyBox();
   if (has_frame()) {
     box.x = frame_x_;
@@ -167,7 +167,7 @@ void BlockGroup::Fit(const Size& size) {
     Widen(&box.z, block->source_z_.max);
   }
   frozen_ = blocks_.empty();
-  told_too_large_ = false;
+  warned_too_large_ = false;
   const double dx = Extent(box.x), dy = Extent(box.y);
   // Axes without extent are centred; without height, z is kept.
   const double scale_x = Scale(dx, size.x, 0), scale_y = Scale(dy, size.y, 0);
@@ -237,7 +237,7 @@ BlockGroup::Shapes BlockGroup::CopyShapes() const {
 }
 
 /// If the blocks differ, replaces them, erases the body from the grid and returns true.
-bool BlockGroup::TakeShapes(const Shapes& shapes) {
+bool BlockGroup::ReplaceShapes(const Shapes& shapes) {
   radius_ = shapes.radius;
   frozen_ = shapes.frozen;
   frame_x_ = shapes.frame_x;
@@ -256,19 +256,19 @@ bool BlockGroup::TakeShapes(const Shapes& shapes) {
 }
 
 /// Call it before blocks change.
-void BlockGroup::KeepLoaded() {
+void BlockGroup::SaveLoadedShape() {
   if (!is_as_loaded_) return;
   if (!as_loaded_) as_loaded_ = std::make_unique<const Shapes>(CopyShapes());
   is_as_loaded_ = false;
 }
 
-bool BlockGroup::ReturnToLoaded(StateExchange* exchange) {
+bool BlockGroup::RestoreLoadedShape(StateExchange* exchange) {
   if (is_as_loaded_) return false;
   if (!as_loaded_) {
     exchange->Fail("found a reference to the loaded body of a model that was not loaded");
     return false;
   }
-  const bool other_body = TakeShapes(*as_loaded_);
+  const bool other_body = ReplaceShapes(*as_loaded_);
   is_as_loaded_ = true;
   return other_body;
 }
@@ -277,7 +277,8 @@ bool BlockGroup::ExchangeState(StateExchange& exchange) {
   if (!exchange.hashing()) {
     bool as_loaded = is_as_loaded_;
     exchange(as_loaded);
-    if (as_loaded) return exchange.restoring() && !exchange.failed() && ReturnToLoaded(&exchange);
+    if (as_loaded)
+      return exchange.restoring() && !exchange.failed() && RestoreLoadedShape(&exchange);
   }
   Shapes shapes = CopyShapes();
   exchange(shapes);
@@ -286,60 +287,61 @@ bool BlockGroup::ExchangeState(StateExchange& exchange) {
     exchange.Fail("found a body that is not finite");
     return false;
   }
-  KeepLoaded();
-  return TakeShapes(shapes);
+  SaveLoadedShape();
+  return ReplaceShapes(shapes);
 }
 
-// ---- drawing ------------------------------------------------------------------------------------
+// ---- rasterization
+// ------------------------------------------------------------------------------------
 
 void BlockGroup::Erase() {
-  if (!drawn_ || owner_.scene().going) return;
-  drawn_ = false;
+  if (!rasterized_ || owner_.scene().tearing_down) return;
+  rasterized_ = false;
   for (const auto& block : blocks_) {
-    if (!block->drawn_) continue;
+    if (!block->rasterized_) continue;
     grid::Grid& grid = owner_.scene().grid;
     STAGE_ASSERT(grid.body(block->body_).model == &owner_);
     if (block->exact_) block->exact_->Erase(&grid);
-    grid.Redraw(block->body_, block->cells_, {});
+    grid.Rasterize(block->body_, block->cells_, {});
     grid.RemoveBody(block->body_);
     block->cells_.clear();
     block->corners_.clear();
-    block->drawn_ = false;
+    block->rasterized_ = false;
   }
 }
 
-std::vector<BlockGroup::Drawing> BlockGroup::Drawings() const {
-  std::vector<Drawing> drawings;
+std::vector<BlockGroup::Rasterization> BlockGroup::Rasterizations() const {
+  std::vector<Rasterization> rasterizations;
   for (const auto& block : blocks_)
-    drawings.push_back(
-        {block->corners_, block->cells_, block->body_, block->loading_stamp_, block->drawn_});
-  return drawings;
+    rasterizations.push_back(
+        {block->corners_, block->cells_, block->body_, block->loading_stamp_, block->rasterized_});
+  return rasterizations;
 }
 
-void BlockGroup::AdoptDrawings(const std::vector<Drawing>& drawings) {
-  STAGE_ASSERT(drawings.size() == blocks_.size() && !drawn_);
+void BlockGroup::AdoptRasterizations(const std::vector<Rasterization>& rasterizations) {
+  STAGE_ASSERT(rasterizations.size() == blocks_.size() && !rasterized_);
   for (size_t i = 0; i < blocks_.size(); i++) {
     Block& block = *blocks_[i];
-    block.corners_ = drawings[i].corners;
-    block.cells_ = drawings[i].cells;
-    block.body_ = drawings[i].body;
-    block.loading_stamp_ = drawings[i].loading_stamp;
-    block.drawn_ = drawings[i].drawn;
-    drawn_ = drawn_ || block.drawn_;
+    block.corners_ = rasterizations[i].corners;
+    block.cells_ = rasterizations[i].cells;
+    block.body_ = rasterizations[i].body;
+    block.loading_stamp_ = rasterizations[i].loading_stamp;
+    block.rasterized_ = rasterizations[i].rasterized;
+    rasterized_ = rasterized_ || block.rasterized_;
   }
 }
 
-void BlockGroup::AppendDrawings(grid::Drawings* drawings, bool exact) const {
+void BlockGroup::AppendRasterizations(grid::Rasterizations* rasterizations, bool exact) const {
   for (const auto& block : blocks_) {
-    if (exact && block->exact_) block->exact_->AppendDrawings(drawings);
-    if (!exact && !block->cells_.empty()) drawings->of_bodies.push_back(&block->cells_);
+    if (exact && block->exact_) block->exact_->AppendRasterizations(rasterizations);
+    if (!exact && !block->cells_.empty()) rasterizations->of_bodies.push_back(&block->cells_);
   }
 }
 
 void BlockGroup::RefreshVisibility(bool ranger_visible) {
   grid::Grid& grid = owner_.scene().grid;
   for (const auto& block : blocks_) {
-    if (!block->drawn_) continue;
+    if (!block->rasterized_) continue;
     grid::Body body = grid.body(block->body_);
     STAGE_ASSERT(body.model == &owner_);
     body.ranger_visible = ranger_visible;
@@ -350,60 +352,60 @@ void BlockGroup::RefreshVisibility(bool ranger_visible) {
 
 // ---- Placement ----------------------------------------------------------------------------------
 
-void Placement::Plan(Model& model, bool with_children) {
-  STAGE_ASSERT(!model.scene().going);
+void Placement::Propose(Model& model, bool with_children) {
+  STAGE_ASSERT(!model.scene().tearing_down);
   items_.clear();
   corners_.clear();
-  parts_.clear();
+  sets_.clear();
   exact_corners_.clear();
   cells_ = growth_ = 0;
-  PlanModel(model, model.GetGlobalPose(), with_children);
+  ProposeModel(model, model.GetGlobalPose(), with_children);
 }
 
-void Placement::PlanModel(Model& model, const Pose& global, bool with_children) {
-  if (!model.blockgroup->empty()) PlanBody(model, global);
+void Placement::ProposeModel(Model& model, const Pose& global, bool with_children) {
+  if (!model.blockgroup->empty()) ProposeBody(model, global);
   if (!with_children) return;
   for (Model* child : model.GetChildren())
-    PlanModel(*child, model.ChildGlobalPose(global, *child), true);
+    ProposeModel(*child, model.ChildGlobalPose(global, *child), true);
 }
 
-void Placement::PlanBody(Model& model, const Pose& global) {
+void Placement::ProposeBody(Model& model, const Pose& global) {
   const size_t first_item = items_.size();
   const Pose frame = global + model.geom.pose;
   const SineCosine turn = SinCos(frame.a);
   const double lift = global.z + model.geom.pose.z;
-  double cells = 0, drawn = 0;  // cells of this body: planned, and drawn now
+  double cells = 0, rasterized = 0;  // cells of this body: planned, and rasterized now
   for (const auto& block : model.blockgroup->blocks()) {
-    items_.push_back({&model, block.get(), corners_.size(), parts_.size(),
+    items_.push_back({&model, block.get(), corners_.size(), sets_.size(),
                       Bounds(block->z_.min + lift, block->z_.max + lift), true, 0});
     AppendCorners(*block, frame, turn, model.scene());
     Item& item = items_.back();
     const std::vector<point_int_t>& now = block->corners_;
-    item.moved = !block->drawn_ || now.size() != corners_.size() - item.first_corner ||
+    item.moved = !block->rasterized_ || now.size() != corners_.size() - item.first_corner ||
                  !std::equal(now.begin(), now.end(),
                              corners_.begin() + static_cast<long>(item.first_corner));
     const double cells_now = static_cast<double>(grid::CountCells(block->cells_));
     cells += item.moved ? CellsOfOutline(item.first_corner, corners_.size()) : cells_now;
-    drawn += cells_now;
+    rasterized += cells_now;
   }
   cells_ += cells;
-  growth_ += cells - drawn;
-  const double in_all = static_cast<double>(model.scene().grid.drawn_cells()) + growth_;
-  if (cells > drawn && in_all > MostCells(model)) Refuse(first_item, cells);
-  PlanCells(first_item);
+  growth_ += cells - rasterized;
+  const double in_all = static_cast<double>(model.scene().grid.rasterized_cells()) + growth_;
+  if (cells > rasterized && in_all > MaxCells(model)) RejectOversized(first_item, cells);
+  ProposeCells(first_item);
 }
 
 /// Computes the cells of all items from `first_item` on.
-void Placement::PlanCells(size_t first_item) {
+void Placement::ProposeCells(size_t first_item) {
   for (size_t i = first_item; i < items_.size(); i++) {
-    items_[i].first_part = parts_.size();
+    items_[i].first_set = sets_.size();
     const std::span<const point_int_t> corners = CornersOf(items_[i]);
-    if (items_[i].moved) grid::AppendOutline(corners.data(), corners.size(), &parts_);
+    if (items_[i].moved) grid::AppendOutline(corners.data(), corners.size(), &sets_);
   }
 }
 
 /// Rejects the last body, which has `cells` cells, and removes its corners.
-void Placement::Refuse(size_t first_item, double cells) {
+void Placement::RejectOversized(size_t first_item, double cells) {
   STAGE_ASSERT(first_item < items_.size() && cells > 0);
   growth_ -= cells;
   const size_t first_corner = items_[first_item].first_corner;
@@ -412,8 +414,8 @@ void Placement::Refuse(size_t first_item, double cells) {
   for (size_t i = first_item; i < items_.size(); i++) {
     Item& item = items_[i];
     item.first_corner = first_corner;
-    item.moved = !item.block->drawn_ || !item.block->corners_.empty();
-    item.refused_cells = cells;
+    item.moved = !item.block->rasterized_ || !item.block->corners_.empty();
+    item.rejected_cells = cells;
   }
 }
 
@@ -428,11 +430,11 @@ void Placement::AppendCorners(const Block& block, const Pose& frame, const SineC
     const double cy = std::floor(y * scene.cells_per_metre);
     if (!(std::fabs(cx) < grid::kMaxCell && std::fabs(cy) < grid::kMaxCell)) {
       corners_.resize(first);
-      if (scene.exact_drawing) exact_corners_.resize(first);
+      if (scene.exact_rasterization) exact_corners_.resize(first);
       return;
     }
     corners_.emplace_back(static_cast<int>(cx), static_cast<int>(cy));
-    if (scene.exact_drawing) exact_corners_.emplace_back(x, y);
+    if (scene.exact_rasterization) exact_corners_.emplace_back(x, y);
   }
 }
 
@@ -446,10 +448,10 @@ double Placement::CellsOfOutline(size_t first_corner, size_t end) const {
   return cells;
 }
 
-/// Maximum number of cells that may be drawn in the model's world.
-double Placement::MostCells(const Model& model) {
+/// Maximum number of cells that may be rasterized in the model's world.
+double Placement::MaxCells(const Model& model) {
   const double models = static_cast<double>(model.world->host().models.size());
-  return kDrawnToLoaded * (kMostCells + kMostCellsPerModel * models);
+  return kRasterizedToLoaded * (kMaxCells + kMaxCellsPerModel * models);
 }
 
 Model* Placement::Collision(Model* ground) const {
@@ -473,25 +475,25 @@ Model* Placement::CollisionOf(const Item& item) const {
     return true;
   };
 
-  const auto look_at = [&](uint32_t slot, uint64_t cells) {
+  const auto probe = [&](uint32_t slot, uint64_t cells) {
     grid::ForEachCell({.slot = slot, .cells = cells}, [&](grid::CellRef cell) {
       if (hit == nullptr) grid.AnyIn(cell, runs_into);
     });
   };
 
   // In cells where the body already is, only those with several bodies matter.
-  const std::vector<grid::TilePart>& now = item.block->cells_;
+  const std::vector<grid::CellSet>& now = item.block->cells_;
   if (!item.moved) {
-    for (const grid::TilePart& part : now) look_at(part.slot, grid.Crowded(part));
+    for (const grid::CellSet& set : now) probe(set.slot, grid.Crowded(set));
     return hit;
   }
   auto next = now.begin();
-  for (const grid::TilePart& part : PartsOf(item)) {
-    while (next != now.end() && next->ComesBefore(part)) ++next;
-    if (next != now.end() && next->SameTile(part))
-      look_at(next->slot, part.cells & ~(next->cells & ~grid.Crowded(*next)));
+  for (const grid::CellSet& set : NewCellsOf(item)) {
+    while (next != now.end() && next->ComesBefore(set)) ++next;
+    if (next != now.end() && next->SameTile(set))
+      probe(next->slot, set.cells & ~(next->cells & ~grid.Crowded(*next)));
     else
-      look_at(part.slot != 0 ? part.slot : grid.FindTileSlot(part), part.cells);
+      probe(set.slot != 0 ? set.slot : grid.FindTileSlot(set), set.cells);
     if (hit != nullptr) return hit;
   }
   return nullptr;
@@ -509,31 +511,33 @@ void Include(grid::CellBox* box, const point_int_t& p) {
 
 bool Placement::IsNearlyFull(const Model& model) {
   // Turning a body changes its number of cells, but less than twofold.
-  return static_cast<double>(model.scene().grid.drawn_cells()) > MostCells(model) / 2;
+  return static_cast<double>(model.scene().grid.rasterized_cells()) > MaxCells(model) / 2;
 }
 
-bool Placement::MayShareEdit() const {
+bool Placement::CanJoinConcurrentEdit() const {
   return std::all_of(items_.begin(), items_.end(), [&](const Item& item) {
     const Block& block = *item.block;
-    if (!block.drawn_ || item.refused_cells > 0 || !item.model->is_noted()) return false;
-    if (!item.model->scene().exact_drawing) return true;
-    return block.exact_ && block.exact_->MayShareEdit(CornersOf(item).size());
+    if (!block.rasterized_ || item.rejected_cells > 0 || !item.model->is_registered_or_visible())
+      return false;
+    if (!item.model->scene().exact_rasterization) return true;
+    return block.exact_ && block.exact_->CanJoinConcurrentEdit(CornersOf(item).size());
   });
 }
 
 bool Placement::IsInPlace() const {
   return std::ranges::none_of(
-      items_, [](const Item& item) { return item.moved && item.refused_cells == 0; });
+      items_, [](const Item& item) { return item.moved && item.rejected_cells == 0; });
 }
 
-size_t Placement::MostExactParts(size_t tiles) const {
-  size_t parts = 0;
+size_t Placement::MaxExactSets(size_t tiles) const {
+  size_t sets = 0;
   if (!exact_corners_.empty())
-    for (const Item& item : items_) parts += ExactDrawing::MostParts(CornersOf(item).size(), tiles);
-  return parts;
+    for (const Item& item : items_)
+      sets += ExactRasterization::MaxSets(CornersOf(item).size(), tiles);
+  return sets;
 }
 
-/// An outline stays within the box of its corners. The exact drawing includes adjacent cells.
+/// An outline stays within the box of its corners. The exact rasterization includes adjacent cells.
 grid::CellBox Placement::Cells() const {
   grid::CellBox box;
   for (const Item& item : items_) {
@@ -549,18 +553,18 @@ grid::CellBox Placement::Cells() const {
 void Placement::Commit(grid::Grid::Edit* edit) {
   for (const Item& item : items_) {
     CommitItem(item, edit);
-    if (item.refused_cells > 0) TellTooLarge(item);
+    if (item.rejected_cells > 0) WarnTooLarge(item);
   }
 }
 
-void Placement::TellTooLarge(const Item& item) {
-  bool& told = item.model->blockgroup->told_too_large_;
-  if (told) return;
-  told = true;
+void Placement::WarnTooLarge(const Item& item) {
+  bool& warned = item.model->blockgroup->warned_too_large_;
+  if (warned) return;
+  warned = true;
   WarnAbout(*item.model,
             "found bodies whose outlines cross more than %.0f cells of the grid, %.0f of them this "
             "one's, expected smaller bodies or a coarser resolution; this one is not drawn",
-            MostCells(*item.model), item.refused_cells);
+            MaxCells(*item.model), item.rejected_cells);
 }
 
 std::span<const point_int_t> Placement::CornersOf(const Item& item) const {
@@ -571,21 +575,22 @@ std::span<const point_int_t> Placement::CornersOf(const Item& item) const {
   return std::span(corners_).subspan(item.first_corner, end - item.first_corner);
 }
 
-std::span<grid::TilePart> Placement::PartsOf(const Item& item) {
+std::span<grid::CellSet> Placement::NewCellsOf(const Item& item) {
   const bool is_last = &item == &items_.back();
-  const size_t end = is_last ? parts_.size() : (&item + 1)->first_part;
-  STAGE_ASSERT(item.first_part <= end && end <= parts_.size());
-  return std::span(parts_).subspan(item.first_part, end - item.first_part);
+  const size_t end = is_last ? sets_.size() : (&item + 1)->first_set;
+  STAGE_ASSERT(item.first_set <= end && end <= sets_.size());
+  return std::span(sets_).subspan(item.first_set, end - item.first_set);
 }
 
-std::span<const grid::TilePart> Placement::PartsOf(const Item& item) const {
-  return const_cast<Placement*>(this)->PartsOf(item);
+std::span<const grid::CellSet> Placement::NewCellsOf(const Item& item) const {
+  return const_cast<Placement*>(this)->NewCellsOf(item);
 }
 
 void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
-  STAGE_ASSERT(!edit || (item.block->drawn_ && item.refused_cells == 0 && item.model->is_noted()));
-  item.model->NoteDrawn();
-  item.model->blockgroup->NoteDrawnSinceLoading(true);
+  STAGE_ASSERT(!edit || (item.block->rasterized_ && item.rejected_cells == 0 &&
+                         item.model->is_registered_or_visible()));
+  item.model->RegisterIfHidden();
+  item.model->blockgroup->SetRasterizedSinceLoading(true);
   Block& block = *item.block;
   grid::Grid& grid = item.model->scene().grid;
   const grid::Body body{.z_min = item.z.min,
@@ -596,41 +601,42 @@ void Placement::CommitItem(const Item& item, grid::Grid::Edit* edit) {
                         .drives = item.model->Root()->Drives(),
                         .number = item.model->GetId()};
   const std::span<const point_int_t> corners = CornersOf(item);
-  if (item.model->scene().exact_drawing) DrawExactly(item, body, edit);
-  if (block.drawn_) {
+  if (item.model->scene().exact_rasterization) RasterizeExactly(item, body, edit);
+  if (block.rasterized_) {
     grid.ChangeBody(block.body_, body, block.cells_);
   } else {
     block.body_ = grid.AddBody(body);
-    block.drawn_ = item.model->blockgroup->drawn_ = true;
+    block.rasterized_ = item.model->blockgroup->rasterized_ = true;
   }
   if (!item.moved) return;
-  const std::span<grid::TilePart> parts = PartsOf(item);
-  STAGE_ASSERT(grid::AreSorted(parts) && (parts.empty() || !corners.empty()));
-  // Allocates first, so that the block always matches what is drawn.
-  block.cells_.reserve(parts.size());
+  const std::span<grid::CellSet> sets = NewCellsOf(item);
+  STAGE_ASSERT(grid::AreSorted(sets) && (sets.empty() || !corners.empty()));
+  // Allocates first, so that the block always matches what is rasterized.
+  block.cells_.reserve(sets.size());
   block.corners_.reserve(corners.size());
-  grid.Redraw(block.body_, block.cells_, parts, edit);
-  block.cells_.assign(parts.begin(), parts.end());
+  grid.Rasterize(block.body_, block.cells_, sets, edit);
+  block.cells_.assign(sets.begin(), sets.end());
   block.corners_.assign(corners.begin(), corners.end());
 }
 
-void Placement::AddExactDrawings() {
+void Placement::AddExactRasterizations() {
   for (const Item& item : items_) {
-    if (!item.block->drawn_) continue;
+    if (!item.block->rasterized_) continue;
     const grid::Body body = item.model->scene().grid.body(item.block->body_);
-    DrawExactly(item, body, nullptr);
+    RasterizeExactly(item, body, nullptr);
   }
 }
 
 /// `body` holds the properties of the block in the grid.
-void Placement::DrawExactly(const Item& item, const grid::Body& body, grid::Grid::Edit* edit) {
+void Placement::RasterizeExactly(const Item& item, const grid::Body& body, grid::Grid::Edit* edit) {
   Block& block = *item.block;
   sensing::Scene& scene = item.model->scene();
-  STAGE_ASSERT(scene.exact_drawing && exact_corners_.size() == corners_.size());
-  if (!block.exact_) block.exact_ = std::make_unique<ExactDrawing>();
-  block.exact_->Draw(&scene.grid, body,
-                     std::span(exact_corners_).subspan(item.first_corner, CornersOf(item).size()),
-                     scene.cells_per_metre, edit);
+  STAGE_ASSERT(scene.exact_rasterization && exact_corners_.size() == corners_.size());
+  if (!block.exact_) block.exact_ = std::make_unique<ExactRasterization>();
+  block.exact_->Rasterize(
+      &scene.grid, body,
+      std::span(exact_corners_).subspan(item.first_corner, CornersOf(item).size()),
+      scene.cells_per_metre, edit);
 }
 
 }  // namespace Stg

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A model's body: a group of blocks, each a polygon with a height interval. Only outlines are drawn
-// in the grid.
+// A model's body: a group of blocks, each a polygon with a height interval. Only outlines are
+// rasterized in the grid.
 
 #ifndef STAGE_MODELS_BLOCK_HH
 #define STAGE_MODELS_BLOCK_HH
@@ -12,7 +12,7 @@
 
 #include "geometry/geometry.hh"
 #include "grid/grid.hh"
-#include "models/exact_drawing.hh"
+#include "models/exact_rasterization.hh"
 
 namespace Stg {
 
@@ -28,10 +28,10 @@ struct Scene;
 
 /// Maximum number of outline cells, counted with multiplicity, of all bodies when a world file is
 /// loaded. A cell takes about 75 bytes; a hospital with 5 mm cells has 9 million.
-inline constexpr double kMostCells = 16'000'000, kMostCellsPerModel = 1000;
-/// Factor by which more cells may be drawn later. Turning an outline adds at most 42 % of its
+inline constexpr double kMaxCells = 16'000'000, kMaxCellsPerModel = 1000;
+/// Factor by which more cells may be rasterized later. Turning an outline adds at most 42 % of its
 /// cells, so a loaded world reaches this limit only if bodies are added or grow.
-inline constexpr double kDrawnToLoaded = 2;
+inline constexpr double kRasterizedToLoaded = 2;
 
 class Block {
  public:
@@ -43,11 +43,11 @@ class Block {
   const Bounds& z_range() const { return z_; }  ///< after fitting
 
   // Drawing in the grid, except that for the exact ray model.
-  bool drawn() const { return drawn_; }
+  bool rasterized() const { return rasterized_; }
   grid::BodyId body() const { return body_; }
-  const std::vector<grid::TilePart>& cells() const { return cells_; }
+  const std::vector<grid::CellSet>& cells() const { return cells_; }
   /// Draw-order stamp that the body had after loading, see grid::Grid::Stamp(); 0 if it was not
-  /// drawn then.
+  /// rasterized then.
   uint64_t loading_stamp() const { return loading_stamp_; }
   void NoteLoadingStamp(uint64_t stamp) { loading_stamp_ = stamp; }
 
@@ -60,13 +60,13 @@ class Block {
   Bounds source_z_, z_;
   bool fills_height_ = false;  // while loading: see BlockGroup::FillHeights()
 
-  // Current drawing in the grid.
-  std::unique_ptr<ExactDrawing> exact_;  // null unless a sensor uses the exact ray model
-  bool drawn_ = false;
+  // Current rasterization in the grid.
+  std::unique_ptr<ExactRasterization> exact_;  // null unless a sensor uses the exact ray model
+  bool rasterized_ = false;
   grid::BodyId body_ = 0;
   uint64_t loading_stamp_ = 0;
   std::vector<point_int_t> corners_;
-  std::vector<grid::TilePart> cells_;
+  std::vector<grid::CellSet> cells_;
 };
 
 /// Reverses a polygon if the sum of its turning angles is not positive, as Stage does. Gives the
@@ -81,8 +81,8 @@ class BlockGroup {
   BlockGroup& operator=(const BlockGroup&) = delete;
 
   bool empty() const { return blocks_.empty(); }
-  /// True if the group has blocks, none of which is drawn.
-  bool IsUndrawn() const { return !blocks_.empty() && !drawn_; }
+  /// True if the group has blocks, none of which is rasterized.
+  bool IsUnrasterized() const { return !blocks_.empty() && !rasterized_; }
   const std::vector<std::unique_ptr<Block>>& blocks() const { return blocks_; }
 
   /// Adds a block in the frame of the fitted blocks. Fit and draw the group again afterwards.
@@ -93,7 +93,7 @@ class BlockGroup {
   /// Gives blocks without heights the height interval of the whole body, extended to 0, or [0 1] if
   /// no block has one. Call it after adding all blocks, before fitting.
   void FillHeights();
-  /// Sets a rectangle that counts as part of the body in fitting but is not drawn, such as the
+  /// Sets a rectangle that counts as part of the body in fitting but is not rasterized, such as the
   /// margins of a picture.
   void SetFrame(Bounds x, Bounds y);
   bool has_frame() const { return frame_x_.max > frame_x_.min; }
@@ -119,35 +119,37 @@ class BlockGroup {
   /// Removes the body from the grid.
   void Erase();
   /// Final Erase() by the model's destructor. Does not allocate.
-  void EraseForGood() {
+  void EraseFinally() {
     Erase();
     NoteChange();
   }
-  /// Appends the drawings of drawn blocks; `exact`: those for the exact ray model.
-  void AppendDrawings(grid::Drawings* drawings, bool exact) const;
-  /// Calls f(grid::BodyId, const std::vector<grid::TilePart>&) for each drawn body of the group.
+  /// Appends the rasterizations of rasterized blocks; `exact`: those for the exact ray model.
+  void AppendRasterizations(grid::Rasterizations* rasterizations, bool exact) const;
+  /// Calls f(grid::BodyId, const std::vector<grid::CellSet>&) for each rasterized body of the
+  /// group.
   template <typename F>
   void ForEachBody(F f) const;
-  /// True if some block may have been drawn since loading, in this world or a restored snapshot.
-  bool drawn_since_loading() const { return drawn_since_loading_; }
-  void NoteDrawnSinceLoading(bool drawn) { drawn_since_loading_ = drawn; }
+  /// True if some block may have been rasterized since loading, in this world or a restored
+  /// snapshot.
+  bool rasterized_since_loading() const { return rasterized_since_loading_; }
+  void SetRasterizedSinceLoading(bool rasterized) { rasterized_since_loading_ = rasterized; }
   /// Marks the blocks as loaded: ExchangeState() saves only a flag until they change.
   void NoteLoaded() { is_as_loaded_ = true; }
   bool is_as_loaded() const { return is_as_loaded_; }
   /// Restoring other blocks erases the body from the grid. Returns true then.
   bool ExchangeState(StateExchange& exchange);
-  /// Drawing of a block, for a copy of the grid: see AdoptDrawings().
-  struct Drawing {
+  /// Rasterization of a block, for a copy of the grid: see AdoptRasterizations().
+  struct Rasterization {
     std::vector<point_int_t> corners;
-    std::vector<grid::TilePart> cells;
+    std::vector<grid::CellSet> cells;
     grid::BodyId body = 0;
     uint64_t loading_stamp = 0;
-    bool drawn = false;
+    bool rasterized = false;
   };
-  std::vector<Drawing> Drawings() const;
-  /// Adopts the drawings of a group with equally many blocks, after the grid has become a copy of
-  /// its grid. Draw the group afterwards; that is fast for blocks that stay in place.
-  void AdoptDrawings(const std::vector<Drawing>& drawings);
+  std::vector<Rasterization> Rasterizations() const;
+  /// Adopts the rasterizations of a group with equally many blocks, after the grid has become a
+  /// copy of its grid. Draw the group afterwards; that is fast for blocks that stay in place.
+  void AdoptRasterizations(const std::vector<Rasterization>& rasterizations);
   /// Call it when the owner's visibility to rangers has changed.
   void RefreshVisibility(bool ranger_visible);
 
@@ -159,10 +161,10 @@ class BlockGroup {
 
   void NoteChange();
   Shapes CopyShapes() const;
-  bool TakeShapes(const Shapes& shapes);
-  void KeepLoaded();
-  bool ReturnToLoaded(StateExchange* exchange);
-  void FreezeShape();
+  bool ReplaceShapes(const Shapes& shapes);
+  void SaveLoadedShape();
+  bool RestoreLoadedShape(StateExchange* exchange);
+  void AdoptFittedShape();
   void WidenRadius(const std::vector<point_t>& points);
 
   Model& owner_;
@@ -171,11 +173,11 @@ class BlockGroup {
   Bounds frame_x_, frame_y_;  // see SetFrame(); in the frame of the source points; no frame: both
                               // empty
   bool frozen_ = true;        // source and current shape agree: blocks may be added
-  bool drawn_ = false;        // at least one block is drawn
-  bool drawn_since_loading_ = true;
+  bool rasterized_ = false;   // at least one block is rasterized
+  bool rasterized_since_loading_ = true;
   bool is_as_loaded_ = false;
   std::unique_ptr<const Shapes> as_loaded_;  // set when the body has changed since loading
-  bool told_too_large_ = false;              // since the last fit
+  bool warned_too_large_ = false;            // since the last fit
   unsigned times_cleared_ = 0;
   unsigned version_ = 0;
 };
@@ -183,77 +185,81 @@ class BlockGroup {
 template <typename F>
 void BlockGroup::ForEachBody(F f) const {
   for (const auto& block : blocks_) {
-    if (!block->drawn_) continue;
+    if (!block->rasterized_) continue;
     f(block->body_, block->cells_);
     if (block->exact_) block->exact_->ForEachBody(f);
   }
 }
 
 /// Proposed position in the grid of the bodies of a model and its descendants, at the poses at the
-/// time of Plan(). They can be tested for collisions and drawn there.
+/// time of Plan(). They can be tested for collisions and rasterized there.
 class Placement {
  public:
   /// `with_children`: include the bodies of all descendants.
-  void Plan(Model& model, bool with_children);
+  void Propose(Model& model, bool with_children);
 
   /// Returns the first model with which a body would collide: an unrelated obstacle of overlapping
-  /// height drawn in one of its cells, or the ground if a body reaches below z 0.
+  /// height rasterized in one of its cells, or the ground if a body reaches below z 0.
   Model* Collision(Model* ground) const;
-  /// True if all bodies are drawn where they were planned, apart from those that are too large.
+  /// True if all bodies are rasterized where they were planned, apart from those that are too
+  /// large.
   bool IsInPlace() const;
   /// Outline cells summed over all bodies, with multiplicity, including rejected oversized bodies.
   double CountCells() const { return cells_; }
-  /// Moves the drawings to the proposed position. Oversized bodies are not drawn, with a message.
-  /// `edit` is used in a shared edit, see MayShareEdit().
+  /// Moves the rasterizations to the proposed position. Oversized bodies are not rasterized, with a
+  /// message. `edit` is used in a concurrent edit, see CanJoinConcurrentEdit().
   void Commit(grid::Grid::Edit* edit = nullptr);
-  /// Draws outlines for the exact ray model, only of bodies that are drawn.
-  void AddExactDrawings();
+  /// Draws outlines for the exact ray model, only of bodies that are rasterized.
+  void AddExactRasterizations();
 
-  /// True if so many cells are drawn that a move might be refused: the order of moves matters then.
+  /// True if so many cells are rasterized that a move might be refused: the order of moves matters
+  /// then.
   static bool IsNearlyFull(const Model& model);
-  /// True if the drawings can be moved in a shared edit of the grid (see Grid::BeginSharedEdit()):
-  /// all of them exist already.
-  bool MayShareEdit() const;
+  /// True if the rasterizations can be moved in a concurrent edit of the grid (see
+  /// Grid::BeginConcurrentEdit()): all of them exist already.
+  bool CanJoinConcurrentEdit() const;
   /// Box of all cells that Collision() and Commit() may read or change.
   grid::CellBox Cells() const;
-  /// Cells in which bodies will be drawn. Their slots, which a shared edit needs, are not set yet.
-  std::span<grid::TilePart> NewParts() { return parts_; }
-  /// Maximum number of tile parts of the exact drawings if they touch `tiles` tiles.
-  size_t MostExactParts(size_t tiles) const;
+  /// Cells in which bodies will be rasterized. Their slots, which a concurrent edit needs, are not
+  /// set yet.
+  std::span<grid::CellSet> NewCells() { return sets_; }
+  /// Maximum number of cell sets of the exact rasterizations if they touch `tiles` tiles.
+  size_t MaxExactSets(size_t tiles) const;
   size_t body_count() const { return items_.size(); }
 
  private:
   struct Item {
     Model* model;
     Block* block;
-    size_t first_corner;  // no corners if it is not to be drawn
-    size_t first_part;    // of its new cells; none if it does not move
+    size_t first_corner;  // no corners if it is not to be rasterized
+    size_t first_set;     // of its new cells; none if it does not move
     Bounds z;
-    bool moved;            // its cells will change
-    double refused_cells;  // cells of its body if that is too large; otherwise 0
+    bool moved;             // its cells will change
+    double rejected_cells;  // cells of its body if that is too large; otherwise 0
   };
-  void PlanModel(Model& model, const Pose& global, bool with_children);
-  void PlanBody(Model& model, const Pose& global);
-  void Refuse(size_t first_item, double cells);
-  void PlanCells(size_t first_item);
+  void ProposeModel(Model& model, const Pose& global, bool with_children);
+  void ProposeBody(Model& model, const Pose& global);
+  void RejectOversized(size_t first_item, double cells);
+  void ProposeCells(size_t first_item);
   void AppendCorners(const Block& block, const Pose& frame, const SineCosine& turn,
                      const internal::sensing::Scene& scene);
   double CellsOfOutline(size_t first_corner, size_t end) const;
-  static double MostCells(const Model& model);
+  static double MaxCells(const Model& model);
   Model* CollisionOf(const Item& item) const;
   std::span<const point_int_t> CornersOf(const Item& item) const;
-  std::span<grid::TilePart> PartsOf(const Item& item);
-  std::span<const grid::TilePart> PartsOf(const Item& item) const;
+  std::span<grid::CellSet> NewCellsOf(const Item& item);
+  std::span<const grid::CellSet> NewCellsOf(const Item& item) const;
   void CommitItem(const Item& item, grid::Grid::Edit* edit);
-  void DrawExactly(const Item& item, const grid::Body& body, grid::Grid::Edit* edit);
-  static void TellTooLarge(const Item& item);
+  void RasterizeExactly(const Item& item, const grid::Body& body, grid::Grid::Edit* edit);
+  static void WarnTooLarge(const Item& item);
 
   std::vector<Item> items_;
   std::vector<point_int_t> corners_;
-  std::vector<grid::TilePart> parts_;
-  std::vector<point_t> exact_corners_;  // global corners in metres; only for the exact drawing
-  double cells_ = 0;                    // see CountCells()
-  double growth_ = 0;                   // number of additional cells that will be drawn
+  std::vector<grid::CellSet> sets_;
+  std::vector<point_t>
+      exact_corners_;  // global corners in metres; only for the exact rasterization
+  double cells_ = 0;   // see CountCells()
+  double growth_ = 0;  // number of additional cells that will be rasterized
 };
 
 }  // namespace Stg

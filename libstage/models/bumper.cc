@@ -32,7 +32,7 @@ void Describe(const ModelBumper& bumper, SensorExtent* extent) {
 
 [[maybe_unused]] const bool kRegistered =
     RegisterModelType(ModelTypeOf<ModelBumper>("bumper")
-                          .Updates(ModelType::kShared | ModelType::kPastOwnTree)
+                          .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree)
                           .Senses(Describe)
                           .Measurable());
 
@@ -105,7 +105,7 @@ void ModelBumper::Shutdown() {
 }
 
 void ModelBumper::Update() {
-  GatherAlone();
+  GatherSerially();
   Model::Update();
 }
 
@@ -147,12 +147,12 @@ void ModelBumper::AddLine(uint32_t index, const Pose& frame, sensing::FanList* f
   fans->Add(fan, 1);
 }
 
-void ModelBumper::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
+void ModelBumper::ReceiveHits(uint32_t tag, const sensing::RayHits& hits) {
   // The bumper may have been shut down since the rays were added.
   if (!samples || tag >= results_.size()) return;
   STAGE_ASSERT(hits.count == 1);
   BumperSample& sample = results_[tag];
-  sample.hit = hits.runs[0].model;
+  sample.hit = hits.intervals[0].model;
   if (!sample.hit) return;
   hit_ids_[tag] = sample.hit->GetId();
   const Line& line = lines_[tag];

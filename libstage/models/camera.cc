@@ -18,19 +18,20 @@ namespace Stg {
 
 namespace {
 
-constexpr int kLongestSide = 16384;       // pixels
-constexpr int kMostPixels = 4096 * 2304;  // in total
+constexpr int kMaxSidePixels = 16384;    // pixels
+constexpr int kMaxPixels = 4096 * 2304;  // in total
 constexpr camera::Rgba kFloor{255, 255, 255, 255};
 
 /// True if a picture may have these sides.
 bool IsPossible(int width, int height) {
-  return width >= 0 && height >= 0 && width <= kLongestSide && height <= kLongestSide &&
-         width * height <= kMostPixels;
+  return width >= 0 && height >= 0 && width <= kMaxSidePixels && height <= kMaxSidePixels &&
+         width * height <= kMaxPixels;
 }
 
-uint8_t Byte(double share) {
+uint8_t Byte(double fraction) {
   // NaN becomes 0.
-  return share > 0 ? static_cast<uint8_t>(share < 1 ? share * 255 + 0.5 : 255) : uint8_t{0};
+  return fraction > 0 ? static_cast<uint8_t>(fraction < 1 ? fraction * 255 + 0.5 : 255)
+                      : uint8_t{0};
 }
 
 camera::Rgba Opaque(const Color& color) {
@@ -61,7 +62,7 @@ void Describe(const ModelCamera& camera, SensorExtent* extent) {
 }
 
 [[maybe_unused]] const bool kRegistered = RegisterModelType(
-    ModelTypeOf<ModelCamera>("camera").Updates(ModelType::kShared).Senses(Describe).Measurable());
+    ModelTypeOf<ModelCamera>("camera").Updates(ModelType::kParallel).Senses(Describe).Measurable());
 
 }  // namespace
 
@@ -95,8 +96,8 @@ void ModelCamera::Load() {
   if (!IsPossible(width_, height_))
     wf->Fail(wf_entity, "resolution",
              "found " + std::to_string(width_) + " by " + std::to_string(height_) +
-                 " pixels, expected numbers from 0 to " + std::to_string(kLongestSide) +
-                 ", and at most " + std::to_string(kMostPixels) + " pixels in all");
+                 " pixels, expected numbers from 0 to " + std::to_string(kMaxSidePixels) +
+                 ", and at most " + std::to_string(kMaxPixels) + " pixels in all");
   world->host().memory.Take(*wf, wf_entity, "resolution",
                             static_cast<size_t>(width_) * static_cast<size_t>(height_),
                             MemoryBudget::kPixel, "pixels");
@@ -130,7 +131,7 @@ const GLubyte* ModelCamera::FrameColor() const {
 }
 
 void ModelCamera::Update() {
-  GatherAlone();
+  GatherSerially();
   Model::Update();
 }
 

@@ -176,9 +176,9 @@ void Raster::ClipToNear() {
     if (keep_a == keep_b) continue;
     // Starts at the kept end: faces that share the edge then compute bit-equal points.
     const Point &stays = keep_a ? a : b, &goes = keep_a ? b : a;
-    const double share = (stays.depth - near) / (stays.depth - goes.depth);
-    clipped_.push_back({stays.right + (goes.right - stays.right) * share,
-                        stays.up + (goes.up - stays.up) * share, near});
+    const double fraction = (stays.depth - near) / (stays.depth - goes.depth);
+    clipped_.push_back({stays.right + (goes.right - stays.right) * fraction,
+                        stays.up + (goes.up - stays.up) * fraction, near});
   }
   polygon_.swap(clipped_);
 }

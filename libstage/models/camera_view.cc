@@ -14,10 +14,10 @@ namespace Stg {
 
 namespace {
 
-constexpr double kLowest = 0.1;  // m: lower limit of the height of a perspective camera when moved
-constexpr double kLeastScale = 1;                                        // pixels per metre
-constexpr double kLeastZoom = 1.1, kGreatestZoom = 2.5, kZoomUnit = 25;  // per turn of the wheel
-constexpr double kFarthestPan = 100;                                     // m
+constexpr double kMinZ = 0.1;    // m: lower limit of the height of a perspective camera when moved
+constexpr double kMinScale = 1;  // pixels per metre
+constexpr double kMinZoom = 1.1, kMaxZoom = 2.5, kZoomUnit = 25;  // per turn of the wheel
+constexpr double kFarthestPan = 100;                              // m
 
 /// Old files contain pitches that were converted to degrees twice.
 double PitchFromFile(double pitch) { return pitch > 180 ? dtor(pitch) : pitch; }
@@ -53,15 +53,15 @@ void PerspectiveCamera::setPose(double x, double y, double z) {
 void PerspectiveCamera::addPose(double x, double y, double z) {
   _x += x;
   _y += y;
-  _z = std::max(_z + z, kLowest);
+  _z = std::max(_z + z, kMinZ);
 }
 
 void PerspectiveCamera::move(double x, double y, double z) {
-  const double share = _z / 100.0;
+  const double fraction = _z / 100.0;
   const SineCosine yaw = SinCos(dtor(_yaw));
-  _x += share * (x * yaw.cosine - y * yaw.sine);
-  _y += share * (x * yaw.sine + y * yaw.cosine);
-  _z += share * z;
+  _x += fraction * (x * yaw.cosine - y * yaw.sine);
+  _y += fraction * (x * yaw.sine + y * yaw.cosine);
+  _z += fraction * z;
 }
 
 void PerspectiveCamera::setFov(double horiz_fov, double vert_fov) {
@@ -121,9 +121,9 @@ void OrthoCamera::setPose(double x, double y) {
 }
 
 void OrthoCamera::scale(double amount, double shift_x, double h, double shift_y, double w) {
-  const double factor = constrain(1 + std::fabs(amount) / kZoomUnit, kLeastZoom, kGreatestZoom);
+  const double factor = constrain(1 + std::fabs(amount) / kZoomUnit, kMinZoom, kMaxZoom);
   const double old = _scale;
-  _scale = std::max(amount < 0 ? old * factor : old / factor, kLeastScale);
+  _scale = std::max(amount < 0 ? old * factor : old / factor, kMinScale);
   if (w <= 0 || h <= 0) return;
   // Zooms about the pointer: the point below it stays in place.
   const double x = shift_x - w / 2, y = h / 2 - shift_y;

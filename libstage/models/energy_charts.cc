@@ -31,7 +31,7 @@ point_int_t SquareOf(double x, double y) { return point_int_t(SquareOf(x), Squar
 void DissipationVis::Accumulate(double x, double y, joules_t amount) {
   joules_t& sum = squares_[SquareOf(x, y)];
   sum += amount;
-  *greatest_ = std::max(*greatest_, sum);
+  *max_ = std::max(*max_, sum);
 }
 
 joules_t DissipationVis::At(double x, double y) const {
@@ -45,7 +45,7 @@ EnergyCharts::EnergyCharts(Model* model)
              "energy output", "energy_input"),
       stored(0, 142, kChartWidth, kChartHeight, kChartLength, Color(0, 1, 0), Color(0, 0, 0, 0.5),
              "energy stored", "energy_stored"),
-      dissipation(&model->GetWorld()->host().greatest_dissipation),
+      dissipation(&model->GetWorld()->host().max_dissipation),
       model_(model) {
   model_->AddVisualizer(&output, false);
   model_->AddVisualizer(&stored, false);

@@ -15,14 +15,14 @@ namespace Stg {
 /// Dissipated energy per square of 1 m side.
 class DissipationVis : public Visualizer {
  public:
-  /// `greatest` is the maximum over all squares of all packs of the world; Accumulate() updates it.
-  explicit DissipationVis(joules_t* greatest)
-      : Visualizer("energy dissipation", "energy_dissipation"), greatest_(greatest) {}
+  /// `max` is the maximum over all squares of all packs of the world; Accumulate() updates it.
+  explicit DissipationVis(joules_t* max)
+      : Visualizer("energy dissipation", "energy_dissipation"), max_(max) {}
 
   void Accumulate(double x, double y, joules_t amount);
   joules_t At(double x, double y) const;
   /// Maximum over all squares of all packs of the world: the reference of the shades.
-  joules_t Greatest() const { return *greatest_; }
+  joules_t Greatest() const { return *max_; }
 
   const std::map<point_int_t, joules_t>& squares() const { return squares_; }
 
@@ -31,7 +31,7 @@ class DissipationVis : public Visualizer {
 
  private:
   std::map<point_int_t, joules_t> squares_;
-  joules_t* greatest_;
+  joules_t* max_;
 };
 
 class EnergyCharts {

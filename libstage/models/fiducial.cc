@@ -29,8 +29,8 @@ void Describe(const ModelFiducial&, SensorExtent* extent) { extent->rays_vary = 
 
 [[maybe_unused]] const bool kRegistered =
     RegisterModelType(ModelTypeOf<ModelFiducial>("fiducial")
-                          .Updates(ModelType::kShared | ModelType::kPastOwnTree |
-                                   ModelType::kLooksForFiducials | ModelType::kThroughAllHeights)
+                          .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree |
+                                   ModelType::kReadsFiducialIndex | ModelType::kUsesEverythingLayer)
                           .Senses(Describe)
                           .Measurable());
 
@@ -94,7 +94,7 @@ void ModelFiducial::Update() {
   if (subs == 0) return;
   Host& host = world->host();
   host.fiducials.Refresh(host.models);
-  GatherAlone();
+  GatherSerially();
   Model::Update();
 }
 
@@ -152,16 +152,16 @@ void ModelFiducial::AddFan(sensing::FanList* fans) {
   fans->Add(fan, bearings);
 }
 
-void ModelFiducial::TakeHits(uint32_t, const sensing::RayHits& hits) {
+void ModelFiducial::ReceiveHits(uint32_t, const sensing::RayHits& hits) {
   if (candidates_.size() != hits.count) return;  // the finder lost its subscribers meanwhile
   fiducials_.clear();
-  const sensing::HitRun* run = hits.runs;
+  const sensing::HitInterval* hit_interval = hits.intervals;
   for (uint32_t i = 0; i < hits.count; i++) {
-    if (i == run->end) run++;
-    STAGE_ASSERT(i < run->end && run->end <= hits.count);
+    if (i == hit_interval->end) hit_interval++;
+    STAGE_ASSERT(i < hit_interval->end && hit_interval->end <= hits.count);
     const Fiducial& candidate = candidates_[i];
     if (!candidate.mod) continue;
-    const Model* hit = run->model;
+    const Model* hit = hit_interval->model;
     if (hit == candidate.mod || (!hit && ignore_zloc)) fiducials_.push_back(candidate);
   }
   candidates_.clear();

@@ -19,7 +19,7 @@ namespace {
 /// left or right.
 constexpr double kStripWidth = 4.0;
 
-double StripOf(double x) { return std::floor(x / kStripWidth); }
+double StripAt(double x) { return std::floor(x / kStripWidth); }
 
 bool Older(const Model* a, const Model* b) { return a->GetId() < b->GetId(); }
 
@@ -54,7 +54,7 @@ void FiducialIndex::SortPlaces() {
   places_.clear();
   places_.reserve(found_.size());  // throws here or not at all: never are there too few places
   for (uint32_t i = 0; i < found_.size(); i++)
-    places_.push_back({StripOf(found_[i].pose.x), found_[i].pose.y, i});
+    places_.push_back({StripAt(found_[i].pose.x), found_[i].pose.y, i});
   std::sort(places_.begin(), places_.end());
 }
 
@@ -63,8 +63,8 @@ const std::vector<uint32_t>& FiducialIndex::Near(double x, double y, double reac
   static thread_local std::vector<uint32_t> near;             // static to reuse its memory
   near.clear();
   if (!std::isfinite(x) || !std::isfinite(y) || !(reach >= 0)) return near;
-  const double last_strip = StripOf(x + reach);
-  const Place from{StripOf(x - reach), y - reach, 0};
+  const double last_strip = StripAt(x + reach);
+  const Place from{StripAt(x - reach), y - reach, 0};
   auto place = std::lower_bound(places_.begin(), places_.end(), from);
   while (place != places_.end() && place->strip <= last_strip) {
     const double strip = place->strip;

@@ -9,13 +9,13 @@
 #include "messages/assert.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/deletion_watch.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/property_checks.hh"
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
-#include "models/watch.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
@@ -64,7 +64,7 @@ void Describe(const ModelGripper&, SensorExtent* extent) {
 
 [[maybe_unused]] const bool kRegistered =
     RegisterModelType(ModelTypeOf<ModelGripper>("gripper")
-                          .Updates(ModelType::kShared | ModelType::kHasRest)
+                          .Updates(ModelType::kParallel | ModelType::kRequestsSensed)
                           .Senses(Describe)
                           .Measurable());
 
@@ -96,7 +96,7 @@ ModelGripper::~ModelGripper() { world->host().FinishRaysOf(this); }
 
 void ModelGripper::Load() {
   if (wf) {
-    const Watch watch(*this);
+    const DeletionWatch watch(*this);
     if (config_.gripped) Drop();  // loaded again
     if (watch.gone()) return;
     LoadConfig();
@@ -229,7 +229,7 @@ void ModelGripper::ShapeBody() {
 // ---- updating -----------------------------------------------------------------------------------
 
 void ModelGripper::Update() {
-  GatherAlone();
+  GatherSerially();
   world->host().sensed.push_back(this);
   Model::Update();
 }
@@ -326,9 +326,9 @@ void ModelGripper::AddRay(uint32_t tag, const Pose& local, double length, sensin
   fans->Add(fan, 1, false);
 }
 
-void ModelGripper::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
+void ModelGripper::ReceiveHits(uint32_t tag, const sensing::RayHits& hits) {
   STAGE_ASSERT(tag < std::size(hits_) && hits.count == 1);
-  hits_[tag] = hits.runs[0].model;
+  hits_[tag] = hits.intervals[0].model;
   hit_ids_[tag] = hits_[tag] ? hits_[tag]->GetId() : 0;
 }
 
@@ -369,7 +369,7 @@ Model* ModelGripper::Grippable() const {
 void ModelGripper::Grip() {
   Model* thing = Grippable();
   if (!thing) return;
-  const Watch here(*this), there(*thing);
+  const DeletionWatch here(*this), there(*thing);
   // Treats the fraction py / 2 as metres, as Stage always has.
   const double width = geom.size.y - config_.paddle_size.y / 2.0;
   const double close_limit = std::max(0.0, 1.0 - thing->GetGeom().size.y / width);
@@ -384,7 +384,7 @@ void ModelGripper::Grip() {
 void ModelGripper::Drop() {
   Model* thing = config_.gripped;
   if (!thing) return;
-  const Watch there(*thing);
+  const DeletionWatch there(*thing);
   const Pose place = GetGlobalPose();
   thing->SetParent(nullptr);  // calls RemoveChild()
   if (!there.gone()) thing->SetPose(place);

@@ -36,14 +36,14 @@ void Host::Erase(std::vector<Model*>* list, const Model* model) {
   if (place != list->end() && *place == model) list->erase(place);
 }
 
-void Host::KeepForNow(std::forward_list<std::shared_ptr<void>> data) noexcept {
-  orphans_.splice_after(orphans_.before_begin(), data);  // does not allocate
+void Host::DeferDelete(std::forward_list<std::shared_ptr<void>> data) noexcept {
+  kept_data_.splice_after(kept_data_.before_begin(), data);  // does not allocate
 }
 
-void Host::LetOrphansGo() {
+void Host::RunDeferredDeletes() {
   if (!IsIdle()) return;
   // Swaps first, because freeing the data may add more.
-  const std::forward_list<std::shared_ptr<void>> gone = std::exchange(orphans_, {});
+  const std::forward_list<std::shared_ptr<void>> gone = std::exchange(kept_data_, {});
 }
 
 }  // namespace Stg

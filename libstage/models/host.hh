@@ -25,7 +25,7 @@
 namespace Stg {
 
 class ModelWifi;
-class Watch;
+class DeletionWatch;
 
 namespace picture {
 struct Outlines;
@@ -33,10 +33,10 @@ struct Outlines;
 
 /// Numbers of a model's successive scheduled updates. Numbers of different models differ, even if
 /// the models were allocated at the same address.
-struct UpdateChain {
+struct UpdateGeneration {
   static uint64_t First(uint32_t model_id) { return uint64_t{model_id} << 32; }
-  static uint64_t Next(uint64_t chain) {
-    return (chain & ~uint64_t{0xffffffff}) | static_cast<uint32_t>(chain + 1);
+  static uint64_t Next(uint64_t generation) {
+    return (generation & ~uint64_t{0xffffffff}) | static_cast<uint32_t>(generation + 1);
   }
 };
 
@@ -52,15 +52,15 @@ class Host {
   /// Flags that restoring a snapshot removed from models, to be reused for others.
   std::vector<Model::Flag*> spare_flags;
   std::deque<Model::Flag> own_flags;  ///< flags created for that
-  uint64_t family_changes = 0;        ///< counts added, removed and moved models
+  uint64_t topology_version = 0;      ///< counts added, removed and moved models
   std::vector<ModelWifi*> radios;     ///< in the order of creation
   FiducialIndex fiducials;            ///< candidates of fiducial finders
-  Watch* watches = nullptr;           ///< list of all watches, see Watch
-  double greatest_dissipation = 0;    ///< joules in one square metre: see DissipationVis
+  DeletionWatch* watches = nullptr;   ///< list of all watches, see Watch
+  double max_dissipation = 0;         ///< joules in one square metre: see DissipationVis
   size_t controllers_left_out = 0;    ///< see RunOptions::controllers
-  /// A robot without subscribers has got a command: see ModelPosition::TellIfUnheard(). Set by
-  /// several threads.
-  std::atomic<bool> unheard_command{false};
+  /// A robot without subscribers has got a command: see ModelPosition::WarnIfNotSubscribed(). Set
+  /// by several threads.
+  std::atomic<bool> command_without_subscriber{false};
 
   /// Returns null if there is no model with this id.
   Model* FindModel(uint32_t id) const;
@@ -93,8 +93,8 @@ class Host {
   bool stepping = false;                     ///< a step is in progress
   uint32_t steps_begun = 0;                  ///< monotonic count of steps of this engine
 
-  /// Schedules an update of a model. It is void if the model has another chain by then.
-  virtual void ScheduleUpdate(Model* model, usec_t time, uint64_t chain) = 0;
+  /// Schedules an update of a model. It is void if the model has another generation by then.
+  virtual void ScheduleUpdate(Model* model, usec_t time, uint64_t generation) = 0;
   /// Start or stop calling Move() once per step.
   void StartMoving(Model* model) { Insert(&moving, model); }
   void StopMoving(Model* model) { Erase(&moving, model); }
@@ -122,21 +122,21 @@ class Host {
 
   // Callbacks may do anything. Code that calls them and continues must share ownership of the host,
   // to keep it alive, and check these members.
-  uint64_t life = 0;       ///< incremented when all models are deleted
-  bool deserted = false;   ///< the world has been deleted
-  bool writing = false;    ///< the world is being reloaded or saved
-  unsigned int calls = 0;  ///< number of callbacks running outside of steps
-  unsigned int loads = 0;  ///< depth of nested loads in progress
+  uint64_t epoch = 0;          ///< incremented when all models are deleted
+  bool world_deleted = false;  ///< the world has been deleted
+  bool writing = false;        ///< the world is being reloaded or saved
+  unsigned int calls = 0;      ///< number of callbacks running outside of steps
+  unsigned int loads = 0;      ///< depth of nested loads in progress
 
   /// True if neither a callback nor anything that calls callbacks is running.
   bool IsIdle() const { return !stepping && !writing && loads == 0 && calls == 0; }
   /// Keeps the adopted data of a model that is being deleted, possibly by a callback that uses it.
-  void KeepForNow(std::forward_list<std::shared_ptr<void>> data) noexcept;
+  void DeferDelete(std::forward_list<std::shared_ptr<void>> data) noexcept;
   /// Frees the kept data if the world is idle.
-  void LetOrphansGo();
+  void RunDeferredDeletes();
 
  private:
-  std::forward_list<std::shared_ptr<void>> orphans_;  // see KeepForNow()
+  std::forward_list<std::shared_ptr<void>> kept_data_;  // see DeferDelete()
 };
 
 }  // namespace Stg

@@ -11,7 +11,7 @@ namespace {
 constexpr double kDimmed = 0.8;
 
 [[maybe_unused]] const bool kRegistered = RegisterModelType(
-    ModelTypeOf<ModelLightIndicator>("lightindicator").Updates(ModelType::kShared));
+    ModelTypeOf<ModelLightIndicator>("lightindicator").Updates(ModelType::kParallel));
 
 }  // namespace
 

@@ -18,7 +18,7 @@ void LineInBodies::Begin(const point3_t& from, const point3_t& to) {
 }
 
 /// Part of the line with heights in the closed interval; min > max if empty.
-Bounds LineInBodies::PartBetween(const Bounds& heights) const {
+Bounds LineInBodies::IntervalBetween(const Bounds& heights) const {
   const double rise = to_.z - from_.z;
   if (rise == 0)
     return heights.min <= from_.z && from_.z <= heights.max ? Bounds(0, 1) : Bounds(1, 0);
@@ -41,7 +41,7 @@ void LineInBodies::AddBodyOf(const Model& model) {
   for (const auto& block : model.body().blocks()) {
     const double lift = global.z + geom.pose.z;
     const Bounds part =
-        PartBetween(Bounds(block->z_range().min + lift, block->z_range().max + lift));
+        IntervalBetween(Bounds(block->z_range().min + lift, block->z_range().max + lift));
     if (part.min < part.max) AddBlock(*block, from, to, part);
   }
   AddInsides();
@@ -88,7 +88,7 @@ double LineInBodies::FirstInside() const {
   return first;
 }
 
-double LineInBodies::ShareInside() {
+double LineInBodies::FractionInside() {
   std::sort(insides_.begin(), insides_.end(),
             [](const Bounds& a, const Bounds& b) { return a.min < b.min; });
   double sum = 0, reached = 0;

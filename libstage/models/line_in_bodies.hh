@@ -21,7 +21,7 @@ class LineInBodies {
   void Begin(const point3_t& from, const point3_t& to);
   void AddBodyOf(const Model& model);
   /// Fraction of the line, 0 to 1, that is inside of at least one of the added bodies.
-  double ShareInside();
+  double FractionInside();
   /// Fraction of the line, 0 to 1, at which it first enters a body; 1 if it enters none.
   double FirstInside() const;
 
@@ -32,7 +32,7 @@ class LineInBodies {
     bool operator<(const Crossing& o) const { return along < o.along; }
   };
   void AddBlock(const Block& block, const point_t& from, const point_t& to, const Bounds& part);
-  Bounds PartBetween(const Bounds& heights) const;
+  Bounds IntervalBetween(const Bounds& heights) const;
   void AddInsides();
 
   point3_t from_, to_;

@@ -24,12 +24,12 @@ class MemoryBudget {
 
   /// Call before a world is loaded.
   void Begin(double megabytes) {
-    most_ = megabytes > 0 ? megabytes * 1e6 : std::numeric_limits<double>::infinity();
-    taken_ = 0;
-    adds_up_ = true;
+    max_bytes_ = megabytes > 0 ? megabytes * 1e6 : std::numeric_limits<double>::infinity();
+    used_bytes_ = 0;
+    accumulates_ = true;
   }
   /// Call after the world is loaded.
-  void End() { adds_up_ = false; }
+  void End() { accumulates_ = false; }
 
   /// Call before allocating `count` items of `bytes_each` bytes. Throws LoadError at the place of
   /// the property if the total is too large.
@@ -37,8 +37,8 @@ class MemoryBudget {
             double bytes_each, const std::string& things);
 
  private:
-  double most_ = kUsualMegabytes * 1e6, taken_ = 0;
-  bool adds_up_ = false;
+  double max_bytes_ = kUsualMegabytes * 1e6, used_bytes_ = 0;
+  bool accumulates_ = false;
 };
 
 }  // namespace Stg

@@ -10,6 +10,7 @@
 #include "messages/assert.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/deletion_watch.hh"
 #include "models/flag.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
@@ -17,7 +18,6 @@
 #include "models/property_checks.hh"
 #include "models/self_masks.hh"  // to delete them
 #include "models/warn_about.hh"
-#include "models/watch.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
@@ -35,18 +35,18 @@ void SetFinite(const Model& model, const char* name, double value, double* targe
 }
 
 /// Transforms a global pose into a frame.
-Pose SeenFrom(const Pose& frame, const Pose& p) {
+Pose RelativeTo(const Pose& frame, const Pose& p) {
   const Pose turn(0, 0, 0, -frame.a);
-  const Pose turned = turn + Pose(p.x - frame.x, p.y - frame.y, 0, 0);
-  return Pose(turned.x, turned.y, p.z - frame.z, p.a - frame.a);
+  const Pose has_own_directions = turn + Pose(p.x - frame.x, p.y - frame.y, 0, 0);
+  return Pose(has_own_directions.x, has_own_directions.y, p.z - frame.z, p.a - frame.a);
 }
 
-Ancestor& AboveOf(Model* parent, World* world) {
+Ancestor& ParentOrWorld(Model* parent, World* world) {
   return parent ? static_cast<Ancestor&>(*parent) : *world;
 }
 
 /// Seed of a model. Does not depend on names, as these may change.
-uint64_t SeedOfPlace(uint64_t seed_above, const std::string& type, unsigned int count) {
+uint64_t SeedFor(uint64_t seed_above, const std::string& type, unsigned int count) {
   return MixSeeds(MixSeeds(seed_above, Fnv1a(type)), count);
 }
 
@@ -65,7 +65,7 @@ std::string AutomaticName(const Ancestor& above, const Model* parent, const std:
 }
 
 [[maybe_unused]] const bool kRegistered =
-    RegisterModelType(ModelTypeOf<Model>("model").Updates(ModelType::kShared));
+    RegisterModelType(ModelTypeOf<Model>("model").Updates(ModelType::kParallel));
 
 }  // namespace
 
@@ -99,23 +99,23 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       known_type_(nullptr),
       blockgroup(std::make_unique<BlockGroup>(*this)),
       world(world_),
-      parent(FitParent(*world_, parent_)),
+      parent(LimitDepth(*world_, parent_)),
       root(parent ? parent->root : this),
       scene_(&world_->host().scene),
-      update_chain_(UpdateChain::First(id)),
+      update_generation_(UpdateGeneration::First(id)),
       updated_at_(0),
       tree_updated_in_(0),
-      callback_run_(0),
+      callback_interval_(0),
       serial_update_callbacks_(false),
       hidden_from_rangers_(false),
       loaded_(false),
       shares_name_(false),
       controllers_(0),
-      random_(SeedOfPlace(parent ? parent->random_.seed() : world_->seed(), type_,
-                          AboveOf(parent, world_).CountOfType(type_))) {
+      random_(SeedFor(parent ? parent->random_.seed() : world_->seed(), type_,
+                      ParentOrWorld(parent, world_).CountOfType(type_))) {
   STAGE_ASSERT(!parent || parent->world == world);
   if (!parent) gui.move = true;  // the default may have been false before
-  Ancestor& above = AboveOf(parent, world);
+  Ancestor& above = ParentOrWorld(parent, world);
   const unsigned int count = above.CountOfType(type);
   Ancestor::SetToken(name.empty() ? AutomaticName(above, parent, type, count) : name);
   blockgroup->AddRectangle(-0.5, -0.5, 1.0, 1.0, Bounds(0, 1));
@@ -131,18 +131,18 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
 
 /// Removes the model from the lists of its parent and its world.
 void Model::Leave() {
-  AboveOf(parent, world).RemoveChild(this);
+  ParentOrWorld(parent, world).RemoveChild(this);
   world->RemoveModel(this);
 }
 
 Model::~Model() {
-  if (callbacks_) callbacks_->orphaned = true;
-  if (!adopted_.empty()) world->host().KeepForNow(std::move(adopted_));
+  if (callbacks_) callbacks_->model_deleted = true;
+  if (!adopted_.empty()) world->host().DeferDelete(std::move(adopted_));
   world->host().TraceBatchAndPostponeThrowing();
   DeleteChildren();
   StopCharging();
   power_pack.reset();
-  blockgroup->EraseForGood();
+  blockgroup->EraseFinally();
   Leave();
 }
 
@@ -186,7 +186,7 @@ void Model::SetGlobalPose(const Pose& gpose) {
 }
 
 Pose Model::LocalPoseOf(const Pose& global, const Pose& frame) const {
-  Pose local = SeenFrom(frame, global);
+  Pose local = RelativeTo(frame, global);
   if (stack_children) local.z -= geom.size.z;
   return local;
 }
@@ -209,7 +209,7 @@ void Model::SetGeom(const Geom& src) {
   CallCallbacks(CB_GEOM);
 }
 
-Pose Model::GlobalToLocal(const Pose& p) const { return SeenFrom(GetGlobalPose(), p); }
+Pose Model::GlobalToLocal(const Pose& p) const { return RelativeTo(GetGlobalPose(), p); }
 
 Pose Model::LocalToGlobal(const Pose& p) const { return (GetGlobalPose() + geom.pose) + p; }
 
@@ -244,17 +244,17 @@ void Model::Map() {
   if (world->host().loading) return;  // all bodies are drawn after loading
   world->host().TraceBatch();
   Placement& placement = world->host().placement;
-  placement.Plan(*this, true);
+  placement.Propose(*this, true);
   placement.Commit();
 }
 
-void Model::NoteDrawn() {
-  if (is_noted()) return;
+void Model::RegisterIfHidden() {
+  if (is_registered_or_visible()) return;
   hidden_from_rangers_ = true;
   world->host().hidden_from_rangers.push_back(this);
 }
 
-bool Model::ShowAgainToRangers() {
+bool Model::RestoreRangerVisibility() {
   if (vis.ranger_return < 0) return false;
   STAGE_ASSERT(hidden_from_rangers_);
   hidden_from_rangers_ = false;
@@ -298,7 +298,7 @@ void Model::Rasterize(uint8_t* data, unsigned int width, unsigned int height, me
 
 bool Model::HasCollision() {
   Placement& placement = world->host().placement;
-  placement.Plan(*this, true);
+  placement.Propose(*this, true);
   return placement.Collision(world->GetGround()) != nullptr;
 }
 
@@ -308,7 +308,7 @@ bool Model::RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, m
     WarnAbout(*this, "refused to search a rectangle that is not finite");
     return false;
   }
-  const Watch watch(*this);
+  const DeletionWatch watch(*this);
   SetPose(Pose::Random(random_.Get(), xmin, xmax, ymin, ymax));
   for (size_t i = 0; !watch.gone() && HasCollision(); i++) {
     if (max_iter > 0 && i >= max_iter) return false;
@@ -318,8 +318,8 @@ bool Model::RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, m
 }
 
 void Model::RestartRandomNumbers(unsigned index) {
-  random_.Restart(SeedOfPlace(parent ? parent->random_.seed() : world->seed(), type, index));
-  DrawAtBeginning();
+  random_.Restart(SeedFor(parent ? parent->random_.seed() : world->seed(), type, index));
+  DrawInitialRandomNumbers();
 }
 
 bool Model::PlaceInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax,
@@ -393,9 +393,9 @@ void Model::Unsubscribe() {
 
 /// Schedules the next update and voids a pending one.
 void Model::ScheduleUpdate() {
-  update_chain_ = UpdateChain::Next(update_chain_);
-  STAGE_ASSERT(update_chain_ >> 32 == id && subs > 0);
-  world->host().ScheduleUpdate(this, NextUpdateAfter(world->SimTimeNow()), update_chain_);
+  update_generation_ = UpdateGeneration::Next(update_generation_);
+  STAGE_ASSERT(update_generation_ >> 32 == id && subs > 0);
+  world->host().ScheduleUpdate(this, NextUpdateAfter(world->SimTimeNow()), update_generation_);
 }
 
 void Model::Startup() {
@@ -405,7 +405,7 @@ void Model::Startup() {
 }
 
 void Model::Shutdown() {
-  update_chain_ = UpdateChain::Next(update_chain_);  // voids a pending update
+  update_generation_ = UpdateGeneration::Next(update_generation_);  // voids a pending update
   world->host().DisableEnergy(this);
   StopCharging();
   CallCallbacks(CB_SHUTDOWN);

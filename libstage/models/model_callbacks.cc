@@ -6,9 +6,9 @@
 
 #include "geometry/load_error.hh"
 #include "messages/assert.hh"
+#include "models/exception_origin.hh"
 #include "models/host.hh"
 #include "models/model.hh"
-#include "models/thrown.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -93,15 +93,15 @@ int Model::CallEach(callback_type_t t, F call) {
   const size_t count = callbacks->all.size();
   const Callbacks::Round round(callbacks.get());
   const CallOutsideOfStep call_outside_of_step(world);
-  for (size_t i = 0; i < count && !callbacks->orphaned; i++) {
+  for (size_t i = 0; i < count && !callbacks->model_deleted; i++) {
     STAGE_ASSERT(i < callbacks->all.size());  // entries are erased only after the last round
     const Callback entry = callbacks->all[i];
     if (entry.type != t || !entry.function) continue;
     try {
       if (call(entry) != 0) callbacks->all[i].function = nullptr;
     } catch (...) {
-      NoteThrower("a callback", callbacks->orphaned ? nullptr : this,
-                  reinterpret_cast<void (*)()>(entry.function));
+      RecordExceptionOrigin("a callback", callbacks->model_deleted ? nullptr : this,
+                            reinterpret_cast<void (*)()>(entry.function));
       throw;
     }
   }
@@ -116,7 +116,7 @@ bool Model::SurvivesCallbacks(callback_type_t t) {
   if (!HasCallbacks(t)) return true;
   const std::shared_ptr<Callbacks> callbacks = callbacks_;
   CallCallbacks(t);
-  return !callbacks->orphaned;
+  return !callbacks->model_deleted;
 }
 
 /// Calls the Init callbacks. Turns exceptions of controllers into a LoadError.

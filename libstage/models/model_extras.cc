@@ -57,10 +57,10 @@ void Model::AppendTouchingModels(std::vector<Model*>* touching) const {
   static thread_local uint64_t look = 0;
   look++;
   if (last_look.size() < grid.body_count()) last_look.resize(grid.body_count());
-  static thread_local grid::Drawings drawings;  // static to reuse its memory
-  drawings.of_bodies.clear();
-  blockgroup->AppendDrawings(&drawings, false);
-  drawings.ForEachCell([&](grid::CellRef cell) {
+  static thread_local grid::Rasterizations rasterizations;  // static to reuse its memory
+  rasterizations.of_bodies.clear();
+  blockgroup->AppendRasterizations(&rasterizations, false);
+  rasterizations.ForEachCell([&](grid::CellRef cell) {
     grid.AnyIn(cell, [&](grid::BodyId other) {
       STAGE_ASSERT(other < last_look.size() && !grid.body(other).exact());
       if (std::exchange(last_look[other], look) == look) return false;

@@ -11,13 +11,13 @@
 #include "geometry/trace.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/deletion_watch.hh"
 #include "models/host.hh"
 #include "models/model.hh"
 #include "models/picture_path.hh"
 #include "models/power_pack.hh"
 #include "models/property_checks.hh"
 #include "models/warn_about.hh"
-#include "models/watch.hh"
 #include "world/world.hh"
 #include "worldfile/find_file.hh"
 #include "worldfile/worldfile.hh"
@@ -30,11 +30,11 @@ namespace {
 constexpr double kBoundaryThickness = 0.01;
 
 // Limited, because a macro may repeat these for thousands of models.
-constexpr size_t kMostControllers = 100;
-constexpr size_t kLongestText = 1000;  // bytes
+constexpr size_t kMaxControllers = 100;
+constexpr size_t kMaxTextBytes = 1000;  // bytes
 
-constexpr int kMostPoints = 100000;
-constexpr int kLongestTrail = 100000;
+constexpr int kMaxPoints = 100000;
+constexpr int kMaxTrail = 100000;
 
 /// Reads whether the whole picture or only its dark part is fitted to the model's size.
 bool ReadKeepsFrame(Worldfile* wf, int entity) {
@@ -48,7 +48,7 @@ bool ReadKeepsFrame(Worldfile* wf, int entity) {
 
 std::string TooLong(const std::string& text) {
   return "found a text of " + std::to_string(text.size()) + " bytes, expected at most " +
-         std::to_string(kLongestText);
+         std::to_string(kMaxTextBytes);
 }
 
 /// Outlines of the model's picture, which models share.
@@ -59,7 +59,7 @@ const picture::Outlines& OutlinesOfPicture(World* world, Worldfile* wf, int enti
   try {
     auto found = known.find(path);
     if (found != known.end()) return *found->second;
-    messages::Progress("[Image \"" + messages::Shortened(name, messages::kLongestDetail) + "\"]");
+    messages::Progress("[Image \"" + messages::Shortened(name, messages::kMaxDetailBytes) + "\"]");
     auto outlines = std::make_shared<picture::Outlines>(picture::OutlinesOf(path));
     return *known.emplace(path, std::move(outlines)).first->second;
   } catch (const LoadError& error) {
@@ -101,7 +101,7 @@ void Model::Load(Worldfile* file, int entity) {
 
 void Model::Load() {
   if (!wf) return;
-  const Watch watch(*this);                  // callbacks may delete the model
+  const DeletionWatch watch(*this);          // callbacks may delete the model
   wf->ReadInt(wf_entity, "event_queue", 0);  // has no effect: it is overwritten at startup
   LoadEnergy();
   debug = wf->ReadInt(wf_entity, "debug", debug);
@@ -137,7 +137,7 @@ void Model::Load() {
     wf->Warn(wf_entity, "update_interval", "found a negative interval; updating in every step");
   interval = milliseconds > 0 ? static_cast<usec_t>(milliseconds) * 1000 : 1;
   const std::string text = wf->ReadString(wf_entity, "say", say_string);
-  if (text.size() > kLongestText) wf->Fail(wf_entity, "say", TooLong(text));
+  if (text.size() > kMaxTextBytes) wf->Fail(wf_entity, "say", TooLong(text));
   Say(text);
   LoadTrail();
   alwayson = wf->ReadInt(wf_entity, "alwayson", alwayson);
@@ -150,16 +150,16 @@ void Model::Load() {
 }
 
 void Model::LoadTrail() {
-  const auto count = [&](const char* name, unsigned int value, int least, int most) {
+  const auto count = [&](const char* name, unsigned int value, int min, int max) {
     const int found = wf->ReadInt(wf_entity, name, static_cast<int>(value));
-    const int taken = std::clamp(found, least, most);
+    const int taken = std::clamp(found, min, max);
     if (taken != found)
       wf->Warn(wf_entity, name,
                std::string("found a ") + name + " of " + std::to_string(found) + "; using " +
                    std::to_string(taken));
     return static_cast<unsigned int>(taken);
   };
-  trail_length = count("trail_length", trail_length, 0, kLongestTrail);
+  trail_length = count("trail_length", trail_length, 0, kMaxTrail);
   if (world->IsGUI() && wf->PropertyExists(wf_entity, "trail_length"))  // no trail otherwise
     world->host().memory.Take(*wf, wf_entity, "trail_length", trail_length, sizeof(TrailItem),
                               "items of a trail");
@@ -167,7 +167,7 @@ void Model::LoadTrail() {
 }
 
 bool Model::LoadCommon() {
-  const Watch watch(*this);
+  const DeletionWatch watch(*this);
   Model::Load();
   return !watch.gone() && wf;
 }
@@ -204,19 +204,19 @@ void Model::LoadName() {
       wf->Warn(wf_entity, "name",
                "found an empty name, the model keeps " + messages::Quoted(token));
     else if (name[0] == '/')
-      TakeName(name.substr(1));
+      AssignName(name.substr(1));
     else
-      TakeName(parent ? parent->TokenStr() + "." + name : name);
+      AssignName(parent ? parent->TokenStr() + "." + name : name);
   }
-  if (token.size() > kLongestText)
+  if (token.size() > kMaxTextBytes)
     wf->Fail(wf_entity, "name",
              "found a name of " + std::to_string(token.size()) +
                  " bytes, including the names of its ancestors, expected at most " +
-                 std::to_string(kLongestText));
+                 std::to_string(kMaxTextBytes));
 }
 
 /// Warns about duplicate names: a lookup by name finds only the last model.
-void Model::TakeName(const std::string& name) {
+void Model::AssignName(const std::string& name) {
   const Model* holder = world->host().names.Find(name, world->host());
   if (holder && holder != this && holder->token == name)
     wf->Warn(wf_entity, "name",
@@ -277,10 +277,10 @@ void Model::AddBoundary() {
 
 void Model::LoadBlock(Worldfile* file, int entity) {
   const int count = file->ReadInt(entity, "points", 0);
-  if (count < 0 || count > kMostPoints)
+  if (count < 0 || count > kMaxPoints)
     file->Fail(entity, "points",
                "found " + std::to_string(count) + " points, expected a number from 0 to " +
-                   std::to_string(kMostPoints));
+                   std::to_string(kMaxPoints));
   world->host().memory.Take(*file, entity, "points", static_cast<size_t>(count),
                             MemoryBudget::kCorner, "points");
   std::vector<point_t> points(static_cast<size_t>(count));
@@ -320,13 +320,13 @@ void Model::LoadGuiState() {
 void Model::LoadControllers() {
   wf->ReadElement(wf_entity, "ctrl", 0);  // marks an empty list as read too
   const size_t count = wf->TupleLength(wf_entity, "ctrl");
-  if (count > kMostControllers)
+  if (count > kMaxControllers)
     wf->Fail(wf_entity, "ctrl",
              "found " + std::to_string(count) + " controllers, expected at most " +
-                 std::to_string(kMostControllers));
+                 std::to_string(kMaxControllers));
   for (size_t i = 0; i < count; i++) {
     const std::string text = wf->ReadElement(wf_entity, "ctrl", i);
-    if (text.size() > kLongestText) wf->Fail(wf_entity, "ctrl", TooLong(text));
+    if (text.size() > kMaxTextBytes) wf->Fail(wf_entity, "ctrl", TooLong(text));
     if (text.find_first_not_of(" \t") == std::string::npos) {
       wf->Warn(wf_entity, "ctrl", "found an empty controller name; ignored");
       continue;
@@ -374,7 +374,7 @@ void Model::Save() {
 }
 
 bool Model::SaveCommon() {
-  const Watch watch(*this);
+  const DeletionWatch watch(*this);
   Model::Save();
   return !watch.gone() && wf;
 }

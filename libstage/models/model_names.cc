@@ -17,10 +17,10 @@ Model* ModelNames::Find(const std::string& name, const Host& host) const {
 
 void ModelNames::NoteRemoved(const Host& host) {
   constexpr size_t kFew = 1000;
-  if (++removed_ >= std::max(kFew, host.models.size())) DropRemoved(host);
+  if (++removed_ >= std::max(kFew, host.models.size())) RemoveStale(host);
 }
 
-void ModelNames::DropRemoved(const Host& host) {
+void ModelNames::RemoveStale(const Host& host) {
   if (removed_ == 0) return;
   removed_ = 0;
   looked_at_ += ids_.size();

@@ -27,7 +27,7 @@ class ModelNames {
   /// Call it after a model has been removed from the host.
   void NoteRemoved(const Host& host);
   /// Drops names of deleted models. Call it before their ids are used again.
-  void DropRemoved(const Host& host);
+  void RemoveStale(const Host& host);
   void Clear();
   /// Calls f(std::string, uint32_t id) for all names in alphabetical order.
   template <typename F>

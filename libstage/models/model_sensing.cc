@@ -23,64 +23,64 @@ void Model::Reseed(uint64_t seed) { random_.Restart(MixSeeds(random_.seed(), see
 
 void Model::PlaceFan(sensing::Fan* fan, const Pose& origin, meters_t range, RayModel model) {
   fan->exact = world->IsExact(model);
-  if (fan->exact) world->DrawForExactRays();
+  if (fan->exact) world->RasterizeForExactRays();
   sensing::PlaceFan(fan, origin, range, scene_->cells_per_metre);
   fan->layer = scene_->grid.EverythingLayer(fan->exact);
 }
 
-void Model::CollectDrawings(grid::Drawings* drawings, bool exact) const {
-  blockgroup->AppendDrawings(drawings, exact);
-  for (const Model* child : children) child->CollectDrawings(drawings, exact);
+void Model::CollectRasterizations(grid::Rasterizations* rasterizations, bool exact) const {
+  blockgroup->AppendRasterizations(rasterizations, exact);
+  for (const Model* child : children) child->CollectRasterizations(rasterizations, exact);
 }
 
-sensing::BatchShare Model::MeasureRoom(sensing::FanList* fans, SelfMasksToMake* masks) {
+sensing::BatchSpace Model::MeasureSpace(sensing::FanList* fans, PendingSelfMasks* masks) {
   const size_t first = fans->size();
   Gather(fans);
-  sensing::BatchShare share;
+  sensing::BatchSpace space;
   for (const sensing::FanList::Entry& listed : fans->From(first)) {
-    share += listed;
-    if (listed.past_own_tree) share.words += masks->Plan(*this, listed.fan.exact);
+    space += listed;
+    if (listed.ignores_own_tree) space.words += masks->Reserve(*this, listed.fan.exact);
   }
-  return share;
+  return space;
 }
 
-bool Model::FillRoom(sensing::BatchShare room, const sensing::FanList& fans, size_t first_fan,
-                     size_t count) {
+bool Model::FillSpace(sensing::BatchSpace place, const sensing::FanList& fans, size_t first_fan,
+                      size_t count) {
   bool layers_found = true;
   STAGE_ASSERT(first_fan + count <= fans.size());
   for (const sensing::FanList::Entry& listed : fans.From(first_fan).first(count)) {
     const sensing::Fan& fan = listed.fan;
     STAGE_ASSERT(fan.finder == this && fan.sink && fan.predicate);
     scene_->batch.Put(
-        room, fans, listed,
-        listed.past_own_tree ? root->self_masks_->of[fan.exact].mask : sensing::SelfMask());
+        place, fans, listed,
+        listed.ignores_own_tree ? root->self_masks_->of[fan.exact].mask : sensing::SelfMask());
     layers_found &= fan.layer != grid::kNoLayer;
-    room += listed;
+    place += listed;
   }
   return layers_found;
 }
 
-void Model::GatherAlone() {
+void Model::GatherSerially() {
   sensing::Scene& shared = *scene_;
-  const unsigned wants = GetReady();
-  if (wants & kExactRays) world->DrawForExactRays();
-  if (wants & kPartsThatLack) FinishGettingReady();
+  const unsigned needs = Preparations();
+  if (needs & kExactRays) world->RasterizeForExactRays();
+  if (needs & kNeedsPreparation) FinishPreparation();
   shared.fans.Clear();
-  SelfMasksToMake masks;
-  const sensing::BatchShare share = MeasureRoom(&shared.fans, &masks);
-  STAGE_ASSERT(share.fans >= shared.fans.size());
-  if (share.fans == 0) return;
-  const sensing::BatchShare room = shared.batch.AddRoom(share);
-  masks.Place(*this, room.words);
+  PendingSelfMasks masks;
+  const sensing::BatchSpace space = MeasureSpace(&shared.fans, &masks);
+  STAGE_ASSERT(space.fans >= shared.fans.size());
+  if (space.fans == 0) return;
+  const sensing::BatchSpace place = shared.batch.Allocate(space);
+  masks.Place(*this, place.words);
   masks.Fill(*this);
-  if (!FillRoom(room, shared.fans, 0, shared.fans.size())) shared.MakeLayers(room.fans, this);
+  if (!FillSpace(place, shared.fans, 0, shared.fans.size())) shared.MakeLayers(place.fans, this);
 }
 
-const grid::Drawings& Model::OwnDrawings(bool exact) const {
-  static thread_local grid::Drawings drawings;  // static to reuse its memory
-  drawings.of_bodies.clear();
-  CollectDrawings(&drawings, exact);
-  return drawings;
+const grid::Rasterizations& Model::OwnRasterizations(bool exact) const {
+  static thread_local grid::Rasterizations rasterizations;  // static to reuse its memory
+  rasterizations.of_bodies.clear();
+  CollectRasterizations(&rasterizations, exact);
+  return rasterizations;
 }
 
 }  // namespace Stg

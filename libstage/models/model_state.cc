@@ -23,7 +23,7 @@ namespace {
 
 constexpr uint32_t kNobody = 0xffffffffu;  // not a model id
 
-const Ancestor& AboveOf(Model& model) {
+const Ancestor& ParentOrWorld(Model& model) {
   return model.Parent() ? static_cast<Ancestor&>(*model.Parent()) : *model.GetWorld();
 }
 
@@ -40,7 +40,7 @@ void Ancestor::ExchangeState(StateExchange& exchange) {
   exchange(in_order);
   if (!exchange.restoring() || exchange.failed()) return;
   for (Model* child : in_order)
-    if (!child || &AboveOf(*child) != this)
+    if (!child || &ParentOrWorld(*child) != this)
       return exchange.Fail("found other children than there are");
   children = std::move(in_order);
 }
@@ -75,7 +75,7 @@ void Model::ExchangeState(StateExchange& exchange) {
   exchange(pose, geom, vis, color, mass, friction, map_resolution, boundary);
   exchange(alwayson, used, interval, disabled, stall, stack_children);
   // The time of the last update does not affect the future; it is the time of the readings.
-  if (!exchange.hashing() && !exchange.leaves_readings_out()) exchange(updated_at_);
+  if (!exchange.hashing() && !exchange.omits_readings()) exchange(updated_at_);
   ExchangeSubscriptions(exchange);
   exchange(watts, watts_give, watts_take, say_string, random_);
   const bool other_body = blockgroup->ExchangeState(exchange);
@@ -84,13 +84,13 @@ void Model::ExchangeState(StateExchange& exchange) {
   ExchangeCallbacks(exchange);
   ExchangeKeptState(exchange);
 
-  ExchangeMarks(exchange);
+  ExchangeLoadFlags(exchange);
 
   if (!exchange.restoring() || exchange.failed()) return;
   if (!IsFinite(pose) || !IsFinite(geom.pose))
     return exchange.Fail("found a pose that is not finite");
   blockgroup->RefreshVisibility(!(vis.ranger_return < 0));
-  NoteDrawn();
+  RegisterIfHidden();
   if (other_body || !(pose == pose_before) || !(geom.pose == geom_before.pose) ||
       StandOnZ() != stand_before)
     Map();
@@ -104,7 +104,7 @@ void Model::ExchangeSubscriptions(StateExchange& exchange) {
 }
 
 /// Construction flags; needed only to continue loading or editing the model.
-void Model::ExchangeMarks(StateExchange& exchange) {
+void Model::ExchangeLoadFlags(StateExchange& exchange) {
   if (!exchange.hashing()) exchange(has_default_block, loaded_, shares_name_);
 }
 
@@ -124,7 +124,7 @@ void Model::ExchangeEnergy(StateExchange& exchange) {
 
 void Model::ExchangeFlags(StateExchange& exchange) {
   const size_t count = exchange.Count(flag_list.size());
-  if (exchange.restoring() && !exchange.failed()) CarryFlags(count);
+  if (exchange.restoring() && !exchange.failed()) SetFlagCount(count);
   for (Flag* flag : flag_list) {
     Color flag_color = flag->GetColor();
     double size = flag->GetSize();
@@ -136,7 +136,7 @@ void Model::ExchangeFlags(StateExchange& exchange) {
 }
 
 /// Sets the number of flags. Keeps removed ones: their creators may hold pointers to them.
-void Model::CarryFlags(uint64_t count) {
+void Model::SetFlagCount(uint64_t count) {
   std::vector<Flag*>& spare = world->host().spare_flags;
   for (; flag_list.size() > count; flag_list.pop_back()) spare.push_back(flag_list.back());
   while (flag_list.size() < count) {
@@ -176,11 +176,11 @@ void Model::AddKeptState(const KeptState& kept) {
   kept_state_.insert_after(last, kept);
 }
 
-bool Model::StateIsKept() const {
+bool Model::DeclaresState() const {
   return std::distance(kept_state_.begin(), kept_state_.end()) >= controllers_;
 }
 
-void Model::KeepsNoState(const std::string& name) { KeepState(name, nullptr, 0); }
+void Model::DeclareNoState(const std::string& name) { KeepState(name, nullptr, 0); }
 
 void Model::ExchangeKeptState(StateExchange& exchange) {
   exchange.Expect(static_cast<uint64_t>(std::distance(kept_state_.begin(), kept_state_.end())),

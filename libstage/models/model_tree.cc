@@ -81,7 +81,7 @@ void Model::SetRoot(Model* new_root) {
 /// relative to the old parent.
 void Model::MoveTo(Model* newparent) {
   STAGE_ASSERT(!newparent || (newparent->world == world && !IsDescendent(newparent)));
-  world->host().family_changes++;
+  world->host().topology_version++;
   UnMapWithChildren();
   if (parent)
     parent->RemoveChild(this);
@@ -101,7 +101,7 @@ int Model::SetParent(Model* newparent) {
   MoveTo(newparent);
   pose = parent ? parent->LocalPoseOf(global, parent->GetGlobalPose()) : global;
   pose.a = normalize(pose.a);
-  STAGE_ASSERT(Depth() + Height() <= kDeepest);
+  STAGE_ASSERT(Depth() + Height() <= kMaxDepth);
   Map();
   if (SurvivesCallbacks(CB_PARENT)) CallCallbacks(CB_POSE);
   return 0;
@@ -122,7 +122,7 @@ void Model::BecomeParentOf(Model* child) {
 
 // ---- depth --------------------------------------------------------------------------------------
 
-const unsigned int Model::kDeepest;
+const unsigned int Model::kMaxDepth;
 
 unsigned int Model::Depth() const {
   unsigned int depth = 0;
@@ -139,10 +139,10 @@ unsigned int Model::Height() const {
 
 /// Functions that walk a tree recurse once per level, so nesting is limited, equally for all ways
 /// of nesting.
-Model* Model::FitParent(const World& world, Model* parent) {
-  if (!parent || parent->Depth() < kDeepest) return parent;
+Model* Model::LimitDepth(const World& world, Model* parent) {
+  if (!parent || parent->Depth() < kMaxDepth) return parent;
   WarnAbout(world, "found a model to be nested more than %u deep; it is put at the top level",
-            kDeepest);
+            kMaxDepth);
   return nullptr;
 }
 
@@ -152,9 +152,9 @@ bool Model::RefusesParent(const Model& newparent) const {
               messages::Quoted(newparent.TokenStr()).c_str());
     return true;
   }
-  if (newparent.Depth() + 1 + Height() <= kDeepest) return false;
+  if (newparent.Depth() + 1 + Height() <= kMaxDepth) return false;
   WarnAbout(*this, "found models to be nested more than %u deep; they stay where they are",
-            kDeepest);
+            kMaxDepth);
   return true;
 }
 

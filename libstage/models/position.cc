@@ -10,13 +10,13 @@
 #include "messages/assert.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/deletion_watch.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/property_checks.hh"
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
-#include "models/watch.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -48,8 +48,9 @@ point_t Turned(double x, double y, double angle) {
 }
 
 // CB_VELOCITY callbacks need special treatment in GatherPhase.
-[[maybe_unused]] const bool kRegistered = RegisterModelType(
-    ModelTypeOf<ModelPosition>("position").Updates(ModelType::kShared | ModelType::kCallsVelocity));
+[[maybe_unused]] const bool kRegistered =
+    RegisterModelType(ModelTypeOf<ModelPosition>("position")
+                          .Updates(ModelType::kParallel | ModelType::kCallsVelocity));
 
 }  // namespace
 
@@ -96,21 +97,21 @@ void ModelPosition::SetSpeed(Velocity vel) {
   }
   control_mode = CONTROL_VELOCITY;
   goal = vel;
-  if (!vel.IsZero()) NoteCommand();
+  if (!vel.IsZero()) CheckSubscription();
 }
 
 /// A controller may send a command before it subscribes, so the check is made in the next step.
-void ModelPosition::NoteCommand() {
-  if (HasSubscribers() || told_unheard_) return;
-  maybe_unheard_ = true;
-  world->host().unheard_command = true;
+void ModelPosition::CheckSubscription() {
+  if (HasSubscribers() || warned_unsubscribed_) return;
+  check_subscription_ = true;
+  world->host().command_without_subscriber = true;
 }
 
-void ModelPosition::TellIfUnheard() {
-  if (!maybe_unheard_) return;
-  maybe_unheard_ = false;
-  if (HasSubscribers() || told_unheard_) return;
-  told_unheard_ = true;
+void ModelPosition::WarnIfNotSubscribed() {
+  if (!check_subscription_) return;
+  check_subscription_ = false;
+  if (HasSubscribers() || warned_unsubscribed_) return;
+  warned_unsubscribed_ = true;
   WarnAbout(*this,
             "found a command for a robot without subscribers; it has no effect; Subscribe() to "
             "it, or give it alwayson 1 in the world file");
@@ -132,7 +133,7 @@ void ModelPosition::GoTo(Pose target) {
   }
   control_mode = CONTROL_POSITION;
   goal = target;
-  NoteCommand();
+  CheckSubscription();
 }
 
 void ModelPosition::SetAcceleration(double x, double y, double a) {
@@ -143,16 +144,16 @@ void ModelPosition::SetAcceleration(double x, double y, double a) {
   }
   control_mode = CONTROL_ACCELERATION;
   goal = wanted;
-  NoteCommand();
+  CheckSubscription();
 }
 
 void ModelPosition::SetVelocity(const Velocity& val) {
-  if (!val.IsZero()) NoteCommand();
-  TakeVelocity(val);
+  if (!val.IsZero()) CheckSubscription();
+  ApplyVelocity(val);
 }
 
 /// Sets the velocity and calls the callbacks, which may delete the model.
-void ModelPosition::TakeVelocity(const Velocity& val) {
+void ModelPosition::ApplyVelocity(const Velocity& val) {
   if (!AllNumbers(val)) {
     WarnAbout(*this, "ignored a velocity that is not a number");
     return;
@@ -198,7 +199,7 @@ void ModelPosition::ExchangeState(StateExchange& exchange) {
   exchange(est_pose, est_pose_error, est_origin, velocity_bounds, acceleration_bounds, waypoints);
   if (localization_mode == LOCALIZATION_ODOM) exchange(driven_);
   // The sensed pose does not affect the future.
-  if (!exchange.hashing() && !exchange.leaves_readings_out()) exchange(sensed_pose_, sensed_at_);
+  if (!exchange.hashing() && !exchange.omits_readings()) exchange(sensed_pose_, sensed_at_);
 }
 
 void ModelPosition::DropReadings() {
@@ -264,7 +265,7 @@ void ModelPosition::StartLocalization() {
   const point_t seen = Turned(global.x - est_origin.x, global.y - est_origin.y, -est_origin.a);
   est_pose = Pose(seen.x, seen.y, 0, normalize(global.a - est_origin.a));
   driven_ = Pose();
-  NoteSensed();
+  StoreSensedPose();
 }
 
 void ModelPosition::LoadModes() {
@@ -289,7 +290,7 @@ void ModelPosition::LoadModes() {
 
 void ModelPosition::Startup() {
   last_update_ = world->SimTimeNow();
-  NoteSensed();
+  StoreSensedPose();
   world->host().StartMoving(this);
   Model::Startup();
 }
@@ -310,8 +311,8 @@ double ModelPosition::SecondsSinceUpdate() {
 }
 
 void ModelPosition::Update() {
-  const Watch watch(*this);  // a CB_VELOCITY callback may delete the model
-  GatherAlone();
+  const DeletionWatch watch(*this);  // a CB_VELOCITY callback may delete the model
+  GatherSerially();
   if (!watch.gone()) Model::Update();
 }
 
@@ -331,7 +332,7 @@ void ModelPosition::Gather(internal::sensing::FanList*) {
   // Uses the unbounded velocity, as Stage does, unless that is infinite.
   if (!std::isfinite(power)) power = PowerOf(vel);
   if (std::isfinite(power)) watts = power;
-  TakeVelocity(vel);
+  ApplyVelocity(vel);
 }
 
 double ModelPosition::PowerOf(const Velocity& vel) const {
@@ -399,7 +400,7 @@ Velocity ModelPosition::PositionMode() const {
 
 // ---- localization -------------------------------------------------------------------------------
 
-void ModelPosition::NoteSensed() {
+void ModelPosition::StoreSensedPose() {
   sensed_pose_ = GetGlobalPose();
   sensed_at_ = world->SimTimeNow();
   est_pose = EstimateNow();
@@ -465,7 +466,7 @@ bool ModelPosition::BeginMove(Placement* placement) {
     stall = true;
     return false;
   }
-  placement->Plan(*this, true);
+  placement->Propose(*this, true);
   return true;
 }
 

@@ -49,7 +49,7 @@ void Describe(const ModelRanger& ranger, SensorExtent* extent) {
 
 [[maybe_unused]] const bool kRegistered =
     RegisterModelType(ModelTypeOf<ModelRanger>("ranger")
-                          .Updates(ModelType::kShared | ModelType::kPastOwnTree)
+                          .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree)
                           .Senses(Describe)
                           .Measurable());
 
@@ -187,7 +187,7 @@ void ModelRanger::Sensor::ExchangeState(StateExchange& exchange) {
   StateChoice model_of_rays(&ray_model, RayModel::kExact);
   exchange(pose, size, range, fov, angle_noise, range_noise, range_noise_const, sample_count, color,
            model_of_rays);
-  if (!exchange.leaves_readings_out()) exchange(ranges, intensities, bearings);
+  if (!exchange.omits_readings()) exchange(ranges, intensities, bearings);
   exchange(random_, seeded_);
   const auto is_whole = [this](size_t count) { return count == 0 || count == sample_count; };
   if (!is_whole(ranges.size()) || !is_whole(intensities.size()) || !is_whole(bearings.size()))
@@ -199,7 +199,7 @@ void ModelRanger::ExchangeState(StateExchange& exchange) {
   exchange.Expect(sensors_.size(), "the number of a ranger's sensors");
   for (Sensor& sensor : sensors_) exchange(sensor);
   // The pose has no influence on the future. It is kept and left out together with the readings.
-  if (!exchange.hashing() && !exchange.leaves_readings_out()) exchange(scan_pose_, has_scan_pose_);
+  if (!exchange.hashing() && !exchange.omits_readings()) exchange(scan_pose_, has_scan_pose_);
 }
 
 void ModelRanger::SetScanPose(const Pose& global) {
@@ -234,7 +234,7 @@ void ModelRanger::Shutdown() {
 }
 
 void ModelRanger::Update() {
-  GatherAlone();
+  GatherSerially();
   Model::Update();
 }
 
@@ -268,7 +268,7 @@ Pose ModelRanger::OriginOf(const Sensor& sensor, const Pose& frame, const SineCo
 sensing::Fan ModelRanger::FanOf(uint32_t index, const Pose& frame, const SineCosine& turn) const {
   STAGE_ASSERT(index < sensors_.size());
   const Sensor& sensor = sensors_[index];
-  STAGE_ASSERT(sensor.HasTable(scene().tables.generation()));  // after GetReady()
+  STAGE_ASSERT(sensor.HasTable(scene().tables.generation()));  // after Preparations()
   sensing::Fan fan;
   fan.predicate = StopsRanger;
   fan.finder = this;
@@ -295,19 +295,19 @@ void ModelRanger::Prepare(Sensor* sensor, uint32_t index) {
   sensor->seeded_ = true;
 }
 
-unsigned ModelRanger::GetReady() {
-  unsigned wants = 0;
+unsigned ModelRanger::Preparations() {
+  unsigned needs = 0;
   for (uint32_t i = 0; i < sensors_.size(); i++) {
     Sensor& sensor = sensors_[i];
     Prepare(&sensor, i);
     if (sensor.sample_count == 0) continue;
-    if (!sensor.HasTable(scene().tables.generation())) wants |= kPartsThatLack;
-    if (world->IsExact(sensor.ray_model)) wants |= kExactRays;
+    if (!sensor.HasTable(scene().tables.generation())) needs |= kNeedsPreparation;
+    if (world->IsExact(sensor.ray_model)) needs |= kExactRays;
   }
-  return wants;
+  return needs;
 }
 
-void ModelRanger::FinishGettingReady() {
+void ModelRanger::FinishPreparation() {
   for (Sensor& sensor : sensors_)
     if (sensor.sample_count > 0) sensor.FindTable(&scene().tables);
 }
@@ -317,23 +317,23 @@ bool ModelRanger::HasAngleNoise() const {
                      [](const Sensor& sensor) { return sensor.HasAngleNoise(); });
 }
 
-/// The first part of each update: notes the pose, which Gather() and FillRoom() use afterwards.
-sensing::BatchShare ModelRanger::MeasureRoom(sensing::FanList* fans, SelfMasksToMake* masks) {
+/// The first part of each update: notes the pose, which Gather() and FillSpace() use afterwards.
+sensing::BatchSpace ModelRanger::MeasureSpace(sensing::FanList* fans, PendingSelfMasks* masks) {
   SetScanPose(GetGlobalPose());
-  if (HasAngleNoise()) return Model::MeasureRoom(fans, masks);
-  sensing::BatchShare share;
+  if (HasAngleNoise()) return Model::MeasureSpace(fans, masks);
+  sensing::BatchSpace space;
   for (const Sensor& sensor : sensors_) {
     if (sensor.sample_count == 0) continue;
-    share.fans++;
-    share.rays += sensor.sample_count;
-    share.words += masks->Plan(*this, world->IsExact(sensor.ray_model));
+    space.fans++;
+    space.rays += sensor.sample_count;
+    space.words += masks->Reserve(*this, world->IsExact(sensor.ray_model));
   }
-  return share;
+  return space;
 }
 
-bool ModelRanger::FillRoom(sensing::BatchShare room, const sensing::FanList& fans, size_t first_fan,
-                           size_t count) {
-  if (count > 0) return Model::FillRoom(room, fans, first_fan, count);
+bool ModelRanger::FillSpace(sensing::BatchSpace place, const sensing::FanList& fans,
+                            size_t first_fan, size_t count) {
+  if (count > 0) return Model::FillSpace(place, fans, first_fan, count);
   bool layers_found = true;
   const Pose frame = SensorFrame(scan_pose_);
   const SineCosine turn = SinCos(frame.a);
@@ -342,16 +342,16 @@ bool ModelRanger::FillRoom(sensing::BatchShare room, const sensing::FanList& fan
     if (sensor.sample_count == 0) continue;
     const sensing::Fan fan = FanOf(i, frame, turn);
     layers_found &= fan.layer != grid::kNoLayer;
-    scene().batch.Put(room.fans++, fan, room.rays, sensor.sample_count,
+    scene().batch.Put(place.fans++, fan, place.rays, sensor.sample_count,
                       root->self_masks_->of[fan.exact].mask);
-    room.rays += sensor.sample_count;
+    place.rays += sensor.sample_count;
   }
   return layers_found;
 }
 
 // ---- results ------------------------------------------------------------------------------------
 
-void ModelRanger::ExpectHits(uint32_t tag) const {
+void ModelRanger::PrefetchHits(uint32_t tag) const {
   constexpr size_t kInALine = 64 / sizeof(double);
   if (tag >= sensors_.size()) return;
   for (const std::vector<double>* numbers : {&sensors_[tag].ranges, &sensors_[tag].intensities})
@@ -359,19 +359,19 @@ void ModelRanger::ExpectHits(uint32_t tag) const {
       __builtin_prefetch(numbers->data() + i, 1);
 }
 
-void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
+void ModelRanger::ReceiveHits(uint32_t tag, const sensing::RayHits& hits) {
   // A callback may have changed the sensors since the rays were added.
   if (tag >= sensors_.size() || sensors_[tag].ranges.size() != hits.count) return;
   Sensor& sensor = sensors_[tag];
   std::copy(hits.ranges, hits.ranges + hits.count, sensor.ranges.begin());
   sensor.intensities.resize(hits.count);
   double* const intensities = sensor.intensities.data();
-  const sensing::HitRun* run = hits.runs;
-  for (uint32_t i = 0; i < hits.count; run++) {
-    STAGE_ASSERT(run->end > i && run->end <= hits.count);
-    const double intensity = run->model ? run->model->vis.ranger_return : 0.0;
+  const sensing::HitInterval* hit_interval = hits.intervals;
+  for (uint32_t i = 0; i < hits.count; hit_interval++) {
+    STAGE_ASSERT(hit_interval->end > i && hit_interval->end <= hits.count);
+    const double intensity = hit_interval->model ? hit_interval->model->vis.ranger_return : 0.0;
     // Usually intensities do not change; not writing them saves memory bandwidth.
-    for (; i < run->end; i++)
+    for (; i < hit_interval->end; i++)
       if (intensities[i] != intensity) intensities[i] = intensity;
   }
   sensor.AddRangeNoise();
@@ -380,16 +380,16 @@ void ModelRanger::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
 /// Adds noise, keeping ranges between the sensor's minimum and maximum. Ranges at the maximum or
 /// below the minimum are not measurements and stay unchanged.
 void ModelRanger::Sensor::AddRangeNoise() {
-  const double share = FiniteOr0(range_noise);
+  const double fraction = FiniteOr0(range_noise);
   const double deviation = std::sqrt(Magnitude(FiniteOr0(range_noise_const)));
-  if (share == 0 && !(deviation > 0)) return;
-  const double least = range.min < range.max ? Magnitude(range.min) : 0.0;
+  if (fraction == 0 && !(deviation > 0)) return;
+  const double min_range = range.min < range.max ? Magnitude(range.min) : 0.0;
   for (double& r : ranges) {
-    if (!(r < range.max) || r < least) continue;
-    const double relative = r * share * UniformError(&random_);
+    if (!(r < range.max) || r < min_range) continue;
+    const double relative = r * fraction * UniformError(&random_);
     const double noisy = r + relative + (deviation > 0 ? deviation * NormalError(&random_) : 0.0);
-    STAGE_ASSERT(least <= range.max);
-    r = std::clamp(noisy, least, range.max);
+    STAGE_ASSERT(min_range <= range.max);
+    r = std::clamp(noisy, min_range, range.max);
   }
 }
 

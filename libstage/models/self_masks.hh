@@ -16,7 +16,7 @@ namespace Stg {
 
 /// The tree's masks for the cell and the exact drawing, each with the number of its batch.
 struct Model::SelfMasks {
-  struct OfDrawing {
+  struct OfRasterization {
     sensing::SelfMask mask;
     uint64_t batch = 0;
 
@@ -27,26 +27,26 @@ struct Model::SelfMasks {
              made_for.exchange(number, std::memory_order_relaxed) != number;
     }
   };
-  OfDrawing of[2];
+  OfRasterization of[2];
 };
 
 /// The self-masks that a model must make for its tree while several models update at once.
-class Model::SelfMasksToMake {
+class Model::PendingSelfMasks {
  public:
   /// Call before adding a fan of the model. Returns the size in words of the self-mask if this
   /// model must make it, otherwise 0. If several threads run, the tree's self_masks_ must exist.
-  uint32_t Plan(const Model& model, bool exact) {
+  uint32_t Reserve(const Model& model, bool exact) {
     if (!model.root->self_masks_) model.root->self_masks_ = std::make_unique<SelfMasks>();
-    SelfMasks::OfDrawing& own = model.root->self_masks_->of[exact];
+    SelfMasks::OfRasterization& own = model.root->self_masks_->of[exact];
     if (!own.Claim(model.scene_->batch_number)) return 0;
-    planned_[exact] = true;
-    own.mask = sensing::RayBatch::PlanSelfMask(model.root->OwnDrawings(exact));
+    reserved_[exact] = true;
+    own.mask = sensing::RayBatch::SelfMaskBounds(model.root->OwnRasterizations(exact));
     return own.mask.words();
   }
   /// Sets the position of the masks among the words of the batch.
   void Place(const Model& model, uint32_t first_word) const {
     for (const bool exact : {false, true}) {
-      if (!planned_[exact]) continue;
+      if (!reserved_[exact]) continue;
       STAGE_ASSERT(model.root->self_masks_->of[exact].batch == model.scene_->batch_number);
       sensing::SelfMask& mask = model.root->self_masks_->of[exact].mask;
       mask.first = first_word;
@@ -57,13 +57,13 @@ class Model::SelfMasksToMake {
     sensing::Scene& scene = *model.scene_;
     const Model* tree = model.root;
     for (const bool exact : {false, true})
-      if (planned_[exact])
+      if (reserved_[exact])
         scene.batch.FillSelfMask(tree->self_masks_->of[exact].mask, scene.grid,
-                                 tree->OwnDrawings(exact), tree, exact);
+                                 tree->OwnRasterizations(exact), tree, exact);
   }
 
  private:
-  bool planned_[2] = {false, false};
+  bool reserved_[2] = {false, false};
 };
 
 }  // namespace Stg

@@ -29,7 +29,7 @@ StateExchange::StateExchange(const std::vector<Model*>& models)
       end_(nullptr),
       hash_(kFnv1aStart),
       failed_(false),
-      leaves_readings_out_(false) {}
+      omits_readings_(false) {}
 
 StateExchange::StateExchange(const std::vector<Model*>& models, Bytes* to)
     : models_(models),
@@ -39,7 +39,7 @@ StateExchange::StateExchange(const std::vector<Model*>& models, Bytes* to)
       end_(at_),
       hash_(kFnv1aStart),
       failed_(false),
-      leaves_readings_out_(false) {}
+      omits_readings_(false) {}
 
 StateExchange::StateExchange(const std::vector<Model*>& models, const unsigned char* from,
                              size_t size)
@@ -50,7 +50,7 @@ StateExchange::StateExchange(const std::vector<Model*>& models, const unsigned c
       end_(at_ + size),
       hash_(kFnv1aStart),
       failed_(false),
-      leaves_readings_out_(false) {}
+      omits_readings_(false) {}
 
 void StateExchange::Finish() {
   if (use_ != kSave || at_ == end_) return;  // there is no spare capacity
@@ -58,7 +58,7 @@ void StateExchange::Finish() {
   end_ = at_ = to_->data() + to_->size();
 }
 
-void StateExchange::MakeRoom(size_t bytes) {
+void StateExchange::Reserve(size_t bytes) {
   STAGE_ASSERT(!hashing());
   if (restoring()) return Fail("the state ends too early");
   constexpr size_t kSome = 256;
@@ -80,7 +80,7 @@ void StateExchange::Plain(void* bytes, size_t size) {
     for (size_t i = 0; i < size; i++) HashByte(place[i]);
     return;
   }
-  if (left() < size) MakeRoom(size);
+  if (left() < size) Reserve(size);
   if (failed_) return;
   if (restoring())
     std::copy_n(at_, size, place);

@@ -26,7 +26,7 @@ namespace {
 
 constexpr double kWatts = 2.5;
 constexpr size_t kMaxNameLength = 31;
-constexpr double kSmallestDistance = 0.01;  // metres; avoids the logarithm of 0
+constexpr double kMinDistance = 0.01;  // metres; avoids the logarithm of 0
 
 // Free-space path loss in dB for kilometres and megahertz: 20 log10(4 pi 10^9 / c).
 constexpr double kFriis = 32.44177;
@@ -55,7 +55,7 @@ void Describe(const ModelWifi& wifi, SensorExtent* extent) {
 
 [[maybe_unused]] const bool kRegistered = RegisterModelType(
     ModelTypeOf<ModelWifi>("wifi")
-        .Updates(ModelType::kShared | ModelType::kPastOwnTree | ModelType::kHasRest)
+        .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree | ModelType::kRequestsSensed)
         .Senses(Describe)
         .Measurable());
 
@@ -163,7 +163,7 @@ void ModelWifi::Shutdown() {
 }
 
 void ModelWifi::Update() {
-  GatherAlone();
+  GatherSerially();
   world->host().sensed.push_back(this);
   Model::Update();
 }
@@ -181,7 +181,7 @@ void ModelWifi::Gather(sensing::FanList* fans) {
 
 /// Path loss in dB without obstacles.
 double ModelWifi::Loss(double distance) {
-  const double log_distance = Log10(std::max(distance, kSmallestDistance));
+  const double log_distance = Log10(std::max(distance, kMinDistance));
   const double log_frequency = Log10(freq);
   switch (propagation) {
     case PROPAGATION_FRIIS:
@@ -247,22 +247,22 @@ void ModelWifi::AddRay(uint32_t index, const Pose& here, sensing::FanList* fans)
   fan.arg = &path;
   fan.sink = this;
   fan.tag = index;
-  fan.z_test = false;  // the line may rise; heights are checked in TakeHits()
+  fan.z_test = false;  // the line may rise; heights are checked in ReceiveHits()
   const double heading = ArcTangent(there.y - here.y, there.x - here.x);
-  // Cells suffice to find the bodies; their exact geometry is evaluated in TakeHits().
+  // Cells suffice to find the bodies; their exact geometry is evaluated in ReceiveHits().
   PlaceFan(&fan, Pose(here.x, here.y, here.z, heading), path.distance, RayModel::kCell);
   fan.record.first_direction = sensing::DirectionTables::kAhead;
   fans->Add(fan, 1);
 }
 
-void ModelWifi::TakeHits(uint32_t tag, const sensing::RayHits&) {
+void ModelWifi::ReceiveHits(uint32_t tag, const sensing::RayHits&) {
   Path& path = paths_[tag];
   if (path.obstacles.empty()) return;
   static thread_local LineInBodies line;  // static to reuse its memory
   const Pose& there = path.neighbor.pose;
   line.Begin(point3_t(here_.x, here_.y, here_.z), point3_t(there.x, there.y, there.z));
   for (const Model* obstacle : path.obstacles) line.AddBodyOf(*obstacle);
-  path.loss += wall_factor * kDecibelsPerMetre * line.ShareInside() * path.distance;
+  path.loss += wall_factor * kDecibelsPerMetre * line.FractionInside() * path.distance;
 }
 
 void ModelWifi::Sensed() {

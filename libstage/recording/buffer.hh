@@ -36,9 +36,9 @@ class Buffer {
   /// Appends uninitialized bytes and returns their address. Valid until the buffer next grows.
   uint8_t* Extend(size_t count) {
     if (size_ + count > capacity_) Grow(size_ + count);
-    uint8_t* room = bytes_.get() + size_;
+    uint8_t* space = bytes_.get() + size_;
     size_ += count;
-    return room;
+    return space;
   }
   template <typename T>
   void Put(T value) {
@@ -63,7 +63,7 @@ class Buffer {
   struct Free {
     void operator()(void* memory) const { std::free(memory); }
   };
-  void Grow(size_t least) { SetCapacity(least + least / 2); }
+  void Grow(size_t min_size) { SetCapacity(min_size + min_size / 2); }
   void SetCapacity(size_t capacity) {
     auto* grown = static_cast<uint8_t*>(std::realloc(bytes_.get(), capacity));
     if (!grown) throw std::bad_alloc();

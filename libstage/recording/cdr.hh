@@ -14,12 +14,12 @@
 
 namespace Stg::recording {
 
-inline constexpr size_t kCdrHead = 4;
+inline constexpr size_t kCdrHeaderBytes = 4;
 
 class CdrWriter {
  public:
   /// Starts a message at the end of the buffer.
-  explicit CdrWriter(Buffer* to) : to_(*to), start_(to->size() + kCdrHead) {
+  explicit CdrWriter(Buffer* to) : to_(*to), start_(to->size() + kCdrHeaderBytes) {
     to_.Put(uint32_t{0x100});  // 00 01 00 00
   }
 
@@ -50,7 +50,9 @@ class CdrWriter {
 class CdrReader {
  public:
   explicit CdrReader(std::string_view message)
-      : message_(message), at_(kCdrHead), good_(message.size() >= kCdrHead && message[1] == 1) {}
+      : message_(message),
+        at_(kCdrHeaderBytes),
+        good_(message.size() >= kCdrHeaderBytes && message[1] == 1) {}
 
   template <typename T>
   T Get() {
@@ -74,7 +76,7 @@ class CdrReader {
 
  private:
   std::string_view Take(size_t alignment, size_t size) {
-    const size_t over = (at_ - kCdrHead) % alignment;
+    const size_t over = (at_ - kCdrHeaderBytes) % alignment;
     const size_t from = at_ + (over == 0 ? 0 : alignment - over);
     good_ = good_ && from <= message_.size() && size <= message_.size() - from;
     if (!good_) return {};

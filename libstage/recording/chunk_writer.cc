@@ -43,13 +43,13 @@ ChunkWriter::ChunkWriter(const std::string& name, Compression compression)
     : name_(name),
       compression_(compression),
       compressor_(compression),
-      chunk_indexes_(std::filesystem::path(files::PlaceOf(name)).parent_path().string()) {
+      chunk_indexes_(std::filesystem::path(files::AbsolutePath(name)).parent_path().string()) {
   if (const int error = file_.Open(name, IsLog); error != 0)
     throw std::runtime_error(WhyNotWritten(name, error));
   try {
     thread_ = std::thread(&ChunkWriter::Work, this);
   } catch (const std::system_error&) {
-    // Without a thread, Hand() does the work itself.
+    // Without a thread, Submit() does the work itself.
   }
 }
 
@@ -63,30 +63,30 @@ ChunkWriter::~ChunkWriter() {
   thread_.join();
 }
 
-std::unique_ptr<Chunk> ChunkWriter::Spare() {
+std::unique_ptr<Chunk> ChunkWriter::GetEmptyChunk() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (spare_.empty()) return std::make_unique<Chunk>();
-  std::unique_ptr<Chunk> chunk = std::move(spare_.back());
-  spare_.pop_back();
+  if (free_chunks_.empty()) return std::make_unique<Chunk>();
+  std::unique_ptr<Chunk> chunk = std::move(free_chunks_.back());
+  free_chunks_.pop_back();
   chunk->Clear();
   return chunk;
 }
 
-void ChunkWriter::Hand(std::unique_ptr<Chunk> chunk) {
+void ChunkWriter::Submit(std::unique_ptr<Chunk> chunk) {
   if (!thread_.joinable()) {
     Write(*chunk);
-    spare_.push_back(std::move(chunk));
+    free_chunks_.push_back(std::move(chunk));
     return;
   }
   std::unique_lock<std::mutex> lock(mutex_);
-  done_.wait(lock, [this] { return waiting_.size() < kMostWaiting; });
-  waiting_.push_back(std::move(chunk));
+  done_.wait(lock, [this] { return queue_.size() < kMaxQueued; });
+  queue_.push_back(std::move(chunk));
   work_.notify_one();
 }
 
 void ChunkWriter::Finish() {
   std::unique_lock<std::mutex> lock(mutex_);
-  done_.wait(lock, [this] { return waiting_.empty() && !busy_; });
+  done_.wait(lock, [this] { return queue_.empty() && !busy_; });
 }
 
 std::string ChunkWriter::problem() const {
@@ -102,10 +102,10 @@ void ChunkWriter::Fail(const std::string& what) {
 void ChunkWriter::Work() {
   std::unique_lock<std::mutex> lock(mutex_);
   for (;;) {
-    work_.wait(lock, [this] { return stop_ || !waiting_.empty(); });
-    if (waiting_.empty()) return;
-    std::unique_ptr<Chunk> chunk = std::move(waiting_.front());
-    waiting_.pop_front();
+    work_.wait(lock, [this] { return stop_ || !queue_.empty(); });
+    if (queue_.empty()) return;
+    std::unique_ptr<Chunk> chunk = std::move(queue_.front());
+    queue_.pop_front();
     busy_ = true;
     const bool good = problem_.empty();
     lock.unlock();
@@ -116,7 +116,7 @@ void ChunkWriter::Work() {
       Fail("--log: " + messages::Quoted(name_) + ": " + error.what());
     }
     lock.lock();
-    spare_.push_back(std::move(chunk));
+    free_chunks_.push_back(std::move(chunk));
     busy_ = false;
     done_.notify_one();
   }
@@ -135,26 +135,26 @@ void ChunkWriter::Close() {
 void ChunkWriter::Write(const Chunk& chunk) {
   const std::string_view plain = chunk.records.view();
   const std::string_view name = NameOf(compression_);
-  part_.Clear();
-  part_.Put(static_cast<uint8_t>(Op::kChunk));
-  part_.Put(uint64_t{0});
-  part_.Put(chunk.start);
-  part_.Put(chunk.end);
-  part_.Put(uint64_t{plain.size()});
-  part_.Put(Crc(plain));
-  part_.PutText(name);
-  const size_t length_place = part_.size();
-  part_.Put(uint64_t{0});
-  const size_t packed_start = part_.size();
-  compressor_.Pack(plain, &part_);
-  const uint64_t packed_size = part_.size() - packed_start;
-  part_.Set(length_place, packed_size);
-  part_.Set(1, uint64_t{part_.size() - kRecordHead});
+  buffer_.Clear();
+  buffer_.Put(static_cast<uint8_t>(Op::kChunk));
+  buffer_.Put(uint64_t{0});
+  buffer_.Put(chunk.start);
+  buffer_.Put(chunk.end);
+  buffer_.Put(uint64_t{plain.size()});
+  buffer_.Put(Crc(plain));
+  buffer_.PutText(name);
+  const size_t length_place = buffer_.size();
+  buffer_.Put(uint64_t{0});
+  const size_t packed_start = buffer_.size();
+  compressor_.Compress(plain, &buffer_);
+  const uint64_t packed_size = buffer_.size() - packed_start;
+  buffer_.Set(length_place, packed_size);
+  buffer_.Set(1, uint64_t{buffer_.size() - kRecordHead});
 
-  const uint64_t length = part_.size();
+  const uint64_t length = buffer_.size();
   PutMessageIndexes(chunk);
-  KeepChunkIndex(chunk, length, packed_size);
-  Append(part_.view());
+  StoreChunkIndex(chunk, length, packed_size);
+  Append(buffer_.view());
   totals_.count++;
   totals_.start = std::min(totals_.start, chunk.start);
   totals_.end = std::max(totals_.end, chunk.end);
@@ -162,11 +162,11 @@ void ChunkWriter::Write(const Chunk& chunk) {
 
 /// Appends one index per channel with messages in the chunk, using a counting sort.
 void ChunkWriter::PutMessageIndexes(const Chunk& chunk) {
-  index_places_.clear();
-  places_of_.assign(kMostChannels + 1, 0);
-  for (const Chunk::Entry& entry : chunk.messages) places_of_[entry.channel]++;
+  index_offsets_.clear();
+  channel_ranges_.assign(kMaxChannels + 1, 0);
+  for (const Chunk::Entry& entry : chunk.messages) channel_ranges_[entry.channel]++;
   uint32_t begin = 0;
-  std::vector<uint32_t>& ends = places_of_;
+  std::vector<uint32_t>& ends = channel_ranges_;
   for (uint32_t& count : ends) begin += std::exchange(count, begin);
   sorted_.resize(chunk.messages.size());
   for (const Chunk::Entry& entry : chunk.messages) sorted_[ends[entry.channel]++] = entry;
@@ -175,33 +175,33 @@ void ChunkWriter::PutMessageIndexes(const Chunk& chunk) {
   for (size_t i = 0; i < sorted_.size();) {
     const uint16_t channel = sorted_[i].channel;
     const uint32_t count = ends[channel] - static_cast<uint32_t>(i);
-    index_places_.emplace_back(channel, file_.size() + part_.size());
-    part_.Put(static_cast<uint8_t>(Op::kMessageIndex));
-    part_.Put(uint64_t{2 + 4 + kEntrySize * count});
-    part_.Put(channel);
-    part_.Put(kEntrySize * count);
+    index_offsets_.emplace_back(channel, file_.size() + buffer_.size());
+    buffer_.Put(static_cast<uint8_t>(Op::kMessageIndex));
+    buffer_.Put(uint64_t{2 + 4 + kEntrySize * count});
+    buffer_.Put(channel);
+    buffer_.Put(kEntrySize * count);
     for (; i < ends[channel]; i++) {
-      part_.Put(sorted_[i].time);
-      part_.Put(sorted_[i].offset);
+      buffer_.Put(sorted_[i].time);
+      buffer_.Put(sorted_[i].offset);
     }
   }
 }
 
 /// Stores the chunk's index record for the summary. Call before the chunk and its message indexes
 /// are written.
-void ChunkWriter::KeepChunkIndex(const Chunk& chunk, uint64_t length, uint64_t packed_size) {
+void ChunkWriter::StoreChunkIndex(const Chunk& chunk, uint64_t length, uint64_t packed_size) {
   constexpr uint32_t kPlaceSize = 10;
   Buffer& to = chunk_index_;
   to.Clear();
   to.Put(static_cast<uint8_t>(Op::kChunkIndex));
   to.Put(uint64_t{0});
   for (const uint64_t number : {chunk.start, chunk.end, file_.size(), length}) to.Put(number);
-  to.Put(kPlaceSize * static_cast<uint32_t>(index_places_.size()));
-  for (const auto& [channel, offset] : index_places_) {
+  to.Put(kPlaceSize * static_cast<uint32_t>(index_offsets_.size()));
+  for (const auto& [channel, offset] : index_offsets_) {
     to.Put(channel);
     to.Put(offset);
   }
-  to.Put(uint64_t{part_.size() - length});
+  to.Put(uint64_t{buffer_.size() - length});
   to.PutText(NameOf(compression_));
   to.Put(packed_size);
   to.Put(uint64_t{chunk.records.size()});

@@ -54,9 +54,9 @@ class ChunkWriter {
   ChunkWriter& operator=(const ChunkWriter&) = delete;
 
   /// Returns an empty chunk to fill.
-  std::unique_ptr<Chunk> Spare();
-  /// Queues a full chunk. Blocks while kMostWaiting chunks are queued.
-  void Hand(std::unique_ptr<Chunk> chunk);
+  std::unique_ptr<Chunk> GetEmptyChunk();
+  /// Queues a full chunk. Blocks while kMaxQueued chunks are queued.
+  void Submit(std::unique_ptr<Chunk> chunk);
   /// Waits until all queued chunks are written.
   void Finish();
   /// One-line reason after a failure, else empty. Nothing is written after a failure.
@@ -72,13 +72,14 @@ class ChunkWriter {
   void Close();
 
  private:
-  static constexpr size_t kMostWaiting = 4;
+  static constexpr size_t kMaxQueued = 4;
 
   void Work();
   void Write(const Chunk& chunk);
-  using Places = std::vector<std::pair<uint16_t, uint64_t>>;  // (channel, file offset of its index)
+  using IndexOffsets =
+      std::vector<std::pair<uint16_t, uint64_t>>;  // (channel, file offset of its index)
   void PutMessageIndexes(const Chunk& chunk);
-  void KeepChunkIndex(const Chunk& chunk, uint64_t length, uint64_t packed_size);
+  void StoreChunkIndex(const Chunk& chunk, uint64_t length, uint64_t packed_size);
   void Fail(const std::string& what);
 
   const std::string name_;
@@ -86,16 +87,16 @@ class ChunkWriter {
   Compressor compressor_;
   files::GrowingFile file_;
   ChunkTotals totals_;
-  files::ScratchFile chunk_indexes_;  // on disk, because it can reach a tenth of a large log
-  Places index_places_;               // for the current chunk
-  Buffer part_, chunk_index_;         // serialization buffers
-  std::vector<uint32_t> places_of_;   // per channel: its start in sorted_, then its end
+  files::ScratchFile chunk_indexes_;      // on disk, because it can reach a tenth of a large log
+  IndexOffsets index_offsets_;            // for the current chunk
+  Buffer buffer_, chunk_index_;           // serialization buffers
+  std::vector<uint32_t> channel_ranges_;  // per channel: its start in sorted_, then its end
   std::vector<Chunk::Entry> sorted_;
 
   mutable std::mutex mutex_;
   std::condition_variable work_, done_;
-  std::deque<std::unique_ptr<Chunk>> waiting_;
-  std::vector<std::unique_ptr<Chunk>> spare_;
+  std::deque<std::unique_ptr<Chunk>> queue_;
+  std::vector<std::unique_ptr<Chunk>> free_chunks_;
   std::string problem_;
   bool busy_ = false, stop_ = false;
   std::thread thread_;  // not joinable if the system refused to start a thread

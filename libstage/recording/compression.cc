@@ -22,8 +22,8 @@ void PackLz4(std::string_view plain, Buffer* packed) {
   preferences.frameInfo.blockSizeID = LZ4F_max4MB;
   preferences.frameInfo.contentSize = plain.size();
   const size_t bound = LZ4F_compressFrameBound(plain.size(), &preferences), start = packed->size();
-  uint8_t* room = packed->Extend(bound);
-  const size_t size = LZ4F_compressFrame(room, bound, plain.data(), plain.size(), &preferences);
+  uint8_t* space = packed->Extend(bound);
+  const size_t size = LZ4F_compressFrame(space, bound, plain.data(), plain.size(), &preferences);
   if (LZ4F_isError(size)) throw std::runtime_error(LZ4F_getErrorName(size));
   packed->Shrink(start + size);
 }
@@ -33,11 +33,11 @@ bool UnpackLz4(std::string_view packed, uint8_t* plain, size_t size) {
   if (LZ4F_isError(LZ4F_createDecompressionContext(&context, LZ4F_VERSION))) return false;
   size_t made = 0, left = 1;
   while (!packed.empty() && left != 0) {
-    size_t room = size - made, taken = packed.size();
-    left = LZ4F_decompress(context, plain + made, &room, packed.data(), &taken, nullptr);
+    size_t space = size - made, taken = packed.size();
+    left = LZ4F_decompress(context, plain + made, &space, packed.data(), &taken, nullptr);
     // No progress: the data are longer than announced.
-    if (LZ4F_isError(left) || (room == 0 && taken == 0)) break;
-    made += room;
+    if (LZ4F_isError(left) || (space == 0 && taken == 0)) break;
+    made += space;
     packed.remove_prefix(taken);
   }
   LZ4F_freeDecompressionContext(context);
@@ -69,7 +69,7 @@ bool IsAvailable([[maybe_unused]] Compression compression) {
   return true;
 }
 
-Compression UsualCompression() {
+Compression DefaultCompression() {
   for (const Compression compression : {Compression::kLz4, Compression::kZstd})
     if (IsAvailable(compression)) return compression;
   return Compression::kNone;
@@ -87,7 +87,7 @@ Compressor::Compressor(Compression compression)
 
 Compressor::~Compressor() = default;
 
-void Compressor::Pack(std::string_view plain, Buffer* packed) {
+void Compressor::Compress(std::string_view plain, Buffer* packed) {
 #ifdef STAGE_HAVE_LZ4
   if (compression_ == Compression::kLz4) return PackLz4(plain, packed);
 #endif
@@ -95,9 +95,9 @@ void Compressor::Pack(std::string_view plain, Buffer* packed) {
   if (compression_ == Compression::kZstd) {
     constexpr int kFastest = 1;
     const size_t bound = ZSTD_compressBound(plain.size()), start = packed->size();
-    uint8_t* room = packed->Extend(bound);
+    uint8_t* space = packed->Extend(bound);
     const size_t size =
-        ZSTD_compressCCtx(impl_->zstd, room, bound, plain.data(), plain.size(), kFastest);
+        ZSTD_compressCCtx(impl_->zstd, space, bound, plain.data(), plain.size(), kFastest);
     if (ZSTD_isError(size)) throw std::runtime_error(ZSTD_getErrorName(size));
     packed->Shrink(start + size);
     return;
@@ -106,21 +106,21 @@ void Compressor::Pack(std::string_view plain, Buffer* packed) {
   packed->PutBytes(plain.data(), plain.size());
 }
 
-std::string Unpack(std::string_view packed, std::string_view compression, size_t size,
-                   Buffer* plain) {
+std::string Decompress(std::string_view packed, std::string_view compression, size_t size,
+                       Buffer* plain) {
   plain->Reserve(size);
-  uint8_t* room = plain->Extend(size);
+  uint8_t* space = plain->Extend(size);
   bool good = false;
   if (compression.empty()) {
     good = packed.size() == size;
-    if (good && size > 0) std::memcpy(room, packed.data(), size);
+    if (good && size > 0) std::memcpy(space, packed.data(), size);
 #ifdef STAGE_HAVE_LZ4
   } else if (compression == "lz4") {
-    good = UnpackLz4(packed, room, size);
+    good = UnpackLz4(packed, space, size);
 #endif
 #ifdef STAGE_HAVE_ZSTD
   } else if (compression == "zstd") {
-    good = ZSTD_decompress(room, size, packed.data(), packed.size()) == size;
+    good = ZSTD_decompress(space, size, packed.data(), packed.size()) == size;
 #endif
   } else {
     return "it is compressed by " + messages::Quoted(compression) +

@@ -19,7 +19,7 @@ enum class Compression { kNone, kLz4, kZstd };
 const char* NameOf(Compression compression);
 bool IsAvailable(Compression compression);
 /// The default for logs: the fastest one available.
-Compression UsualCompression();
+Compression DefaultCompression();
 
 class Compressor {
  public:
@@ -28,7 +28,7 @@ class Compressor {
   Compressor(const Compressor&) = delete;
   Compressor& operator=(const Compressor&) = delete;
   /// Appends the compressed bytes to `packed`.
-  void Pack(std::string_view plain, Buffer* packed);
+  void Compress(std::string_view plain, Buffer* packed);
 
  private:
   struct Impl;
@@ -37,8 +37,8 @@ class Compressor {
 };
 
 /// Appends exactly `size` decompressed bytes to `plain`. Returns "", or why that failed.
-std::string Unpack(std::string_view packed, std::string_view compression, size_t size,
-                   Buffer* plain);
+std::string Decompress(std::string_view packed, std::string_view compression, size_t size,
+                       Buffer* plain);
 
 }  // namespace Stg::recording
 

@@ -37,15 +37,15 @@ enum class Op : uint8_t {
 
 inline constexpr size_t kRecordHead = 9;                             // opcode and length
 inline constexpr size_t kMessageHead = kRecordHead + 2 + 4 + 8 + 8;  // before the data
-inline constexpr unsigned kMostChannels = 65535;
+inline constexpr unsigned kMaxChannels = 65535;
 
 // Limits for writing and reading, because a file of a few kilobytes may claim any size. A chunk is
 // handed on once it has a megabyte, so only a single message can make it exceed two. The largest
 // are the first poses, 40 bytes per model: the limit allows 1.5 million models.
-inline constexpr uint64_t kLargestMessage = 60 << 20;      // bytes
-inline constexpr uint64_t kLargestChunk = 64 << 20;        // uncompressed
-inline constexpr uint64_t kLargestAttachment = 512 << 20;  // all world files and images together
-inline constexpr uint64_t kLargestNames = 64 << 20;        // all metadata, schemas and channels
+inline constexpr uint64_t kMaxMessageBytes = 60 << 20;      // bytes
+inline constexpr uint64_t kMaxChunkBytes = 64 << 20;        // uncompressed
+inline constexpr uint64_t kMaxAttachmentBytes = 512 << 20;  // all world files and images together
+inline constexpr uint64_t kMaxNameBytes = 64 << 20;         // all metadata, schemas and channels
 
 }  // namespace Stg::recording
 

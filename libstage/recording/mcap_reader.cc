@@ -48,7 +48,7 @@ McapReader::McapReader(const std::string& file) : name_(file) {
 McapReader::~McapReader() { close(file_); }
 
 void McapReader::Fail(const std::string& what) const {
-  throw std::runtime_error(messages::Shortened(name_, messages::kLongestDetail) + ": " + what);
+  throw std::runtime_error(messages::Shortened(name_, messages::kMaxDetailBytes) + ": " + what);
 }
 
 void McapReader::FailAt(uint64_t offset, const std::string& problem) const {
@@ -64,20 +64,21 @@ const std::map<std::string, std::string>& McapReader::metadata(const std::string
 void McapReader::ReadBytes(uint64_t offset, uint64_t size, Buffer* to) const {
   to->Clear();
   to->Reserve(static_cast<size_t>(size));
-  uint8_t* room = to->Extend(static_cast<size_t>(size));
+  uint8_t* space = to->Extend(static_cast<size_t>(size));
   while (size > 0) {
-    const ssize_t count = pread(file_, room, static_cast<size_t>(size), static_cast<off_t>(offset));
+    const ssize_t count =
+        pread(file_, space, static_cast<size_t>(size), static_cast<off_t>(offset));
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) Fail(std::strerror(errno));
     if (count == 0) Fail("the file has become shorter while it was read");
-    room += count;
+    space += count;
     offset += static_cast<uint64_t>(count);
     size -= static_cast<uint64_t>(count);
   }
 }
 
 /// Returns up to `size` bytes, valid until the next call. Reads ahead, as many records are short.
-std::string_view McapReader::Look(uint64_t offset, uint64_t size) {
+std::string_view McapReader::ReadAhead(uint64_t offset, uint64_t size) {
   size = std::min(size, size_ - offset);
   const uint64_t behind = window_offset_ + window_.size();
   if (offset < window_offset_ || offset + size > behind) {
@@ -89,9 +90,9 @@ std::string_view McapReader::Look(uint64_t offset, uint64_t size) {
 }
 
 void McapReader::Scan() {
-  if (Look(0, kMagic.size()) != kMagic) Fail("found no MCAP signature, expected an MCAP file");
+  if (ReadAhead(0, kMagic.size()) != kMagic) Fail("found no MCAP signature, expected an MCAP file");
   for (uint64_t at = kMagic.size(); size_ - at >= kRecordHead;) {
-    FieldReader fields(Look(at, kRecordHead));
+    FieldReader fields(ReadAhead(at, kRecordHead));
     const auto op = static_cast<Op>(fields.Get<uint8_t>());
     const auto length = fields.Get<uint64_t>();
     at += kRecordHead;
@@ -100,32 +101,32 @@ void McapReader::Scan() {
     at += length;
   }
   // The summary at the end of a file repeats the names, unless the writer omitted it.
-  if (ends_early_ || channels_.empty()) TakeNamesFromChunks();
+  if (ends_early_ || channels_.empty()) ReadNamesFromChunks();
 }
 
 void McapReader::Take(Op op, uint64_t offset, uint64_t length) {
   if (op == Op::kDataEnd) ends_early_ = false;
-  if (op == Op::kChunk && ends_early_) return TakeChunk(offset, length);
+  if (op == Op::kChunk && ends_early_) return ReadChunkRecord(offset, length);
   const bool is_attachment = op == Op::kAttachment,
              is_name = op == Op::kMetadata || op == Op::kSchema || op == Op::kChannel;
   if (!is_attachment && !is_name) return;
   uint64_t& total = is_attachment ? attachment_bytes_ : name_bytes_;
   total += length;
-  if (total > (is_attachment ? kLargestAttachment : kLargestNames))
+  if (total > (is_attachment ? kMaxAttachmentBytes : kMaxNameBytes))
     Fail(std::string("found more than ") +
-         std::to_string((is_attachment ? kLargestAttachment : kLargestNames) >> 20) + " MB of " +
+         std::to_string((is_attachment ? kMaxAttachmentBytes : kMaxNameBytes) >> 20) + " MB of " +
          (is_attachment ? "attachments" : "metadata, schemas and channels"));
   Buffer fields;
   ReadBytes(offset, length, &fields);
   if (is_attachment)
-    TakeAttachment(fields.view());
+    ReadAttachment(fields.view());
   else if (op == Op::kMetadata)
-    TakeMetadata(fields.view());
+    ReadMetadata(fields.view());
   else
-    TakeNames(op, fields.view());
+    ReadNames(op, fields.view());
 }
 
-void McapReader::TakeAttachment(std::string_view fields) {
+void McapReader::ReadAttachment(std::string_view fields) {
   FieldReader from(fields);
   from.Get<uint64_t>();
   from.Get<uint64_t>();
@@ -139,7 +140,7 @@ void McapReader::TakeAttachment(std::string_view fields) {
   attachments_.emplace_back(name, content);
 }
 
-void McapReader::TakeMetadata(std::string_view fields) {
+void McapReader::ReadMetadata(std::string_view fields) {
   FieldReader from(fields);
   std::map<std::string, std::string>& texts = metadata_[std::string(from.GetText())];
   FieldReader map(from.GetText());
@@ -150,7 +151,7 @@ void McapReader::TakeMetadata(std::string_view fields) {
   if (!from.is_good() || !map.is_good()) Fail("a record of metadata is damaged");
 }
 
-void McapReader::TakeNames(Op op, std::string_view fields) {
+void McapReader::ReadNames(Op op, std::string_view fields) {
   FieldReader from(fields);
   const auto id = from.Get<uint16_t>();
   if (op == Op::kSchema) {
@@ -162,24 +163,24 @@ void McapReader::TakeNames(Op op, std::string_view fields) {
   if (!from.is_good()) Fail("a schema or a channel is damaged");
 }
 
-void McapReader::TakeChunk(uint64_t offset, uint64_t length) {
-  FieldReader from(Look(offset, std::min<uint64_t>(length, 16)));
+void McapReader::ReadChunkRecord(uint64_t offset, uint64_t length) {
+  FieldReader from(ReadAhead(offset, std::min<uint64_t>(length, 16)));
   const auto start = from.Get<uint64_t>(), end = from.Get<uint64_t>();
   if (!from.is_good()) FailAt(offset, "its header is incomplete");
   chunks_.push_back({start, end, offset, length});
 }
 
-void McapReader::TakeNamesFromChunks() {
+void McapReader::ReadNamesFromChunks() {
   Buffer records;
   for (const Chunk& chunk : chunks_) {
     Read(chunk, &records);
     ForEachRecord(records.view(), [&](Op op, std::string_view record) {
-      if (op == Op::kSchema || op == Op::kChannel) TakeNames(op, record);
+      if (op == Op::kSchema || op == Op::kChannel) ReadNames(op, record);
     });
   }
 }
 
-void McapReader::Unpack(std::string_view fields, uint64_t offset, Buffer* records) const {
+void McapReader::Decompress(std::string_view fields, uint64_t offset, Buffer* records) const {
   FieldReader from(fields);
   from.Get<uint64_t>();
   from.Get<uint64_t>();
@@ -190,24 +191,24 @@ void McapReader::Unpack(std::string_view fields, uint64_t offset, Buffer* record
   std::string problem;
   if (!from.is_good())
     problem = "its header is incomplete";
-  else if (size > kLargestChunk)
+  else if (size > kMaxChunkBytes)
     problem = "found " + std::to_string(size) + " bytes in it, expected " +
-              std::to_string(kLargestChunk >> 20) + " MB at most";
+              std::to_string(kMaxChunkBytes >> 20) + " MB at most";
   else
-    problem = recording::Unpack(packed, compression, static_cast<size_t>(size), records);
+    problem = recording::Decompress(packed, compression, static_cast<size_t>(size), records);
   if (problem.empty() && crc != 0 && crc != Crc(records->view())) problem = "its checksum is wrong";
   if (!problem.empty()) FailAt(offset, problem);
 }
 
 void McapReader::Read(const Chunk& chunk, Buffer* records) const {
   // A compressed chunk exceeds its uncompressed size by little more than its header.
-  if (chunk.length > kLargestChunk + kLargestChunk / 8)
+  if (chunk.length > kMaxChunkBytes + kMaxChunkBytes / 8)
     FailAt(chunk.offset, "found " + std::to_string(chunk.length) + " bytes, expected " +
-                             std::to_string(kLargestChunk >> 20) + " MB at most");
+                             std::to_string(kMaxChunkBytes >> 20) + " MB at most");
   Buffer fields;
   ReadBytes(chunk.offset, chunk.length, &fields);
   records->Clear();
-  Unpack(fields.view(), chunk.offset, records);
+  Decompress(fields.view(), chunk.offset, records);
   bool good = true;
   const bool whole = ForEachRecord(records->view(), [&](Op op, std::string_view record) {
     if (op == Op::kMessage) good = good && MessageOf(record).data.data() != nullptr;

@@ -108,15 +108,15 @@ class McapReader {
   [[noreturn]] void Fail(const std::string& what) const;
   [[noreturn]] void FailAt(uint64_t offset, const std::string& problem) const;
   void ReadBytes(uint64_t offset, uint64_t size, Buffer* to) const;
-  std::string_view Look(uint64_t offset, uint64_t size);
+  std::string_view ReadAhead(uint64_t offset, uint64_t size);
   void Scan();
   void Take(Op op, uint64_t offset, uint64_t length);
-  void TakeChunk(uint64_t offset, uint64_t length);
-  void TakeAttachment(std::string_view fields);
-  void TakeMetadata(std::string_view fields);
-  void TakeNames(Op op, std::string_view fields);
-  void TakeNamesFromChunks();
-  void Unpack(std::string_view fields, uint64_t offset, Buffer* records) const;
+  void ReadChunkRecord(uint64_t offset, uint64_t length);
+  void ReadAttachment(std::string_view fields);
+  void ReadMetadata(std::string_view fields);
+  void ReadNames(Op op, std::string_view fields);
+  void ReadNamesFromChunks();
+  void Decompress(std::string_view fields, uint64_t offset, Buffer* records) const;
 
   const std::string name_;
   int file_ = -1;

@@ -13,7 +13,7 @@ namespace {
 // Minimum chunk size, except for old chunks. Larger chunks need less index space, but chunks that
 // fit into the processor's caches take half the time to compress and write.
 constexpr size_t kChunkSize = 1 << 20;
-constexpr uint64_t kOldest = 10'000'000'000;  // ns
+constexpr uint64_t kMaxChunkAge = 10'000'000'000;  // ns
 
 /// A record under construction; the destructor sets its length.
 class Record {
@@ -32,12 +32,12 @@ class Record {
 };
 
 /// The byte length in front of a list or a map; the destructor sets it.
-class Sized {
+class LengthPrefix {
  public:
-  explicit Sized(Buffer* to) : to_(*to), start_(to->size()) { to_.Put(uint32_t{0}); }
-  ~Sized() { to_.Set(start_, static_cast<uint32_t>(to_.size() - start_ - 4)); }
-  Sized(const Sized&) = delete;
-  Sized& operator=(const Sized&) = delete;
+  explicit LengthPrefix(Buffer* to) : to_(*to), start_(to->size()) { to_.Put(uint32_t{0}); }
+  ~LengthPrefix() { to_.Set(start_, static_cast<uint32_t>(to_.size() - start_ - 4)); }
+  LengthPrefix(const LengthPrefix&) = delete;
+  LengthPrefix& operator=(const LengthPrefix&) = delete;
 
  private:
   Buffer& to_;
@@ -45,7 +45,7 @@ class Sized {
 };
 
 void PutTexts(const McapWriter::Texts& texts, Buffer* to) {
-  const Sized map(to);
+  const LengthPrefix map(to);
   for (const auto& [key, value] : texts) {
     to->PutText(key);
     to->PutText(value);
@@ -56,7 +56,7 @@ void PutTexts(const McapWriter::Texts& texts, Buffer* to) {
 
 McapWriter::McapWriter(const std::string& name, Compression compression, const std::string& profile,
                        const std::string& library)
-    : writer_(name, compression), chunk_(writer_.Spare()) {
+    : writer_(name, compression), chunk_(writer_.GetEmptyChunk()) {
   Buffer head;
   head.PutBytes(kMagic.data(), kMagic.size());
   {
@@ -112,7 +112,7 @@ void McapWriter::AddMetadata(const std::string& name, const Texts& texts) {
 
 uint16_t McapWriter::AddSchema(const std::string& name, const std::string& encoding,
                                const std::string& definition) {
-  if (chunk_->records.size() >= kChunkSize) HandChunk();
+  if (chunk_->records.size() >= kChunkSize) SubmitChunk();
   schemas_.push_back({name, encoding, definition});
   PutSchema(schemas_.size() - 1, &chunk_->records);
   return static_cast<uint16_t>(schemas_.size());  // 0 means no schema
@@ -120,21 +120,21 @@ uint16_t McapWriter::AddSchema(const std::string& name, const std::string& encod
 
 uint16_t McapWriter::AddChannel(uint16_t schema, const std::string& topic,
                                 const std::string& encoding, const Texts& metadata) {
-  if (channels_.size() >= kMostChannels)
-    throw std::runtime_error("--log: found more than " + std::to_string(kMostChannels) +
+  if (channels_.size() >= kMaxChannels)
+    throw std::runtime_error("--log: found more than " + std::to_string(kMaxChannels) +
                              " topics, which an MCAP file can't hold; --log-models chooses robots");
-  if (chunk_->records.size() >= kChunkSize) HandChunk();
+  if (chunk_->records.size() >= kChunkSize) SubmitChunk();
   channels_.push_back({schema, topic, encoding, metadata});
   PutChannel(channels_.size() - 1, &chunk_->records);
   return static_cast<uint16_t>(channels_.size() - 1);
 }
 
 uint8_t* McapWriter::AddMessage(uint16_t channel, uint64_t time, size_t size) {
-  if (size > kLargestMessage)
+  if (size > kMaxMessageBytes)
     throw std::runtime_error("--log: found " + std::to_string(size) + " bytes for a message of " +
                              channels_[channel].topic + ", expected " +
-                             std::to_string(kLargestMessage) + " at most");
-  if (chunk_->records.size() >= kChunkSize) HandChunk();
+                             std::to_string(kMaxMessageBytes) + " at most");
+  if (chunk_->records.size() >= kChunkSize) SubmitChunk();
   Chunk& chunk = *chunk_;
   chunk.messages.push_back({time, chunk.records.size(), channel});
   chunk.start = std::min(chunk.start, time);
@@ -152,17 +152,17 @@ uint8_t* McapWriter::AddMessage(uint16_t channel, uint64_t time, size_t size) {
 }
 
 void McapWriter::EndStep() {
-  if (!chunk_->messages.empty() && chunk_->end - chunk_->start >= kOldest) HandChunk();
+  if (!chunk_->messages.empty() && chunk_->end - chunk_->start >= kMaxChunkAge) SubmitChunk();
 }
 
-void McapWriter::HandChunk() {
+void McapWriter::SubmitChunk() {
   if (chunk_->messages.empty()) chunk_->start = 0;
-  writer_.Hand(std::move(chunk_));
-  chunk_ = writer_.Spare();
+  writer_.Submit(std::move(chunk_));
+  chunk_ = writer_.GetEmptyChunk();
 }
 
 void McapWriter::Finish() {
-  if (chunk_->records.size() > 0) HandChunk();
+  if (chunk_->records.size() > 0) SubmitChunk();
   writer_.Finish();
   Buffer end;
   {
@@ -212,7 +212,7 @@ void McapWriter::PutStatistics(Buffer* to) const {
   to->Put(chunks.count);
   to->Put(chunks.count == 0 ? 0 : chunks.start);
   to->Put(chunks.end);
-  const Sized counts(to);
+  const LengthPrefix counts(to);
   for (size_t i = 0; i < channels_.size(); i++) {
     to->Put(static_cast<uint16_t>(i));
     to->Put(channels_[i].messages);
@@ -233,12 +233,12 @@ class McapWriter::Summary {
     put(&group);
     const uint64_t begin = to_.size();
     Add(group.view());
-    NoteGroup(op, begin);
+    RecordGroup(op, begin);
   }
   void AddChunkIndexes() {
     const uint64_t begin = to_.size();
     to_.ReadChunkIndexes([this](std::string_view part) { Add(part); });
-    NoteGroup(Op::kChunkIndex, begin);
+    RecordGroup(Op::kChunkIndex, begin);
   }
   /// Writes the offsets and the footer, which holds the summary's checksum.
   void End() {
@@ -257,7 +257,7 @@ class McapWriter::Summary {
   }
 
  private:
-  void NoteGroup(Op op, uint64_t begin) {
+  void RecordGroup(Op op, uint64_t begin) {
     if (to_.size() == begin) return;
     const Record record(Op::kSummaryOffset, &group_offsets_);
     group_offsets_.Put(static_cast<uint8_t>(op));

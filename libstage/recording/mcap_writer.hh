@@ -61,7 +61,7 @@ class McapWriter {
   };
   class Summary;
 
-  void HandChunk();
+  void SubmitChunk();
   void PutSchema(size_t index, Buffer* to) const;
   void PutChannel(size_t index, Buffer* to) const;
   void PutStatistics(Buffer* to) const;

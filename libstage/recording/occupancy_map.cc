@@ -14,7 +14,7 @@ namespace Stg::recording {
 
 namespace {
 
-constexpr double kMostCells = 4e6;
+constexpr double kMaxCells = 4e6;
 constexpr int8_t kOccupied = 100;
 
 using Outline = std::vector<point_t>;  // in global coordinates
@@ -52,7 +52,7 @@ std::vector<Outline> OutlinesOf(const std::vector<Model*>& models) {
 
 }  // namespace
 
-OccupancyMap MapOf(const std::vector<Model*>& models, double cell) {
+OccupancyMap MakeOccupancyMap(const std::vector<Model*>& models, double cell) {
   const std::vector<Outline> outlines = OutlinesOf(models);
   Bounds x(HUGE_VAL, -HUGE_VAL), y(HUGE_VAL, -HUGE_VAL);
   for (const Outline& outline : outlines)
@@ -62,7 +62,7 @@ OccupancyMap MapOf(const std::vector<Model*>& models, double cell) {
     }
   OccupancyMap map;
   if (!std::isfinite(x.max - x.min) || !std::isfinite(y.max - y.min)) return map;
-  while ((x.max - x.min + 2 * cell) * (y.max - y.min + 2 * cell) > kMostCells * cell * cell)
+  while ((x.max - x.min + 2 * cell) * (y.max - y.min + 2 * cell) > kMaxCells * cell * cell)
     cell *= 2;
   // Rounding may put a corner on a cell's edge slightly below it.
   const auto index = [cell](double metres, double from) {

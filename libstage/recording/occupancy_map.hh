@@ -15,7 +15,7 @@ namespace Stg::recording {
 /// Returns a map of the bodies that obstruct robots or are visible to rangers, without robots and
 /// objects that grippers can take. `cell` is the wanted cell size in metres; it is doubled until
 /// there are at most four million cells. The map is empty if there are no such bodies.
-OccupancyMap MapOf(const std::vector<Model*>& models, double cell);
+OccupancyMap MakeOccupancyMap(const std::vector<Model*>& models, double cell);
 
 }  // namespace Stg::recording
 

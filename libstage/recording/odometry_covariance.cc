@@ -11,7 +11,7 @@ namespace {
 constexpr size_t kPlane[3] = {0, 1, 5};  // indices of x, y and yaw in the matrix
 
 /// Expands a matrix of x, y and heading to the six dimensions of ROS.
-OdometryCovariance::Matrix InSpace(const double (&planar)[3][3]) {
+OdometryCovariance::Matrix ExpandToSpace(const double (&planar)[3][3]) {
   OdometryCovariance::Matrix whole{};
   for (const size_t axis : {2, 3, 4}) whole[7 * axis] = OdometryCovariance::kUnknown;
   for (size_t i = 0; i < 3; i++) {
@@ -51,7 +51,7 @@ OdometryCovariance::Matrix OdometryCovariance::OfPose(const Velocity& error) con
     for (size_t k = 0; k < 3; k++)
       for (size_t share = 0; share < 3; share++)
         planar[i][k] += jacobian_[i][share] * variances[share] * jacobian_[k][share];
-  return InSpace(planar);
+  return ExpandToSpace(planar);
 }
 
 OdometryCovariance::Matrix OdometryCovariance::OfTwist(const Velocity& velocity,
@@ -59,7 +59,7 @@ OdometryCovariance::Matrix OdometryCovariance::OfTwist(const Velocity& velocity,
   const double deviations[3] = {velocity.x * error.x, velocity.y * error.y, velocity.a * error.a};
   double planar[3][3] = {};
   for (size_t i = 0; i < 3; i++) planar[i][i] = deviations[i] * deviations[i];
-  return InSpace(planar);
+  return ExpandToSpace(planar);
 }
 
 }  // namespace Stg::recording

@@ -14,8 +14,8 @@
 
 #include "messages/report.hh"
 #include "recording/log_writer.hh"
+#include "recording/moved_models.hh"
 #include "recording/occupancy_map.hh"
-#include "recording/pose_watch.hh"
 #include "recording/robots.hh"
 #include "recording/world_files.hh"
 #include "stage_config.hh"
@@ -30,14 +30,14 @@ namespace {
 const std::string kMapFrame = "map";
 
 /// A robot's true and estimated pose at the time when a model of its tree updated.
-struct Instant {
+struct RobotState {
   usec_t time = 0;
   Pose estimate, truth;
 };
 
 /// Returns the newest instant of a robot. A robot without subscribers does not sense, so its
 /// current pose counts.
-Instant InstantOf(const ModelPosition& position, usec_t now) {
+RobotState RobotStateOf(const ModelPosition& position, usec_t now) {
   if (position.HasSubscribers())
     return {position.GetSensedTime(), position.est_pose, position.GetSensedPose()};
   const Pose pose = position.GetGlobalPose();
@@ -51,15 +51,15 @@ struct LoggedScan {
   ScanSource source;
   ScanMaker maker;
   int channel = -1;
-  usec_t written;      // the update that was written last
-  usec_t updated = 0;  // the update that the current readings belong to
-  Instant instant;     // the robot's instant at that update
-  Pose mount;          // sensor pose on the robot at that update
+  usec_t written;          // the update that was written last
+  usec_t updated = 0;      // the update that the current readings belong to
+  RobotState robot_state;  // the robot's instant at that update
+  Pose mount;              // sensor pose on the robot at that update
 
-  void GoOnLike(const LoggedScan& before) {
+  void ContinueFrom(const LoggedScan& before) {
     written = before.written;
     updated = before.updated;
-    instant = before.instant;
+    robot_state = before.robot_state;
     mount = before.mount;
   }
 };
@@ -78,20 +78,21 @@ struct LoggedRobot {
       scans.emplace_back(scan, TimeBetweenUpdates(*scan.ranger), ranges, now);
   }
   /// Takes over what was already written for this robot.
-  void GoOnLike(const LoggedRobot& before) {
+  void ContinueFrom(const LoggedRobot& before) {
     is_new = before.is_new;
-    instant = before.instant;
+    robot_state = before.robot_state;
     for (size_t i = 0; i < std::min(scans.size(), before.scans.size()); i++)
-      if (scans[i].source.topic == before.scans[i].source.topic) scans[i].GoOnLike(before.scans[i]);
+      if (scans[i].source.topic == before.scans[i].source.topic)
+        scans[i].ContinueFrom(before.scans[i]);
   }
   Robot robot;
   OdometryMaker odometry, truth;
   std::vector<LoggedScan> scans;
   int odometry_channel = -1, truth_channel = -1;
-  Instant instant;      // to be written, or written last
-  bool is_new = true;   // nothing was written yet
-  bool is_due = false;  // to be written in this step
-  Pose origin;          // of the odometry frame, in world coordinates
+  RobotState robot_state;  // to be written, or written last
+  bool is_new = true;      // nothing was written yet
+  bool is_due = false;     // to be written in this step
+  Pose origin;             // of the odometry frame, in world coordinates
 };
 
 /// Returns the origin of a robot's odometry frame; with GPS localization it is the world's.
@@ -140,12 +141,12 @@ class Recorder::Impl : public std::enable_shared_from_this<Impl> {
   LogWriter log_;
   World* world_ = nullptr;
   WorldHandle handle_;  // of world_
-  uint64_t life_ = 0, family_ = 0;
+  uint64_t epoch_ = 0, topology_version_ = 0;
   usec_t now_ = 0, next_ = 0;
   bool ended_ = false;
   std::vector<LoggedRobot> robots_;
   bool fixed_changed_ = true;  // /tf_static needs to be written
-  PoseWatch poses_;
+  MovedModels poses_;
   std::vector<Transform> transforms_;
   Buffer message_;
 };
@@ -155,7 +156,7 @@ class Recorder::Impl : public std::enable_shared_from_this<Impl> {
 void Recorder::Impl::Attach(World* world) {
   world_ = world;
   handle_ = WorldHandle(world);
-  life_ = world->engine().life;
+  epoch_ = world->engine().epoch;
   now_ = world->SimTimeNow();
   next_ = now_ + options_.every;
   AddFiles();
@@ -177,7 +178,7 @@ void Recorder::Impl::AfterStep() {
   if (ended_) return;
   WorldEngine& engine = world_->engine();
   now_ = world_->SimTimeNow();
-  if (engine.family_changes != family_) FindRobots();
+  if (engine.topology_version != topology_version_) FindRobots();
   NoteScans();
   if (now_ >= next_) {
     WriteAll();
@@ -190,7 +191,7 @@ void Recorder::Impl::AfterStep() {
 }
 
 void Recorder::Impl::Finish() {
-  if (world_ && (!handle_ || world_->engine().life != life_))
+  if (world_ && (!handle_ || world_->engine().epoch != epoch_))
     messages::Warn("the log ends at " + std::to_string(static_cast<double>(now_) / 1e6) +
                    " s, as its world was unloaded");
   ended_ = true;
@@ -215,7 +216,7 @@ void Recorder::Impl::AddFiles() {
 }
 
 void Recorder::Impl::AddMap() {
-  const OccupancyMap map = MapOf(world_->engine().models, 1 / world_->Resolution());
+  const OccupancyMap map = MakeOccupancyMap(world_->engine().models, 1 / world_->Resolution());
   if (map.cells.empty()) return;
   message_.Clear();
   PutOccupancyGrid(map, now_, &message_);
@@ -232,7 +233,7 @@ bool Recorder::Impl::IsWanted(const Robot& robot) const {
 /// Called again whenever models were added or removed; keeps the progress of robots that remain.
 void Recorder::Impl::FindRobots() {
   WorldEngine& engine = world_->engine();
-  family_ = engine.family_changes;
+  topology_version_ = engine.topology_version;
   fixed_changed_ = true;
   const std::vector<LoggedRobot> before = std::exchange(robots_, {});
   std::unordered_map<std::string, const LoggedRobot*> known;
@@ -242,7 +243,7 @@ void Recorder::Impl::FindRobots() {
     LoggedRobot& found = robots_.emplace_back(robot, options_.ranges, now_);
     const auto same = known.find(robot.base_frame);
     if (same != known.end() && same->second->robot.model == robot.model)
-      found.GoOnLike(*same->second);
+      found.ContinueFrom(*same->second);
   }
 }
 
@@ -275,12 +276,12 @@ void Recorder::Impl::ChooseDueRobots() {
     robot.is_due = false;
     const ModelPosition* position = robot.robot.position;
     if (!position) continue;
-    const Instant instant = InstantOf(*position, now_);
-    const bool is_newer = position->HasSubscribers() ? instant.time > robot.instant.time
-                                                     : instant.truth != robot.instant.truth;
+    const RobotState robot_state = RobotStateOf(*position, now_);
+    const bool is_newer = position->HasSubscribers() ? robot_state.time > robot.robot_state.time
+                                                     : robot_state.truth != robot.robot_state.truth;
     robot.is_due = robot.is_new || is_newer;
     if (!robot.is_due) continue;
-    robot.instant = instant;
+    robot.robot_state = robot_state;
     robot.is_new = false;
     const Pose origin = OriginOf(*position);
     fixed_changed_ = fixed_changed_ || origin != robot.origin;
@@ -294,7 +295,7 @@ void Recorder::Impl::NoteScans() {
     for (LoggedScan& scan : robot.scans) {
       if (scan.source.ranger->GetLastUpdate() != now_) continue;
       scan.updated = now_;
-      if (robot.robot.position) scan.instant = InstantOf(*robot.robot.position, now_);
+      if (robot.robot.position) scan.robot_state = RobotStateOf(*robot.robot.position, now_);
       if (scan.source.moves) scan.mount = MountOf(scan.source, *robot.robot.model);
     }
 }
@@ -318,18 +319,18 @@ void Recorder::Impl::WriteTransforms() {
 void Recorder::Impl::AddTransforms(const LoggedRobot& robot) {
   const Robot& names = robot.robot;
   std::set<usec_t> written;
-  const auto add = [&](const Instant& instant) {
-    if (names.position && written.insert(instant.time).second)
+  const auto add = [&](const RobotState& robot_state) {
+    if (names.position && written.insert(robot_state.time).second)
       transforms_.push_back(
-          {&names.odom_frame, &names.footprint_frame, instant.estimate, instant.time});
+          {&names.odom_frame, &names.footprint_frame, robot_state.estimate, robot_state.time});
   };
   if (robot.is_due)
-    add(robot.instant);
+    add(robot.robot_state);
   else
-    written.insert(robot.instant.time);
+    written.insert(robot.robot_state.time);
   for (const LoggedScan& scan : robot.scans) {
     if (!IsDue(scan)) continue;
-    add(scan.instant);
+    add(scan.robot_state);
     if (scan.source.moves)
       transforms_.push_back({&names.base_frame, &scan.source.frame, scan.mount, scan.updated});
   }
@@ -357,18 +358,18 @@ void Recorder::Impl::WriteFixedTransforms() {
 }
 
 void Recorder::Impl::WriteOdometry(LoggedRobot* robot) {
-  const usec_t time = robot->instant.time;
+  const usec_t time = robot->robot_state.time;
   const auto write = [&](const char* name, int* channel, OdometryMaker* maker, const Pose& pose,
                          const Velocity& velocity, const Velocity& error) {
     if (*channel < 0) *channel = log_.Channel(robot->robot.topics + name, OdometryType);
-    uint8_t* room =
+    uint8_t* space =
         log_.mcap().AddMessage(static_cast<uint16_t>(*channel), Nanoseconds(now_), maker->size());
-    maker->Write(pose, velocity, error, time, room);
+    maker->Write(pose, velocity, error, time, space);
   };
   const ModelPosition& position = *robot->robot.position;
-  write("odom", &robot->odometry_channel, &robot->odometry, robot->instant.estimate,
+  write("odom", &robot->odometry_channel, &robot->odometry, robot->robot_state.estimate,
         position.GetEstimatedVelocity(), OdometryErrorOf(position));
-  write("ground_truth", &robot->truth_channel, &robot->truth, robot->instant.truth,
+  write("ground_truth", &robot->truth_channel, &robot->truth, robot->robot_state.truth,
         position.GetActualVelocity(), Velocity());
 }
 
@@ -379,14 +380,14 @@ void Recorder::Impl::WriteScans(LoggedRobot* robot) {
     scan.written = scan.updated;
     const ModelRanger::Sensor& sensor = scan.source.ranger->GetSensors()[scan.source.sensor];
     const size_t size = scan.maker.Prepare(sensor);
-    uint8_t* room =
+    uint8_t* space =
         log_.mcap().AddMessage(static_cast<uint16_t>(scan.channel), Nanoseconds(now_), size);
-    scan.maker.Write(sensor, scan.written, room);
+    scan.maker.Write(sensor, scan.written, space);
   }
 }
 
 void Recorder::Impl::WritePoses() {
-  const std::vector<ModelPose>& poses = poses_.Look(world_->engine().models);
+  const std::vector<ModelPose>& poses = poses_.FindMoved(world_->engine().models);
   message_.Clear();
   PutModelPoses(poses, now_, &message_);
   log_.Add(log_.Channel("/stage/poses", ModelPosesType), now_, message_);

@@ -25,7 +25,7 @@ struct LogOptions {
   std::string file;
   usec_t every = 0;                 ///< simulated time; 0: at every update
   std::vector<std::string> robots;  ///< names, or patterns with * and ?; empty: all
-  Compression compression = UsualCompression();
+  Compression compression = DefaultCompression();
   RangeConvention ranges = RangeConvention::kRep117;
 };
 

@@ -60,7 +60,7 @@ Replay::Replay(const std::string& file)
 Replay::~Replay() = default;
 
 void Replay::Fail(const std::string& what) const {
-  throw std::runtime_error(messages::Shortened(name_, messages::kLongestDetail) + ": " + what);
+  throw std::runtime_error(messages::Shortened(name_, messages::kMaxDetailBytes) + ": " + what);
 }
 
 /// Finds the poses of all models. Later messages contain only models that have moved since.
@@ -80,7 +80,7 @@ void Replay::FindFirstPoses() {
   if (!good) Fail("a message of the topic /stage/poses is damaged");
 }
 
-bool Replay::IsThere() const { return handle_ && world_->engine().life == life_; }
+bool Replay::IsAttached() const { return handle_ && world_->engine().epoch == epoch_; }
 
 void Replay::FindTargets() {
   std::unordered_map<std::string, Target> sources;
@@ -96,7 +96,7 @@ void Replay::FindTargets() {
 void Replay::Attach(World* world) {
   world_ = world;
   handle_ = WorldHandle(world);
-  life_ = world->engine().life;
+  epoch_ = world->engine().epoch;
   FindTargets();
   // The window shows sensor data only for models with subscribers.
   for (const auto& [id, target] : targets_) target.ranger->Subscribe();
@@ -105,7 +105,7 @@ void Replay::Attach(World* world) {
       position->Subscribe();
       position->SetVelocity(Velocity());
     }
-  GoTo(start_);
+  SeekTo(start_);
   Arm();
 }
 
@@ -120,15 +120,15 @@ void Replay::AfterStep() {
   Arm();
 }
 
-void Replay::GoTo(usec_t time) {
-  if (!IsThere()) return;
+void Replay::SeekTo(usec_t time) {
+  if (!IsAttached()) return;
   time = std::clamp(time, start_, end_);
   world_->ShowTime(time);
   // Reading starts a while earlier, to include the last readings of slow sensors.
-  constexpr usec_t kWhile = 2'000'000;
+  constexpr usec_t kLeadTime = 2'000'000;
   const auto& chunks = log_.chunks();
   const auto first = std::ranges::find_if(chunks, [&](const McapReader::Chunk& chunk) {
-    return Microseconds(chunk.end) + kWhile >= time;
+    return Microseconds(chunk.end) + kLeadTime >= time;
   });
   next_chunk_ = static_cast<size_t>(first - chunks.begin());
   records_.Clear();
@@ -151,13 +151,13 @@ void Replay::ClearScans() {
 }
 
 void Replay::ShowUntil(usec_t time) {
-  ReadOn(time);
+  ReadUntil(time);
   ShowPoses();
 }
 
 /// Applies everything logged up to this time. Skips damaged messages: the file is complete, so
 /// another program has written them.
-void Replay::ReadOn(usec_t time) {
+void Replay::ReadUntil(usec_t time) {
   for (;;) {
     if (at_ >= records_.size()) {
       if (next_chunk_ >= log_.chunks().size()) return;

@@ -47,7 +47,7 @@ class Replay {
   void Attach(World* world);
   /// Shows the state at this time, or at the nearest logged time. Does nothing if the world was
   /// unloaded.
-  void GoTo(usec_t time);
+  void SeekTo(usec_t time);
 
  private:
   struct Target;
@@ -57,9 +57,9 @@ class Replay {
   void FindTargets();
   void Arm();
   void AfterStep();
-  bool IsThere() const;
+  bool IsAttached() const;
   void ShowUntil(usec_t time);
-  void ReadOn(usec_t time);
+  void ReadUntil(usec_t time);
   void ShowPoses();
   void Place(const ModelPose& pose);
   void TakePoses(std::string_view message);
@@ -80,7 +80,7 @@ class Replay {
   std::map<uint16_t, Target> targets_;         // scans by channel
   World* world_ = nullptr;
   WorldHandle handle_;  // of world_
-  uint64_t life_ = 0;
+  uint64_t epoch_ = 0;
   // Read position: the next record in a decompressed chunk.
   size_t next_chunk_ = 0, at_ = 0;
   Buffer records_;

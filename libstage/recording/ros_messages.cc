@@ -47,7 +47,7 @@ std::string WithTypes(std::string definition, std::initializer_list<const char*>
 
 // ---- parts of messages --------------------------------------------------------------------------
 
-constexpr size_t kStampPlace = kCdrHead;  // each message begins with its time stamp
+constexpr size_t kStampPlace = kCdrHeaderBytes;  // each message begins with its time stamp
 
 void SetStamp(usec_t time, uint8_t* place) {
   const auto seconds = static_cast<int32_t>(time / 1'000'000);
@@ -211,10 +211,10 @@ bool GetScan(std::string_view message, std::vector<double>* ranges,
   from.Get<uint32_t>();
   from.GetText();
   for (int i = 0; i < 5; i++) from.Get<float>();
-  const double least = from.Get<float>(), most = from.Get<float>();
+  const double min_range = from.Get<float>(), max_range = from.Get<float>();
   GetFloats(from.GetSequence<float>(), ranges);
   for (double& range : *ranges)
-    if (std::isinf(range)) range = range > 0 ? most : least;
+    if (std::isinf(range)) range = range > 0 ? max_range : min_range;
   GetFloats(from.GetSequence<float>(), intensities);
   return from.is_good();
 }

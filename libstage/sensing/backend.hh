@@ -55,7 +55,7 @@ constexpr uint64_t BackendLayout() {
 }
 
 /// Receives a text, which it must copy.
-using TakeText = void (*)(void* user, const char* text);
+using TextSink = void (*)(void* user, const char* text);
 
 /// Exported as `stage_backend`. The first three members are the same in every version.
 struct Backend {
@@ -65,14 +65,14 @@ struct Backend {
   /// Makes a prefilter, which the caller must delete. `choice` selects the device (empty: the best
   /// one). If there is no such device, returns null and reports a message that lists the devices.
   /// Never throws.
-  Prefilter* (*make)(const char* choice, TakeText tell, void* user);
+  Prefilter* (*make)(const char* choice, TextSink tell, void* user);
   /// Reports a text with one line per device, or the reason why there is none. Never throws.
-  void (*list)(TakeText tell, void* user);
+  void (*list)(TextSink tell, void* user);
 };
 
 /// Calls `f` on behalf of a plug-in and reports an exception as a message.
 template <typename F>
-void CallForBackend(TakeText tell, void* user, F f) noexcept {
+void CallForBackend(TextSink tell, void* user, F f) noexcept {
   try {
     f();
   } catch (const std::exception& error) {
@@ -92,7 +92,7 @@ void CallForBackend(TakeText tell, void* user, F f) noexcept {
   const Stg::internal::sensing::Backend stage_backend = {                                    \
       Stg::internal::sensing::kBackendVersion, sizeof(Stg::internal::sensing::Backend),      \
       Stg::internal::sensing::BackendLayout(),                                               \
-      [](const char* choice, Stg::internal::sensing::TakeText tell, void* user) {            \
+      [](const char* choice, Stg::internal::sensing::TextSink tell, void* user) {            \
         Stg::internal::sensing::Prefilter* made = nullptr;                                   \
         Stg::internal::sensing::CallForBackend(tell, user, [&] {                             \
           std::string message;                                                               \
@@ -101,7 +101,7 @@ void CallForBackend(TakeText tell, void* user, F f) noexcept {
         });                                                                                  \
         return made;                                                                         \
       },                                                                                     \
-      [](Stg::internal::sensing::TakeText tell, void* user) {                                \
+      [](Stg::internal::sensing::TextSink tell, void* user) {                                \
         Stg::internal::sensing::CallForBackend(tell, user,                                   \
                                                [&] { tell(user, list_devices().c_str()); }); \
       }}

@@ -22,32 +22,32 @@ void RayBatch::Clear() {
   fan_count_ = 0;
   mask_words_.clear();
   own_directions_.clear();
-  own_turns_.clear();
+  own_unit_vectors_.clear();
   fans_with_own_directions_.clear();
   tables_ = nullptr;
   ray_count_ = 0;
 }
 
 void RayBatch::Add(Fan fan, uint32_t samples, const SelfMask& mask) {
-  const BatchShare before = AddRoom({.rays = samples, .fans = 1});
+  const BatchSpace before = Allocate({.rays = samples, .fans = 1});
   Put(before.fans, fan, before.rays, samples, mask);
 }
 
-BatchShare RayBatch::AddRoom(const BatchShare& share) {
-  const BatchShare before{ray_count_, fan_count_, static_cast<uint32_t>(mask_words_.size()),
+BatchSpace RayBatch::Allocate(const BatchSpace& space) {
+  const BatchSpace before{ray_count_, fan_count_, static_cast<uint32_t>(mask_words_.size()),
                           static_cast<uint32_t>(fans_with_own_directions_.size()),
                           own_directions_.size()};
   STAGE_ASSERT(tables_ == nullptr);  // not closed
-  STAGE_ASSERT(share.fans <= UINT32_MAX - fan_count_);
-  const uint32_t fans = fan_count_ + share.fans;
+  STAGE_ASSERT(space.fans <= UINT32_MAX - fan_count_);
+  const uint32_t fans = fan_count_ + space.fans;
   if (fans > fans_.size()) fans_.resize(fans);
   if (fans > device_fans_.size()) device_fans_.resize(fans);
-  mask_words_.resize(before.words + share.words, 0);
-  fans_with_own_directions_.resize(before.turned_fans + share.turned_fans);
-  own_directions_.resize(before.turns + share.turns);
-  own_turns_.resize(before.turns + share.turns);
+  mask_words_.resize(before.words + space.words, 0);
+  fans_with_own_directions_.resize(before.custom_fans + space.custom_fans);
+  own_directions_.resize(before.own_directions + space.own_directions);
+  own_unit_vectors_.resize(before.own_directions + space.own_directions);
   fan_count_ = fans;
-  ray_count_ += share.rays;
+  ray_count_ += space.rays;
   return before;
 }
 
@@ -69,20 +69,20 @@ void RayBatch::Put(uint32_t index, Fan fan, uint64_t first_ray, uint32_t samples
   device_fans_[index] = {fan.record, fan.layer, fan.single_leg() && samples > 0};
 }
 
-void RayBatch::Put(const BatchShare& first, const FanList& list, const FanList::Entry& entry,
+void RayBatch::Put(const BatchSpace& first, const FanList& list, const FanList::Entry& entry,
                    const SelfMask& mask) {
-  if (!entry.turned) return Put(first.fans, entry.fan, first.rays, entry.samples, mask);
+  if (!entry.has_own_directions) return Put(first.fans, entry.fan, first.rays, entry.samples, mask);
   Fan fan = entry.fan;
-  fan.record.first_direction = static_cast<uint32_t>(first.turns);
-  const std::span<const SineCosine> turns = list.TurnsOf(entry);
-  STAGE_ASSERT(first.turns + turns.size() <= own_turns_.size());
-  STAGE_ASSERT(first.turned_fans < fans_with_own_directions_.size());
-  for (size_t i = 0; i < turns.size(); i++) {
-    STAGE_ASSERT(IsUnit(turns[i]));
-    own_turns_[first.turns + i] = turns[i];
-    own_directions_[first.turns + i] = MakeDirection(turns[i]);
+  fan.record.first_direction = static_cast<uint32_t>(first.own_directions);
+  const std::span<const SineCosine> unit_vectors = list.UnitVectorsOf(entry);
+  STAGE_ASSERT(first.own_directions + unit_vectors.size() <= own_unit_vectors_.size());
+  STAGE_ASSERT(first.custom_fans < fans_with_own_directions_.size());
+  for (size_t i = 0; i < unit_vectors.size(); i++) {
+    STAGE_ASSERT(IsUnit(unit_vectors[i]));
+    own_unit_vectors_[first.own_directions + i] = unit_vectors[i];
+    own_directions_[first.own_directions + i] = MakeDirection(unit_vectors[i]);
   }
-  fans_with_own_directions_[first.turned_fans] = first.fans;
+  fans_with_own_directions_[first.custom_fans] = first.fans;
   Put(first.fans, fan, first.rays, entry.samples, mask);
 }
 
@@ -109,12 +109,12 @@ const Direction* RayBatch::DirectionsOf(const Fan& fan) const {
                            : own_directions_.data() + (first - in_tables);
 }
 
-const SineCosine* RayBatch::TurnsOf(const Fan& fan) const {
+const SineCosine* RayBatch::UnitVectorsOf(const Fan& fan) const {
   STAGE_ASSERT(tables_ != nullptr);  // closed
-  const uint32_t in_tables = static_cast<uint32_t>(tables_->turns().size());
+  const uint32_t in_tables = static_cast<uint32_t>(tables_->unit_vectors().size());
   const uint32_t first = fan.record.first_direction;
-  return first < in_tables ? tables_->turns().data() + first
-                           : own_turns_.data() + (first - in_tables);
+  return first < in_tables ? tables_->unit_vectors().data() + first
+                           : own_unit_vectors_.data() + (first - in_tables);
 }
 
 ray_mask_t RayBatch::SelfMaskOf(const Fan& fan) const {
@@ -124,20 +124,20 @@ ray_mask_t RayBatch::SelfMaskOf(const Fan& fan) const {
           r.mask_size >> 16};
 }
 
-SelfMask RayBatch::MakeSelfMask(const grid::Grid& grid, const grid::Drawings& own, const void* tree,
-                                bool exact) {
-  SelfMask mask = PlanSelfMask(own);
-  mask.first = AddRoom({.words = mask.words()}).words;
+SelfMask RayBatch::MakeSelfMask(const grid::Grid& grid, const grid::Rasterizations& own,
+                                const void* tree, bool exact) {
+  SelfMask mask = SelfMaskBounds(own);
+  mask.first = Allocate({.words = mask.words()}).words;
   FillSelfMask(mask, grid, own, tree, exact);
   return mask;
 }
 
-SelfMask RayBatch::PlanSelfMask(const grid::Drawings& own) {
+SelfMask RayBatch::SelfMaskBounds(const grid::Rasterizations& own) {
   grid::CellBox box;  // in tiles
-  own.ForEachPart([&](const grid::TilePart& part) {
-    if (box.empty()) box = {part.x, part.y, part.x, part.y};
-    box = {std::min(box.min_x, part.x), std::min(box.min_y, part.y), std::max(box.max_x, part.x),
-           std::max(box.max_y, part.y)};
+  own.ForEachSet([&](const grid::CellSet& set) {
+    if (box.empty()) box = {set.x, set.y, set.x, set.y};
+    box = {std::min(box.min_x, set.x), std::min(box.min_y, set.y), std::max(box.max_x, set.x),
+           std::max(box.max_y, set.y)};
   });
   if (box.empty()) return SelfMask();
   const int64_t width = int64_t{box.max_x} - box.min_x + 1;
@@ -149,11 +149,11 @@ SelfMask RayBatch::PlanSelfMask(const grid::Drawings& own) {
 namespace {
 
 /// Mask of the part's cells that also hold bodies of other trees.
-uint64_t CellsOfOthers(const grid::Grid& grid, const grid::TilePart& part, const void* tree) {
+uint64_t CellsOfOthers(const grid::Grid& grid, const grid::CellSet& set, const void* tree) {
   const auto is_other = [&](grid::BodyId id) { return grid.body(id).tree != tree; };
   uint64_t cells = 0;
-  grid::TilePart crowded = part;
-  crowded.cells = grid.Crowded(part);
+  grid::CellSet crowded = set;
+  crowded.cells = grid.Crowded(set);
   grid::ForEachCell(crowded, [&](grid::CellRef cell) {
     if (grid.AnyIn(cell, is_other)) cells |= uint64_t{1} << (cell & 63);
   });
@@ -161,9 +161,9 @@ uint64_t CellsOfOthers(const grid::Grid& grid, const grid::TilePart& part, const
 }
 
 /// Mask of the cells in the part's tile that exact outlines of other trees touch.
-uint64_t OutlinesOfOthers(const grid::Grid& grid, const grid::TilePart& part, const void* tree) {
+uint64_t OutlinesOfOthers(const grid::Grid& grid, const grid::CellSet& set, const void* tree) {
   uint64_t cells = 0;
-  grid.ForEachOutline(grid.OutlinesIn(part.slot), [&](const grid::OutlinePart& outline) {
+  grid.ForEachOutline(grid.OutlinesIn(set.slot), [&](const grid::OutlineFragment& outline) {
     if (grid.body(outline.id).tree != tree) cells |= outline.cells;
   });
   return cells;
@@ -171,17 +171,17 @@ uint64_t OutlinesOfOthers(const grid::Grid& grid, const grid::TilePart& part, co
 
 }  // namespace
 
-void RayBatch::FillSelfMask(const SelfMask& mask, const grid::Grid& grid, const grid::Drawings& own,
-                            const void* tree, bool exact) {
+void RayBatch::FillSelfMask(const SelfMask& mask, const grid::Grid& grid,
+                            const grid::Rasterizations& own, const void* tree, bool exact) {
   if (mask.words() == 0) return;
   STAGE_ASSERT(mask.first + mask.words() <= mask_words_.size());
   uint64_t* words = &mask_words_[mask.first];
-  own.ForEachPart([&](const grid::TilePart& part) {
-    const uint64_t hidden = part.cells & ~(exact ? OutlinesOfOthers(grid, part, tree)
-                                                 : CellsOfOthers(grid, part, tree));
-    const uint32_t x = static_cast<uint32_t>(part.x - mask.x);
-    STAGE_ASSERT(x < mask.width && static_cast<uint32_t>(part.y - mask.y) < mask.height);
-    words[static_cast<uint32_t>(part.y - mask.y) * mask.width + x] |= hidden;
+  own.ForEachSet([&](const grid::CellSet& set) {
+    const uint64_t hidden =
+        set.cells & ~(exact ? OutlinesOfOthers(grid, set, tree) : CellsOfOthers(grid, set, tree));
+    const uint32_t x = static_cast<uint32_t>(set.x - mask.x);
+    STAGE_ASSERT(x < mask.width && static_cast<uint32_t>(set.y - mask.y) < mask.height);
+    words[static_cast<uint32_t>(set.y - mask.y) * mask.width + x] |= hidden;
   });
 }
 

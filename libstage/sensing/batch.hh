@@ -28,26 +28,26 @@ struct SelfMask {
 inline constexpr uint32_t kMaxMaskSide = 16;
 
 /// Element counts of a part of a batch, or the offsets at which that part begins.
-struct BatchShare {
+struct BatchSpace {
   uint64_t rays = 0;
   uint32_t fans = 0;
-  uint32_t words = 0;        ///< words of self-masks
-  uint32_t turned_fans = 0;  ///< fans with their own directions
-  size_t turns = 0;          ///< directions of these fans
+  uint32_t words = 0;         ///< words of self-masks
+  uint32_t custom_fans = 0;   ///< fans with their own directions
+  size_t own_directions = 0;  ///< directions of these fans
 
-  BatchShare& operator+=(const FanList::Entry& o) {
+  BatchSpace& operator+=(const FanList::Entry& o) {
     rays += o.samples;
     fans++;
-    turned_fans += o.turned;
-    turns += o.turned ? o.samples : 0;
+    custom_fans += o.has_own_directions;
+    own_directions += o.has_own_directions ? o.samples : 0;
     return *this;
   }
-  BatchShare& operator+=(const BatchShare& o) {
+  BatchSpace& operator+=(const BatchSpace& o) {
     rays += o.rays;
     fans += o.fans;
     words += o.words;
-    turned_fans += o.turned_fans;
-    turns += o.turns;
+    custom_fans += o.custom_fans;
+    own_directions += o.own_directions;
     return *this;
   }
 };
@@ -66,24 +66,24 @@ class RayBatch {
   /// Adds a fan of `samples` rays. The walk ignores the cells of the self-mask.
   void Add(Fan fan, uint32_t samples, const SelfMask& mask);
 
-  /// Makes the self-mask of a tree of models: the cells of its footprints `own` that hold nothing
-  /// else. `tree` is as in grid::Body; `exact` selects the kind of rasterization.
-  SelfMask MakeSelfMask(const grid::Grid& grid, const grid::Drawings& own, const void* tree,
+  /// Makes the self-mask of a tree of models: the cells of its rasterizations `own` that hold
+  /// nothing else. `tree` is as in grid::Body; `exact` selects the kind of rasterization.
+  SelfMask MakeSelfMask(const grid::Grid& grid, const grid::Rasterizations& own, const void* tree,
                         bool exact);
 
-  // Parallel alternative to the above: count all elements, allocate them with AddRoom(), then let
+  // Parallel alternative to the above: count all elements, allocate them with Allocate(), then let
   // several threads fill them in.
 
   /// Allocates elements, all of which must then be filled in. Returns their offsets.
-  BatchShare AddRoom(const BatchShare& share);
+  BatchSpace Allocate(const BatchSpace& space);
   /// Stores a fan at `index`. `first_ray` is the index of its first ray in the batch.
   void Put(uint32_t index, Fan fan, uint64_t first_ray, uint32_t samples, const SelfMask& mask);
   /// Stores a fan of a list at the offsets `first`.
-  void Put(const BatchShare& first, const FanList& list, const FanList::Entry& entry,
+  void Put(const BatchSpace& first, const FanList& list, const FanList::Entry& entry,
            const SelfMask& mask);
-  /// The position and size of a self-mask for these footprints, with `first` 0.
-  static SelfMask PlanSelfMask(const grid::Drawings& own);
-  void FillSelfMask(const SelfMask& mask, const grid::Grid& grid, const grid::Drawings& own,
+  /// The position and size of a self-mask for these rasterizations, with `first` 0.
+  static SelfMask SelfMaskBounds(const grid::Rasterizations& own);
+  void FillSelfMask(const SelfMask& mask, const grid::Grid& grid, const grid::Rasterizations& own,
                     const void* tree, bool exact);
 
   std::span<const Fan> fans() const { return {fans_.data(), fan_count_}; }
@@ -94,7 +94,7 @@ class RayBatch {
     fans_[index].layer = device_fans_[index].layer = layer;
   }
   /// Excludes a fan from the device, so that the host traces it.
-  void KeepFromDevice(uint32_t index) {
+  void ExcludeFromDevice(uint32_t index) {
     STAGE_ASSERT(index < fan_count_);
     device_fans_[index].fits = false;
   }
@@ -110,7 +110,7 @@ class RayBatch {
 
   const Direction* DirectionsOf(const Fan& fan) const;
   /// Like DirectionsOf(), in doubles for the exact ray model.
-  const SineCosine* TurnsOf(const Fan& fan) const;
+  const SineCosine* UnitVectorsOf(const Fan& fan) const;
   ray_mask_t SelfMaskOf(const Fan& fan) const;
 
  private:
@@ -119,7 +119,7 @@ class RayBatch {
   uint32_t fan_count_ = 0;
   std::vector<uint64_t> mask_words_;
   std::vector<Direction> own_directions_;
-  std::vector<SineCosine> own_turns_;
+  std::vector<SineCosine> own_unit_vectors_;
   std::vector<uint32_t> fans_with_own_directions_;
   const DirectionTables* tables_ = nullptr;
   uint64_t ray_count_ = 0;

@@ -19,23 +19,24 @@ using threads::WallClock;
 class BatchTracer::Probe {
  public:
   /// Selects one interval in `of`, which is at least 2.
-  Probe(const std::vector<FanRun>& runs, std::size_t of) : runs_(runs), of_(of) {
+  Probe(const std::vector<FanInterval>& intervals, std::size_t of)
+      : intervals_(intervals), of_(of) {
     STAGE_ASSERT(of >= 2);
   }
 
-  std::size_t count() const { return (runs_.size() + of_ - 1) / of_; }
-  const FanRun& operator[](std::size_t i) const {
+  std::size_t count() const { return (intervals_.size() + of_ - 1) / of_; }
+  const FanInterval& operator[](std::size_t i) const {
     STAGE_ASSERT(i < count());
-    return runs_[i * of_];
+    return intervals_[i * of_];
   }
-  std::size_t other_count() const { return runs_.size() - count(); }
-  const FanRun& Other(std::size_t i) const {
+  std::size_t other_count() const { return intervals_.size() - count(); }
+  const FanInterval& Other(std::size_t i) const {
     STAGE_ASSERT(i < other_count());
-    return runs_[i + i / (of_ - 1) + 1];
+    return intervals_[i + i / (of_ - 1) + 1];
   }
 
  private:
-  const std::vector<FanRun>& runs_;
+  const std::vector<FanInterval>& intervals_;
   std::size_t of_;
 };
 
@@ -45,15 +46,15 @@ void BatchTracer::SetWorkers(threads::WorkerPool* workers) {
   workers_ = workers;
 }
 
-BatchTracer::~BatchTracer() { LetDeviceGo(); }
+BatchTracer::~BatchTracer() { ReleaseDevice(); }
 
-void BatchTracer::LetDeviceGo() {
-  if (prefilter_ && prefilter_->IsFromAnotherProcess()) static_cast<void>(prefilter_.release());
+void BatchTracer::ReleaseDevice() {
+  if (prefilter_ && prefilter_->IsForked()) static_cast<void>(prefilter_.release());
   prefilter_ = nullptr;
 }
 
 void BatchTracer::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bool always) {
-  LetDeviceGo();
+  ReleaseDevice();
   prefilter_ = std::move(prefilter);
   chooser_ = PathChooser(always);
   scene_.grid.TrackChanges(prefilter_ != nullptr);
@@ -62,7 +63,7 @@ void BatchTracer::SetPrefilter(std::unique_ptr<sensing::Prefilter> prefilter, bo
 }
 
 void BatchTracer::SharePrefilterOf(const BatchTracer& other, bool always) {
-  if (other.prefilter_) SetPrefilter(other.prefilter_->ForAnotherWorld(), always);
+  if (other.prefilter_) SetPrefilter(other.prefilter_->CloneForWorld(), always);
 }
 
 bool BatchTracer::KeepPrefilter(bool always) {
@@ -93,10 +94,11 @@ void BatchTracer::RecordObserved() const {
     if (observed_.sample >= fan.record.samples) continue;
     RayRecord record;
     record.sample = observed_.sample;
-    tracer.Record(fan,
-                  {batch.DirectionsOf(fan)[observed_.sample], batch.TurnsOf(fan)[observed_.sample]},
-                  batch.SelfMaskOf(fan), &record);
-    observed_.observer->TakeRecord(record);
+    tracer.Record(
+        fan,
+        {batch.DirectionsOf(fan)[observed_.sample], batch.UnitVectorsOf(fan)[observed_.sample]},
+        batch.SelfMaskOf(fan), &record);
+    observed_.observer->ReceiveRecord(record);
   }
 }
 
@@ -112,9 +114,9 @@ void BatchTracer::TraceAll(bool on_device, bool choosing) {
   if (on_device) {
     TraceOnDevice();
   } else {
-    workers_->HoldProcessors(true);
-    const std::vector<FanRun>& runs = fan_order_.Of(scene_.batch);
-    TraceRuns(HitLists(), runs.size(), [&](std::size_t i) { return runs[i]; });
+    workers_->AllowSpinning(true);
+    const std::vector<FanInterval>& intervals = fan_order_.Of(scene_.batch);
+    TraceIntervals(HitLists(), intervals.size(), [&](std::size_t i) { return intervals[i]; });
     statistics_.trace_seconds += WallClock() - start;
   }
   if (choosing) chooser_.Report(WallClock() - start);
@@ -126,15 +128,17 @@ void BatchTracer::TraceOnDevice() {
   const double start = WallClock();
   HitLists lists = Prefilter(scene_.batch.ray_count());
   double waited = WallClock() - start;
-  const std::vector<FanRun>& runs = fan_order_.InBatch(scene_.batch);
-  for (std::size_t done = 0; done < runs.size();) {
+  const std::vector<FanInterval>& intervals = fan_order_.InBatch(scene_.batch);
+  for (std::size_t done = 0; done < intervals.size();) {
     const double before = WallClock();
-    const std::size_t fans_there = WaitFor(runs[done].first + runs[done].count - 1, &lists);
+    const std::size_t fans_there =
+        WaitFor(intervals[done].first + intervals[done].count - 1, &lists);
     waited += WallClock() - before;
     const std::size_t first = done;
-    while (done < runs.size() && runs[done].first + runs[done].count <= fans_there) done++;
+    while (done < intervals.size() && intervals[done].first + intervals[done].count <= fans_there)
+      done++;
     STAGE_ASSERT(done > first);
-    TraceRuns(lists, done - first, [&](std::size_t i) { return runs[first + i]; });
+    TraceIntervals(lists, done - first, [&](std::size_t i) { return intervals[first + i]; });
   }
   statistics_.prefilter_seconds += waited;
   statistics_.trace_seconds += WallClock() - start - waited;
@@ -161,21 +165,23 @@ std::size_t BatchTracer::WaitFor(std::size_t fan, HitLists* lists) {
 bool BatchTracer::TraceWithProbe(bool probe_device) {
   // On a device with its own processors, few rays take about as long as many.
   if (probe_device != prefilter_->UsesHost()) return false;
-  constexpr std::size_t kSharesOfAThread = 8, kMost = 8;
-  const std::vector<FanRun>& runs = fan_order_.Of(scene_.batch);
-  const std::size_t of = std::min(kMost, runs.size() / (kSharesOfAThread * workers_->threads()));
+  constexpr std::size_t kSlicesPerThread = 8, kMaxSlices = 8;
+  const std::vector<FanInterval>& intervals = fan_order_.Of(scene_.batch);
+  const std::size_t of =
+      std::min(kMaxSlices, intervals.size() / (kSlicesPerThread * workers_->threads()));
   if (of < 2) return false;
-  const Probe probe(runs, of);
+  const Probe probe(intervals, of);
   if (CountRays(probe) == 0) return false;
-  if (probe_device) KeepOthersFromDevice(probe);
+  if (probe_device) ExcludeOthersFromDevice(probe);
   TraceProbe(probe, probe_device);
   return true;
 }
 
-void BatchTracer::KeepOthersFromDevice(const Probe& probe) {
+void BatchTracer::ExcludeOthersFromDevice(const Probe& probe) {
   for (std::size_t i = 0; i < probe.other_count(); i++) {
-    const FanRun& run = probe.Other(i);
-    for (uint32_t k = 0; k < run.count; k++) scene_.batch.KeepFromDevice(run.first + k);
+    const FanInterval& interval = probe.Other(i);
+    for (uint32_t k = 0; k < interval.count; k++)
+      scene_.batch.ExcludeFromDevice(interval.first + k);
   }
 }
 
@@ -187,10 +193,11 @@ void BatchTracer::TraceProbe(const Probe& probe, bool probe_device) {
   WaitFor(scene_.batch.fans().size() - 1, &lists);
   const HitLists none;
   const double walked = WallClock();
-  TraceRuns(probe_device ? lists : none, probe.count(), [&](std::size_t i) { return probe[i]; });
+  TraceIntervals(probe_device ? lists : none, probe.count(),
+                 [&](std::size_t i) { return probe[i]; });
   const double probed = WallClock();
-  TraceRuns(probe_device ? none : lists, probe.other_count(),
-            [&](std::size_t i) { return probe.Other(i); });
+  TraceIntervals(probe_device ? none : lists, probe.other_count(),
+                 [&](std::size_t i) { return probe.Other(i); });
   statistics_.prefilter_seconds += walked - start;
   statistics_.trace_seconds += WallClock() - walked;
   if (!prefilter_) return;  // it has just been lost
@@ -205,7 +212,7 @@ void BatchTracer::TraceProbe(const Probe& probe, bool probe_device) {
 HitLists BatchTracer::Prefilter(uint64_t rays) {
   // On a device that is the host's CPU, spinning threads would compete with it. Applies until the
   // next batch, because SendAhead() uses the device too.
-  workers_->HoldProcessors(!prefilter_->UsesHost());
+  workers_->AllowSpinning(!prefilter_->UsesHost());
   try {
     STAGE_ASSERT(scene_.batch.FitsDevice() && rays <= scene_.batch.ray_count());
     const HitLists lists = prefilter_->Walk(scene_.grid, scene_.tables, scene_.batch, workers_);
@@ -230,14 +237,14 @@ void BatchTracer::SendAhead() {
 
 void BatchTracer::LoseDevice(const PrefilterError& error) {
   messages::Warn(messages::Shortened(prefilter_->DeviceName()) + " failed (" +
-                 messages::Shortened(error.what(), messages::kLongestDetail) +
+                 messages::Shortened(error.what(), messages::kMaxDetailBytes) +
                  "); continuing without it");
   SetPrefilter(nullptr, false);
 }
 
 /// Traces the fans of at(0) .. at(count - 1).
 template <typename At>
-void BatchTracer::TraceRuns(const HitLists& lists, std::size_t count, At at) {
+void BatchTracer::TraceIntervals(const HitLists& lists, std::size_t count, At at) {
   // Waking threads takes as long as tracing a few hundred rays.
   constexpr uint32_t kTooFewRays = 500;
   const std::size_t grain =
@@ -245,7 +252,8 @@ void BatchTracer::TraceRuns(const HitLists& lists, std::size_t count, At at) {
   const Tracer tracer(scene_.grid);
   workers_->Run(count, grain, [&](std::size_t begin, std::size_t end, unsigned thread) {
     STAGE_ASSERT(begin < end && end <= count && thread < thread_data_.size());
-    for (std::size_t i = begin; i < end; i++) TraceRun(tracer, at(i), lists, &thread_data_[thread]);
+    for (std::size_t i = begin; i < end; i++)
+      TraceInterval(tracer, at(i), lists, &thread_data_[thread]);
   });
   SumCounters();
 }
@@ -259,20 +267,20 @@ void BatchTracer::SumCounters() {
   }
 }
 
-void BatchTracer::TraceRun(const Tracer& tracer, const FanRun& run, const HitLists& lists,
-                           ThreadData* mine) const {
-  STAGE_ASSERT(run.count > 0 && run.first + run.count <= scene_.batch.fans().size());
-  const std::span<const Fan> fans = scene_.batch.fans().subspan(run.first, run.count);
+void BatchTracer::TraceInterval(const Tracer& tracer, const FanInterval& interval,
+                                const HitLists& lists, ThreadData* mine) const {
+  STAGE_ASSERT(interval.count > 0 && interval.first + interval.count <= scene_.batch.fans().size());
+  const std::span<const Fan> fans = scene_.batch.fans().subspan(interval.first, interval.count);
   STAGE_ASSERT(std::ranges::all_of(fans, [](const Fan& fan) { return fan.sink != nullptr; }));
-  for (const Fan& fan : fans) fan.sink->ExpectHits(fan.tag);
+  for (const Fan& fan : fans) fan.sink->PrefetchHits(fan.tag);
   tracer.TraceFans(scene_.batch, fans, lists, &mine->hits, &mine->counters);
   mine->hits.ForEachFan(
-      fans, [](const Fan& fan, const RayHits& hits) { fan.sink->TakeHits(fan.tag, hits); });
+      fans, [](const Fan& fan, const RayHits& hits) { fan.sink->ReceiveHits(fan.tag, hits); });
 }
 
-std::size_t BatchTracer::CountRays(const FanRun& run) const {
+std::size_t BatchTracer::CountRays(const FanInterval& interval) const {
   std::size_t rays = 0;
-  for (const Fan& fan : scene_.batch.fans().subspan(run.first, run.count))
+  for (const Fan& fan : scene_.batch.fans().subspan(interval.first, interval.count))
     rays += fan.record.samples;
   return rays;
 }

@@ -70,19 +70,19 @@ class BatchTracer {
   void TraceAll(bool on_device, bool choosing);
   bool TraceWithProbe(bool probe_device);
   void TraceProbe(const Probe& probe, bool probe_device);
-  void KeepOthersFromDevice(const Probe& probe);
+  void ExcludeOthersFromDevice(const Probe& probe);
   void TraceOnDevice();
   HitLists Prefilter(uint64_t rays);
   std::size_t WaitFor(std::size_t fan, HitLists* lists);
   void LoseDevice(const PrefilterError& error);
   template <typename At>
-  void TraceRuns(const HitLists& lists, std::size_t count, At at);
-  void TraceRun(const Tracer& tracer, const FanRun& run, const HitLists& lists,
-                ThreadData* mine) const;
+  void TraceIntervals(const HitLists& lists, std::size_t count, At at);
+  void TraceInterval(const Tracer& tracer, const FanInterval& interval, const HitLists& lists,
+                     ThreadData* mine) const;
   void SumCounters();
-  std::size_t CountRays(const FanRun& run) const;
+  std::size_t CountRays(const FanInterval& interval) const;
   uint64_t CountRays(const Probe& probe) const;
-  void LetDeviceGo();
+  void ReleaseDevice();
 
   Scene& scene_;
   threads::WorkerPool* workers_ = nullptr;

@@ -29,8 +29,7 @@ class BlockMap {
     const V block_x = Lanes::template Right<RAY_BLOCK_SHIFT>(x);
     const V block_y = Lanes::template Right<RAY_BLOCK_SHIFT>(y);
     V numbers;
-    if (near_.Find(lanes, block_x, block_y, &numbers))
-      return Lanes::OfSixteen(low_, high_, numbers);
+    if (near_.Find(lanes, block_x, block_y, &numbers)) return Lanes::LookUp16(low_, high_, numbers);
     const V row = Lanes::template Left<1>(Lanes::And(block_y, Lanes::All(1)));
     const V place = Lanes::Or(row, Lanes::And(block_x, Lanes::All(1)));
     return Lanes::Gather(lanes, maps_, Lanes::Or(Lanes::template Left<2>(super), place));

@@ -22,12 +22,12 @@ struct Line {
 };
 
 /// The half-line of the fan's ray with this turn.
-inline Line LineOf(const Fan& fan, const SineCosine& turn) {
+inline Line LineOf(const Fan& fan, const SineCosine& unit_vector) {
   const SineCosine& heading = fan.heading;
   return {fan.x,
           fan.y,
-          {.sine = heading.sine * turn.cosine + heading.cosine * turn.sine,
-           .cosine = heading.cosine * turn.cosine - heading.sine * turn.sine}};
+          {.sine = heading.sine * unit_vector.cosine + heading.cosine * unit_vector.sine,
+           .cosine = heading.cosine * unit_vector.cosine - heading.sine * unit_vector.sine}};
 }
 
 /// Bound of the rounding error, in metres, of a point's coordinates relative to (x, y): eight units
@@ -45,11 +45,13 @@ static inline double RoundingAt(const point_t& p, double x, double y) {
 double FirstCrossing(const Line& line, const point_t* points, uint32_t edges);
 
 /// Fraction of a leg that lies before `distance` (in metres from the start of the leg).
-inline double ShareOfLeg(double distance, double leg_length) {
+inline double FractionOfLeg(double distance, double leg_length) {
   return std::clamp(distance / leg_length, 0.0, 1.0);
 }
 /// Limit for ray_t after this fraction of a leg of `size`: cells behind it need not be visited.
-inline int LimitOf(double share, int size) { return static_cast<int>(share * size) + 1; }
+inline int BorderLimit(double leg_fraction, int size) {
+  return static_cast<int>(leg_fraction * size) + 1;
+}
 
 /// Conservative rejection test: true if the line up to `end` metres surely misses the circle.
 inline bool PassesBy(const Line& line, const point_t& centre, double radius, double end) {

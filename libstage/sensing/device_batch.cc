@@ -40,8 +40,8 @@ void DeviceBatch::Sort(const RayBatch& batch, threads::WorkerPool* workers) {
   fan_count_ = 0;
   for (std::size_t g = 0; g < groups_.size(); g++) {
     groups_[g].first_fan = static_cast<uint32_t>(fan_count_);
-    for (std::size_t i = g; i < next_in_group_.size(); i += groups_.size())
-      fan_count_ += std::exchange(next_in_group_[i], static_cast<uint32_t>(fan_count_));
+    for (std::size_t i = g; i < counts_or_next_.size(); i += groups_.size())
+      fan_count_ += std::exchange(counts_or_next_[i], static_cast<uint32_t>(fan_count_));
     groups_[g].fans = static_cast<uint32_t>(fan_count_) - groups_[g].first_fan;
   }
   mask_words_ = batch.mask_words().size();
@@ -51,10 +51,10 @@ void DeviceBatch::Sort(const RayBatch& batch, threads::WorkerPool* workers) {
 /// Counts the fans of each group. Returns false if a fan belongs to no known group.
 bool DeviceBatch::CountGroups(std::span<const DeviceFan> fans, threads::WorkerPool* workers) {
   group_of_fan_.resize(fans.size());
-  next_in_group_.assign(CountBlocks(fans.size()) * groups_.size(), 0);
+  counts_or_next_.assign(CountBlocks(fans.size()) * groups_.size(), 0);
   std::atomic<bool> all_known{true};
   ForEachBlock(fans.size(), workers, [&](std::size_t block, std::size_t first, std::size_t end) {
-    uint32_t* const counts = next_in_group_.data() + block * groups_.size();
+    uint32_t* const counts = counts_or_next_.data() + block * groups_.size();
     uint32_t last = 0;
     for (std::size_t i = first; i < end; i++) {
       group_of_fan_[i] = kNoGroup;
@@ -98,30 +98,30 @@ void DeviceBatch::NameLayers() {
       layers_.push_back(group.layer);
 }
 
-void DeviceBatch::PlanLaunches(std::span<const double> shares, std::size_t work_group,
+void DeviceBatch::PlanLaunches(std::span<const double> fractions, std::size_t work_group,
                                bool one_for_each_group,
                                const std::function<LayerPlace(grid::LayerIndex)>& place_of) {
-  STAGE_ASSERT(!shares.empty() && shares.back() == 1 && work_group > 0);
-  PlanParts(shares);
+  STAGE_ASSERT(!fractions.empty() && fractions.back() == 1 && work_group > 0);
+  PlanParts(fractions);
   launches_.clear();
   group_records_.clear();
-  for (std::size_t part = 0; part < parts_.size(); part++)
+  for (std::size_t chunk = 0; chunk < chunks_.size(); chunk++)
     for (std::size_t group = 0; group < groups_.size(); group++)
-      PlanGroup(group, part, work_group, one_for_each_group, place_of(groups_[group].layer));
+      PlanGroup(group, chunk, work_group, one_for_each_group, place_of(groups_[group].layer));
   std::erase_if(launches_, [](const Launch& launch) { return launch.items == 0; });
 }
 
 /// Parts start at block borders, because the destination of each block is known.
-void DeviceBatch::PlanParts(std::span<const double> shares) {
+void DeviceBatch::PlanParts(std::span<const double> fractions) {
   const std::size_t fans = group_of_fan_.size(), blocks = CountBlocks(fans);
-  parts_.clear();
+  chunks_.clear();
   std::size_t first = 0;
-  for (const double share : shares) {
-    STAGE_ASSERT(share > 0 && share <= 1);
-    const auto block = static_cast<std::size_t>(static_cast<double>(blocks) * share);
+  for (const double fraction : fractions) {
+    STAGE_ASSERT(fraction > 0 && fraction <= 1);
+    const auto block = static_cast<std::size_t>(static_cast<double>(blocks) * fraction);
     const std::size_t end = std::min(block * kBlock, fans);
     STAGE_ASSERT(first <= end);
-    parts_.push_back({first, end});
+    chunks_.push_back({first, end});
     first = end;
   }
 }
@@ -131,22 +131,22 @@ uint32_t DeviceBatch::FirstOfGroup(std::size_t group, std::size_t fan) const {
   STAGE_ASSERT(fan <= group_of_fan_.size() && (fan % kBlock == 0 || fan == group_of_fan_.size()));
   const Group& g = groups_[group];
   if (fan == group_of_fan_.size()) return g.first_fan + g.fans;
-  return next_in_group_[fan / kBlock * groups_.size() + group];
+  return counts_or_next_[fan / kBlock * groups_.size() + group];
 }
 
 /// Plans the fans of a group that are in the part.
-void DeviceBatch::PlanGroup(std::size_t group, std::size_t part, std::size_t work_group,
+void DeviceBatch::PlanGroup(std::size_t group, std::size_t chunk, std::size_t work_group,
                             bool one_for_each_group, LayerPlace place) {
-  constexpr std::size_t kMostItems = 0xffffffffu;
+  constexpr std::size_t kMaxItems = 0xffffffffu;
   const std::size_t g = group_records_.size();
   const uint32_t samples = groups_[group].samples;
-  const uint32_t first_fan = FirstOfGroup(group, parts_[part].first_fan);
-  const uint32_t fans = FirstOfGroup(group, parts_[part].end_fan) - first_fan;
+  const uint32_t first_fan = FirstOfGroup(group, chunks_[chunk].first_fan);
+  const uint32_t fans = FirstOfGroup(group, chunks_[chunk].end_fan) - first_fan;
   const std::size_t items = std::size_t{fans} * samples;
-  const std::size_t room = (items + work_group - 1) / work_group * work_group;
-  const bool first = launches_.empty() || launches_.back().part != part ||
-                     launches_.back().items + room > kMostItems;
-  if (first || (one_for_each_group && items > 0)) launches_.push_back({g, g, 0, part});
+  const std::size_t padded = (items + work_group - 1) / work_group * work_group;
+  const bool first = launches_.empty() || launches_.back().chunk != chunk ||
+                     launches_.back().items + padded > kMaxItems;
+  if (first || (one_for_each_group && items > 0)) launches_.push_back({g, g, 0, chunk});
   Launch& launch = launches_.back();
   group_records_.push_back({.first_item = static_cast<uint32_t>(launch.items),
                             .fans = fans,
@@ -156,15 +156,15 @@ void DeviceBatch::PlanGroup(std::size_t group, std::size_t part, std::size_t wor
                             .tile_maps = place.tile_maps,
                             .tiles = place.tiles,
                             .unused = 0});
-  launch.items += room;
-  STAGE_ASSERT(launch.items <= kMostItems && launch.items % work_group == 0);
+  launch.items += padded;
+  STAGE_ASSERT(launch.items <= kMaxItems && launch.items % work_group == 0);
   launch.end_group = g + 1;
 }
 
 void DeviceBatch::Write(const RayBatch& batch, void* memory, threads::WorkerPool* workers) {
   const std::span<const DeviceFan> fans = batch.device_fans();
   const std::vector<uint64_t>& masks = batch.mask_words();
-  STAGE_ASSERT(!parts_.empty());  // after PlanLaunches()
+  STAGE_ASSERT(!chunks_.empty());  // after PlanLaunches()
   STAGE_ASSERT(fans.size() == group_of_fan_.size() && masks.size() == mask_words_);  // as in Sort()
   STAGE_ASSERT(reinterpret_cast<uintptr_t>(memory) % alignof(ray_group_record_t) == 0);
   auto* const groups = static_cast<ray_group_record_t*>(memory);
@@ -173,7 +173,7 @@ void DeviceBatch::Write(const RayBatch& batch, void* memory, threads::WorkerPool
   std::copy(group_records_.begin(), group_records_.end(), groups);
   const std::size_t blocks = CountBlocks(fans.size());
   ForEachBlock(fans.size(), workers, [&](std::size_t block, std::size_t first, std::size_t end) {
-    uint32_t* const next = next_in_group_.data() + block * groups_.size();
+    uint32_t* const next = counts_or_next_.data() + block * groups_.size();
     for (std::size_t i = first; i < end; i++) {
       if (group_of_fan_[i] == kNoGroup) continue;
       STAGE_ASSERT(fans[i].fits && next[group_of_fan_[i]] < fan_count_);

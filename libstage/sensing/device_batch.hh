@@ -25,10 +25,10 @@ class DeviceBatch {
   /// are padded to whole work-groups.
   struct Launch {
     std::size_t first_group, end_group, items;
-    std::size_t part;
+    std::size_t chunk;
   };
   /// An interval of fans in the batch. Each part is walked and delivered before the next one.
-  struct Part {
+  struct Chunk {
     std::size_t first_fan, end_fan;
   };
   /// Offsets of a layer in the device's copy of the grid, in words.
@@ -46,7 +46,7 @@ class DeviceBatch {
   /// allow, or one per group.
   void PlanLaunches(std::span<const double> shares, std::size_t work_group, bool one_for_each_group,
                     const std::function<LayerPlace(grid::LayerIndex)>& place_of);
-  const std::vector<Part>& parts() const { return parts_; }
+  const std::vector<Chunk>& chunks() const { return chunks_; }
   /// Launches, ordered by part.
   const std::vector<Launch>& launches() const { return launches_; }
 
@@ -65,7 +65,7 @@ class DeviceBatch {
   };
 
   void PlanParts(std::span<const double> shares);
-  void PlanGroup(std::size_t group, std::size_t part, std::size_t work_group,
+  void PlanGroup(std::size_t group, std::size_t chunk, std::size_t work_group,
                  bool one_for_each_group, LayerPlace place);
   uint32_t FirstOfGroup(std::size_t group, std::size_t fan) const;
 
@@ -75,7 +75,7 @@ class DeviceBatch {
   void NameLayers();
   // Index of the first fan record: the group records occupy the space of the records before it.
   std::size_t first_fan_record() const {
-    return (groups_.size() * parts_.size() * sizeof(ray_group_record_t) + sizeof(FanRecord) - 1) /
+    return (groups_.size() * chunks_.size() * sizeof(ray_group_record_t) + sizeof(FanRecord) - 1) /
            sizeof(FanRecord);
   }
   std::size_t masks_at() const { return (first_fan_record() + fan_count_) * sizeof(FanRecord); }
@@ -83,11 +83,11 @@ class DeviceBatch {
   // Reused buffers.
   std::vector<Group> groups_;  // some may be empty in this batch
   std::vector<uint32_t> group_of_fan_;
-  std::vector<uint32_t> next_in_group_;  // by block and group: number of fans, then next index
-  std::size_t fan_count_ = 0;            // fans in groups
+  std::vector<uint32_t> counts_or_next_;  // by block and group: number of fans, then next index
+  std::size_t fan_count_ = 0;             // fans in groups
   std::size_t mask_words_ = 0;
   std::vector<ray_group_record_t> group_records_;
-  std::vector<Part> parts_;
+  std::vector<Chunk> chunks_;
   std::vector<Launch> launches_;
   std::vector<grid::LayerIndex> layers_;
 };

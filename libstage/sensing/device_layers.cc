@@ -52,28 +52,29 @@ std::size_t CountChangesOf(const grid::Occupancy& cells, std::size_t known) {
 
 }  // namespace
 
-void DeviceLayers::MakeRoom(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted) {
+void DeviceLayers::AllocateLayers(const grid::Grid& grid,
+                                  const std::vector<grid::LayerIndex>& wanted) {
   for (const grid::LayerIndex index : wanted)
     if (Find(index) == layers_.size()) layers_.push_back({index, 0, 0});
-  if (grid.region_count() <= room_ && grid.region_maps().size() <= map_room_) return;
+  if (grid.region_count() <= capacity_ && grid.region_maps().size() <= map_capacity_) return;
   // A multiple of eight, so that each layer, and each row of eight tiles of a region, is aligned to
   // a cache line of the device.
-  const auto room_for = [](std::size_t count) { return (count + count / 4 + 7) / 8 * 8; };
-  room_ = room_for(grid.region_count());
-  map_room_ = room_for(grid.region_maps().size());
-  Lose();  // all offsets change
+  const auto capacity_for = [](std::size_t count) { return (count + count / 4 + 7) / 8 * 8; };
+  capacity_ = capacity_for(grid.region_count());
+  map_capacity_ = capacity_for(grid.region_maps().size());
+  Invalidate();  // all offsets change
 }
 
 std::size_t DeviceLayers::words() const { return FirstWord(layers_.size()); }
 
-std::size_t DeviceLayers::FirstRegionMap() const { return room_ * kBodyWordsPerRegion; }
+std::size_t DeviceLayers::FirstRegionMap() const { return capacity_ * kBodyWordsPerRegion; }
 
 std::size_t DeviceLayers::FirstWord(std::size_t layer) const {
-  return FirstRegionMap() + map_room_ + layer * room_ * kWordsPerRegion;
+  return FirstRegionMap() + map_capacity_ + layer * capacity_ * kWordsPerRegion;
 }
 
-void DeviceLayers::Lose() {
-  for (Layer& layer : layers_) layer.made = 0;
+void DeviceLayers::Invalidate() {
+  for (Layer& layer : layers_) layer.id = 0;
 }
 
 /// Index of the layer, or of the next new one if it is unknown.
@@ -87,46 +88,46 @@ DeviceBatch::LayerPlace DeviceLayers::PlaceOf(grid::LayerIndex index) const {
   STAGE_ASSERT(Find(index) < layers_.size());
   const auto number = [](std::size_t place) { return static_cast<uint32_t>(place); };
   const std::size_t first = FirstWord(Find(index));
-  return {number(FirstRegionMap()), number(first), number(first + room_)};
+  return {number(FirstRegionMap()), number(first), number(first + capacity_)};
 }
 
-bool DeviceLayers::LacksAll(const grid::Grid& grid,
-                            const std::vector<grid::LayerIndex>& wanted) const {
+bool DeviceLayers::NeedsFullCopy(const grid::Grid& grid,
+                                 const std::vector<grid::LayerIndex>& wanted) const {
   return std::any_of(wanted.begin(), wanted.end(), [&](grid::LayerIndex index) {
-    STAGE_ASSERT(Find(index) < layers_.size());  // after MakeRoom()
+    STAGE_ASSERT(Find(index) < layers_.size());  // after AllocateLayers()
     const grid::Occupancy& cells = grid.occupancy(index);
     const Layer& layer = layers_[Find(index)];
-    return layer.made != cells.made() ||
+    return layer.id != cells.id() ||
            CountChangesOf(cells, layer.regions) * 4 > cells.tiles().size();
   });
 }
 
 void DeviceLayers::WriteAll(const grid::Grid& grid, uint64_t* words) {
-  STAGE_ASSERT(grid.region_count() <= room_ && grid.region_maps().size() <= map_room_);
+  STAGE_ASSERT(grid.region_count() <= capacity_ && grid.region_maps().size() <= map_capacity_);
   const std::size_t known = grid.region_count() * kBodyWordsPerRegion;
   for (std::size_t i = 0; i < known; i++) words[i] = BodiesOf(grid, i);
   std::fill(words + known, words + FirstRegionMap(), 0);
   words += FirstRegionMap();
   grid.ForgetChangedBodies();
-  const auto put = [&](std::span<const uint64_t> from, std::size_t room) {
-    STAGE_ASSERT(from.size() <= room);
-    std::fill(std::copy(from.begin(), from.end(), words), words + room, 0);
-    words += room;
+  const auto put = [&](std::span<const uint64_t> from, std::size_t capacity) {
+    STAGE_ASSERT(from.size() <= capacity);
+    std::fill(std::copy(from.begin(), from.end(), words), words + capacity, 0);
+    words += capacity;
   };
-  put(grid.region_maps(), map_room_);
+  put(grid.region_maps(), map_capacity_);
   structure_version_ = grid.structure_version();
   for (Layer& layer : layers_) {
     const grid::Occupancy& cells = grid.occupancy(layer.index);
-    put(cells.tile_maps(), room_);
-    put(cells.tiles(), room_ * grid::kTilesPerRegion);
-    NoteSent(cells, &layer);
+    put(cells.tile_maps(), capacity_);
+    put(cells.tiles(), capacity_ * grid::kTilesPerRegion);
+    MarkSent(cells, &layer);
   }
 }
 
-void DeviceLayers::NoteSent(const grid::Occupancy& cells, Layer* layer) {
-  STAGE_ASSERT(layer->regions <= cells.tile_maps().size() || layer->made != cells.made());
+void DeviceLayers::MarkSent(const grid::Occupancy& cells, Layer* layer) {
+  STAGE_ASSERT(layer->regions <= cells.tile_maps().size() || layer->id != cells.id());
   layer->regions = cells.tile_maps().size();
-  layer->made = cells.made();
+  layer->id = cells.id();
   cells.ForgetChanges();
 }
 
@@ -174,7 +175,7 @@ void DeviceLayers::WriteChanges(const grid::Grid& grid, const std::vector<grid::
       grid::ForEachBit(
           tiles, [&](uint32_t bit) { put(first.tiles + tile + bit, cells.tiles()[tile + bit]); });
     });
-    NoteSent(cells, &layer);
+    MarkSent(cells, &layer);
   }
 }
 

@@ -19,17 +19,17 @@ namespace Stg::internal::sensing {
 class DeviceLayers {
  public:
   /// Allocates offsets for the wanted layers, each given once. Call it first.
-  void MakeRoom(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted);
+  void AllocateLayers(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted);
   /// Required size of the buffer in words.
   std::size_t words() const;
   /// Call when the buffer was reallocated: its content is lost.
-  void Lose();
+  void Invalidate();
 
-  /// Offsets of a layer that MakeRoom() has seen.
+  /// Offsets of a layer that AllocateLayers() has seen.
   DeviceBatch::LayerPlace PlaceOf(grid::LayerIndex index) const;
 
   /// True if a wanted layer is new or has many changes: then send all words, else only changes.
-  bool LacksAll(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted) const;
+  bool NeedsFullCopy(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted) const;
   /// Writes all words(). Resets the changes of bodies and of all known layers.
   void WriteAll(const grid::Grid& grid, uint64_t* words);
   std::size_t CountChanges(const grid::Grid& grid,
@@ -42,18 +42,18 @@ class DeviceLayers {
   struct Layer {
     grid::LayerIndex index;
     std::size_t regions;  // regions that the device has
-    uint64_t made;        // Occupancy::made() of the device's copy; 0: none
+    uint64_t id;          // Occupancy::id() of the device's copy; 0: none
   };
   std::size_t Find(grid::LayerIndex index) const;
   std::size_t FirstWord(std::size_t layer) const;
-  static void NoteSent(const grid::Occupancy& cells, Layer* layer);
+  static void MarkSent(const grid::Occupancy& cells, Layer* layer);
 
   std::size_t FirstRegionMap() const;
   template <typename F>
   void ForEachChangedMap(const grid::Grid& grid, F f) const;
 
-  std::size_t room_ = 0;            // capacity of each layer in regions
-  std::size_t map_room_ = 0;        // capacity in region maps
+  std::size_t capacity_ = 0;        // capacity of each layer in regions
+  std::size_t map_capacity_ = 0;    // capacity in region maps
   std::vector<Layer> layers_;       // in the order of their offsets
   uint64_t structure_version_ = 0;  // of the region maps that the device has
 };

@@ -28,7 +28,7 @@ struct EightLanes : VectorLanes<int32_t> {
   static V AddWhere(M m, V a, V b) { return Add(a, And(m.bits, b)); }
   static V Multiply(V a, V b) { return Signed(Bits(a) * Bits(b)); }
   /// max(a - 1, 0).
-  static V LessOne(V a) { return And(Add(a, All(-1)), a > All(0)); }
+  static V DecrementOr0(V a) { return And(Add(a, All(-1)), a > All(0)); }
   static V LowHalf(V a) { return a; }
   using VectorLanes::Without;
   static Words Without(const Words& a, const Words& b) {
@@ -117,7 +117,7 @@ struct EightLanes : VectorLanes<int32_t> {
             ToV(_mm256_castps_si256(_mm256_shuffle_ps(even, odd, 0xdd)))};
   }
   /// table[i & 15].
-  static V OfSixteen(const int32_t* table, V i) {
+  static V LookUp16(const int32_t* table, V i) {
     const __m256 first = _mm256_permutevar8x32_ps(Get<F>(table), ToI(i));
     const __m256 second = _mm256_permutevar8x32_ps(Get<F>(table + 8), ToI(i));
     const __m256 upper = _mm256_castsi256_ps(ToI(Left<28>(i)));
@@ -153,8 +153,8 @@ struct EightLanes : VectorLanes<int32_t> {
   static V ToInteger(F a) { return ToV(_mm256_cvttps_epi32(a)); }
   static F Smaller(F a, F b) { return _mm256_min_ps(a, b); }
   /// 64-bit table entries, given as tables of lower and upper halves.
-  static Words OfSixteen(const int32_t* low, const int32_t* high, V i) {
-    return {OfSixteen(low, i), OfSixteen(high, i)};
+  static Words LookUp16(const int32_t* low, const int32_t* high, V i) {
+    return {LookUp16(low, i), LookUp16(high, i)};
   }
   static F AllOf(float f) { return F{f, f, f, f, f, f, f, f}; }
   static F Times(F a, F b) { return a * b; }

@@ -22,26 +22,28 @@ namespace Stg::internal::sensing {
 
 class ExactGroup {
  public:
-  /// Per-slice data that the exact model needs in addition to FanPart.
-  struct Part {
+  /// Per-slice data that the exact model needs in addition to FanSlice.
+  struct SliceData {
     const Fan* fan;
-    const SineCosine* turns;  ///< one per ray
+    const SineCosine* unit_vectors;  ///< one per ray
   };
 
   explicit ExactGroup(const grid::Grid& grid) : grid_(grid) {}
 
-  /// Traces a group of rays whose first potential hits are known. `parts` are the slices of the
+  /// Traces a group of rays whose first potential hits are known. `slices` are the slices of the
   /// group. On entry `ranges` holds what `first` wrote, on return the ranges of the rays in metres.
-  void Trace(const RayGroup& rays, const Part* parts, const FirstHits& first, double* ranges,
+  void Trace(const RayGroup& rays, const SliceData* slices, const FirstHits& first, double* ranges,
              TraceCounters* counters);
 
   /// The model that a ray of the group hits, or null.
-  Model* Met(uint32_t ray) const { return met_[ray] ? met_[ray]->model : nullptr; }
+  Model* HitModel(uint32_t ray) const {
+    return hit_bodies_[ray] ? hit_bodies_[ray]->model : nullptr;
+  }
 
  private:
   /// Consecutive rays of a slice whose first potential hits are in tiles with the same outlines.
-  struct Run {
-    const Part& part;
+  struct RayInterval {
+    const SliceData& slice;
     const Direction* directions;  // of the slice's rays
     uint32_t first;               // index in the group of the slice's first ray
     uint32_t from, end;           // half-open interval of rays in the group
@@ -49,22 +51,22 @@ class ExactGroup {
     uint32_t count() const { return end - from; }
   };
 
-  void Settle(const Run& run, grid::OutlineList outlines, const FirstHits& first);
-  bool HaveSame(grid::OutlineList a, grid::OutlineList b) const;
+  void Resolve(const RayInterval& interval, grid::OutlineList outlines, const FirstHits& first);
+  bool HaveSameOutline(grid::OutlineList a, grid::OutlineList b) const;
   void Gather(const Fan& fan, grid::OutlineList outlines);
-  void Keep(const Run& run);
-  void GoOn(const Run& run, uint32_t ray, uint32_t hit);
+  void StoreHits(const RayInterval& interval);
+  void CompleteRay(const RayInterval& interval, uint32_t ray, uint32_t hit);
 
   const grid::Grid& grid_;
   const RayGroup* rays_ = nullptr;
   double* ranges_ = nullptr;
   TraceCounters* counters_ = nullptr;
-  const grid::Body* met_[RayGroup::kMost];  // nearest bodies so far, at the rays' ranges
+  const grid::Body* hit_bodies_[RayGroup::kMaxRays];  // nearest bodies so far, at the rays' ranges
   // Per interval: the outlines of its tile, and the range and index of each ray's hit.
   std::vector<const grid::Body*> bodies_;
   std::vector<OutlineEdges> edges_;
-  double now_[WideHits::kRoom];
-  uint32_t which_[WideHits::kRoom];
+  double now_[WideHits::kCapacity];
+  uint32_t which_[WideHits::kCapacity];
 };
 
 }  // namespace Stg::internal::sensing

@@ -32,7 +32,7 @@ inline bool IsNearer(double along, const grid::Body& body, double nearest,
 inline bool IsWithin(double along, double range) { return along <= range && std::isfinite(along); }
 
 /// Records nothing and compiles to nothing.
-struct NoNotes {
+struct NullRecorder {
   void Leg(double, const ray_t&) const {}
   void Cell(const ray_t&) const {}
   void Body(const grid::Body&, RayRecord::Answer, double = 0) const {}
@@ -40,14 +40,15 @@ struct NoNotes {
 
 /// Visits the cells along a ray and intersects the ray with the outlines in their tiles, until no
 /// further cell can hold a nearer crossing.
-template <class Taking = NoNotes>
+template <class Recorder = NullRecorder>
 class ExactVisit {
  public:
-  ExactVisit(const grid::Grid& grid, const Fan& fan, const Line& line, const Taking& notes = {})
-      : grid_(grid), fan_(fan), line_(line), nearest_(fan.range), notes_(notes) {}
+  ExactVisit(const grid::Grid& grid, const Fan& fan, const Line& line,
+             const Recorder& recorder = {})
+      : grid_(grid), fan_(fan), line_(line), nearest_(fan.range), recorder_(recorder) {}
 
   /// The body that the ray meets, or null, and its distance in metres.
-  const grid::Body* met() const { return hit_; }
+  const grid::Body* hit_body() const { return hit_; }
   double range() const { return nearest_; }
   RayHit hit() const { return {nearest_, hit_ ? hit_->model : nullptr}; }
   /// True if a leg that starts `leg_start` metres from the ray's start cannot change the result.
@@ -57,45 +58,46 @@ class ExactVisit {
   /// Returns true to end the walk.
   bool operator()(ray_t* ray, uint32_t region, uint32_t tile, uint32_t) {
     const auto slot = static_cast<uint32_t>(grid::Grid::CellAt(region, tile, 0) >> 6);
-    if (slot == asked_) return false;
-    notes_.Cell(*ray);
-    if (!Ask(slot)) return false;
+    if (slot == tested_slot_) return false;
+    recorder_.Cell(*ray);
+    if (!TestTile(slot)) return false;
     EndAtNearest(ray);
     return PastLimits(*ray, ray->u + 1, ray->v) && PastLimits(*ray, ray->u, ray->v + 1);
   }
   /// Returns true if an outline in the tile is nearer than the nearest one so far.
-  bool Ask(uint32_t slot) {
-    asked_ = slot;
+  bool TestTile(uint32_t slot) {
+    tested_slot_ = slot;
     bool nearer = false;
-    grid_.ForEachOutline(grid_.OutlinesIn(slot),
-                         [&](const grid::OutlinePart& part) { nearer |= Offer(part); });
+    grid_.ForEachOutline(grid_.OutlinesIn(slot), [&](const grid::OutlineFragment& outline) {
+      nearer |= TestOutline(outline);
+    });
     return nearer;
   }
   /// Sets a known hit, unless it is null.
-  void Know(const grid::Body* met, double along) {
-    if (met) StopAt(*met, along);
+  void SetHit(const grid::Body* hit_body, double along) {
+    if (hit_body) StopAt(*hit_body, along);
   }
   /// Ends the walk at the nearest crossing: cells behind it do not matter.
   void EndAtNearest(ray_t* ray) const {
     if (!hit_) return;
-    const double share = ShareOfLeg(nearest_ - leg_start_, fan_.leg_length);
-    ray->limit_x = std::min(ray->limit_x, LimitOf(share, ray->adx));
-    ray->limit_y = std::min(ray->limit_y, LimitOf(share, ray->ady));
+    const double leg_fraction = FractionOfLeg(nearest_ - leg_start_, fan_.leg_length);
+    ray->limit_x = std::min(ray->limit_x, BorderLimit(leg_fraction, ray->adx));
+    ray->limit_y = std::min(ray->limit_y, BorderLimit(leg_fraction, ray->ady));
   }
 
  private:
   /// Returns true and stores the body if this part of it is the nearest hit so far.
-  bool Offer(const grid::OutlinePart& part) {
-    const grid::Body& body = grid_.body(part.id);
-    if (PassesAboveOrBelow(fan_, body)) return Decline(body, RayRecord::Answer::kOtherHeight);
+  bool TestOutline(const grid::OutlineFragment& outline) {
+    const grid::Body& body = grid_.body(outline.id);
+    if (PassesAboveOrBelow(fan_, body)) return Reject(body, RayRecord::Answer::kOtherHeight);
     if (PassesBy(line_, point_t(body.x, body.y), body.radius, nearest_))
-      return Decline(body, RayRecord::Answer::kMissed);
-    const double along = FirstCrossing(line_, body.corners, part.edges);
-    if (!IsNearer(body, along)) return Decline(body, RayRecord::Answer::kMissed);
+      return Reject(body, RayRecord::Answer::kMissed);
+    const double along = FirstCrossing(line_, body.corners, outline.edges);
+    if (!IsNearer(body, along)) return Reject(body, RayRecord::Answer::kMissed);
     STAGE_ASSERT(fan_.predicate && body.model && body.exact());
     if (!fan_.predicate(body.model, fan_.finder, fan_.arg))
-      return Decline(body, RayRecord::Answer::kRefused, along);
-    notes_.Body(body, RayRecord::Answer::kAccepted, along);
+      return Reject(body, RayRecord::Answer::kRejected, along);
+    recorder_.Body(body, RayRecord::Answer::kAccepted, along);
     StopAt(body, along);
     return true;
   }
@@ -106,8 +108,8 @@ class ExactVisit {
   bool IsNearer(const grid::Body& body, double along) const {
     return hit_ ? sensing::IsNearer(along, body, nearest_, *hit_) : IsWithin(along, nearest_);
   }
-  bool Decline(const grid::Body& body, RayRecord::Answer answer, double along = 0) const {
-    notes_.Body(body, answer, along);
+  bool Reject(const grid::Body& body, RayRecord::Answer answer, double along = 0) const {
+    recorder_.Body(body, answer, along);
     return false;
   }
   static bool PastLimits(const ray_t& ray, int u, int v) {
@@ -120,8 +122,8 @@ class ExactVisit {
   double leg_start_ = 0;
   double nearest_;
   const grid::Body* hit_ = nullptr;
-  uint32_t asked_ = 0;  // slot of the tile that was tested last
-  [[no_unique_address]] const Taking notes_;
+  uint32_t tested_slot_ = 0;  // slot of the tile that was tested last
+  [[no_unique_address]] const Recorder recorder_;
 };
 
 }  // namespace Stg::internal::sensing

@@ -33,13 +33,13 @@ bool SplitCell(double coordinate, int32_t* cell, uint32_t* fraction) {
   return true;
 }
 
-SineCosine TurnOf(double bearing) { return SinCos(std::isfinite(bearing) ? bearing : 0.0); }
+SineCosine UnitVectorOf(double bearing) { return SinCos(std::isfinite(bearing) ? bearing : 0.0); }
 
-Direction MakeDirection(const SineCosine& turn) {
-  return {Rounded(turn.cosine * kQ30), Rounded(turn.sine * kQ30)};
+Direction MakeDirection(const SineCosine& unit_vector) {
+  return {Rounded(unit_vector.cosine * kQ30), Rounded(unit_vector.sine * kQ30)};
 }
 
-Direction MakeDirection(double bearing) { return MakeDirection(TurnOf(bearing)); }
+Direction MakeDirection(double bearing) { return MakeDirection(UnitVectorOf(bearing)); }
 
 double SampleBearing(double fov, uint32_t count, uint32_t i) {
   STAGE_ASSERT(i < count);
@@ -51,12 +51,12 @@ DirectionTables::DirectionTables() { Find(0.0, 1); }
 
 void DirectionTables::Trim() {
   // Directions that were in use again one step after Trim() set the new limit.
-  if (std::exchange(just_forgotten_, false)) most_ = std::max(kPlenty, 4 * all_.size());
-  if (all_.size() < most_) return;
+  if (std::exchange(just_forgotten_, false)) limit_ = std::max(kDefaultLimit, 4 * all_.size());
+  if (all_.size() < limit_) return;
   first_.clear();
   first_of_bearings_.clear();
   all_ = {};  // their memory too
-  turns_ = {};
+  unit_vectors_ = {};
   generation_++;
   just_forgotten_ = true;
   Find(0.0, 1);
@@ -84,12 +84,12 @@ uint32_t DirectionTables::Find(const std::vector<double>& bearings) {
 template <typename BearingOf>
 uint32_t DirectionTables::Append(uint32_t count, BearingOf bearing_of) {
   const size_t first = all_.size();
-  STAGE_ASSERT(turns_.size() == first && first + count <= UINT32_MAX);
-  turns_.resize(first + count);
+  STAGE_ASSERT(unit_vectors_.size() == first && first + count <= UINT32_MAX);
+  unit_vectors_.resize(first + count);
   all_.resize(first + count);
   for (uint32_t i = 0; i < count; i++) {
-    turns_[first + i] = TurnOf(bearing_of(i));
-    all_[first + i] = MakeDirection(turns_[first + i]);
+    unit_vectors_[first + i] = UnitVectorOf(bearing_of(i));
+    all_[first + i] = MakeDirection(unit_vectors_[first + i]);
   }
   return static_cast<uint32_t>(first);
 }

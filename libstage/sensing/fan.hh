@@ -27,10 +27,10 @@ namespace sensing {
 
 /// A direction relative to a sensor's heading.
 using Direction = ray_direction_t;
-Direction MakeDirection(const SineCosine& turn);
+Direction MakeDirection(const SineCosine& unit_vector);
 Direction MakeDirection(double bearing);
 /// Sine and cosine of a bearing in radians; those of 0 if it is not finite.
-SineCosine TurnOf(double bearing);
+SineCosine UnitVectorOf(double bearing);
 
 /// Bearing, in radians, of sample i of `count` over the field of view `fov`. Samples run
 /// counter-clockwise and include both ends; a single sample points straight ahead.
@@ -51,7 +51,7 @@ class DirectionTables {
   uint64_t generation() const { return generation_; }
   const std::vector<Direction>& all() const { return all_; }
   /// Directions in doubles, with the same indices.
-  const std::vector<SineCosine>& turns() const { return turns_; }
+  const std::vector<SineCosine>& unit_vectors() const { return unit_vectors_; }
 
   /// Index of a table with one direction, straight ahead.
   static constexpr uint32_t kAhead = 0;
@@ -64,10 +64,10 @@ class DirectionTables {
   std::map<std::pair<double, uint32_t>, uint32_t> first_;
   std::map<std::vector<double>, uint32_t> first_of_bearings_;
   std::vector<Direction> all_;
-  std::vector<SineCosine> turns_;
+  std::vector<SineCosine> unit_vectors_;
   uint64_t generation_ = 0;
-  static constexpr std::size_t kPlenty = 4000000;  // number of directions: 96 MB
-  std::size_t most_ = kPlenty;                     // limit before all are forgotten
+  static constexpr std::size_t kDefaultLimit = 4000000;  // number of directions: 96 MB
+  std::size_t limit_ = kDefaultLimit;                    // limit before all are forgotten
   bool just_forgotten_ = false;
 };
 

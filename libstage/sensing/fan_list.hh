@@ -20,24 +20,24 @@ class FanList {
   struct Entry {
     Fan fan;
     uint32_t samples = 0;
-    bool past_own_tree = false;  ///< its rays pass cells of the finder's own tree
-    bool turned = false;         ///< has `samples` own directions, from first_turn on
-    size_t first_turn = 0;
+    bool ignores_own_tree = false;    ///< its rays pass cells of the finder's own tree
+    bool has_own_directions = false;  ///< has `samples` own directions, from first_unit_vector on
+    size_t first_unit_vector = 0;
   };
 
   /// Adds a fan with directions from the tables.
-  void Add(const Fan& fan, uint32_t samples, bool past_own_tree = true);
+  void Add(const Fan& fan, uint32_t samples, bool ignores_own_tree = true);
   /// Adds a fan with its own bearings, in radians.
   void Add(const Fan& fan, std::span<const double> bearings);
 
   size_t size() const { return entries_.size(); }
   std::span<const Entry> From(size_t first) const { return std::span(entries_).subspan(first); }
-  std::span<const SineCosine> TurnsOf(const Entry& entry) const;
+  std::span<const SineCosine> UnitVectorsOf(const Entry& entry) const;
   void Clear();
 
  private:
   std::vector<Entry> entries_;
-  std::vector<SineCosine> turns_;
+  std::vector<SineCosine> unit_vectors_;
 };
 
 }  // namespace Stg::internal::sensing

@@ -31,33 +31,33 @@ uint64_t PlaceKeyOf(int32_t cell_x, int32_t cell_y) {
   return Spread(x >> RAY_TILE_SHIFT) | Spread(y >> RAY_TILE_SHIFT) << 1;
 }
 
-const std::vector<FanRun>& FanOrder::Of(const RayBatch& batch) {
-  Renew(batch);
+const std::vector<FanInterval>& FanOrder::Of(const RayBatch& batch) {
+  Update(batch);
   return order_;
 }
 
-const std::vector<FanRun>& FanOrder::InBatch(const RayBatch& batch) {
-  Renew(batch);
+const std::vector<FanInterval>& FanOrder::InBatch(const RayBatch& batch) {
+  Update(batch);
   return in_batch_;
 }
 
-void FanOrder::Renew(const RayBatch& batch) {
-  constexpr unsigned kGoodFor = 50;
+void FanOrder::Update(const RayBatch& batch) {
+  constexpr unsigned kMaxAge = 50;
   const std::span<const Fan> fans = batch.fans();
-  if (fans_ == fans.size() && ++age_ < kGoodFor) return;
+  if (fans_ == fans.size() && ++age_ < kMaxAge) return;
   age_ = 0;
   fans_ = static_cast<uint32_t>(fans.size());
-  MakeRuns(fans);
+  MakeIntervals(fans);
   Sort(fans);
 }
 
-void FanOrder::MakeRuns(std::span<const Fan> fans) {
+void FanOrder::MakeIntervals(std::span<const Fan> fans) {
   in_batch_.clear();
   uint32_t rays = 0;
   for (uint32_t i = 0; i < fans.size(); i++) {
     const uint32_t samples = fans[i].record.samples;
     if (!in_batch_.empty() && fans[i].finder == fans[i - 1].finder &&
-        rays + samples <= RayGroup::kMost) {
+        rays + samples <= RayGroup::kMaxRays) {
       in_batch_.back().count++;
       rays += samples;
       continue;
@@ -70,15 +70,15 @@ void FanOrder::MakeRuns(std::span<const Fan> fans) {
 
 void FanOrder::Sort(std::span<const Fan> fans) {
   keyed_.clear();
-  for (const FanRun& run : in_batch_) {
-    const FanRecord& first = fans[run.first].record;
-    keyed_.push_back({PlaceKeyOf(first.x, first.y), run});
+  for (const FanInterval& interval : in_batch_) {
+    const FanRecord& first = fans[interval.first].record;
+    keyed_.push_back({PlaceKeyOf(first.x, first.y), interval});
   }
   std::sort(keyed_.begin(), keyed_.end(), [](const Keyed& a, const Keyed& b) {
-    return a.key != b.key ? a.key < b.key : a.run.first < b.run.first;
+    return a.key != b.key ? a.key < b.key : a.interval.first < b.interval.first;
   });
   order_.clear();
-  for (const Keyed& keyed : keyed_) order_.push_back(keyed.run);
+  for (const Keyed& keyed : keyed_) order_.push_back(keyed.interval);
   STAGE_ASSERT(order_.size() == in_batch_.size());
 }
 

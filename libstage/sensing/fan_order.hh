@@ -16,7 +16,7 @@ namespace Stg::internal::sensing {
 
 /// Consecutive fans of a batch that are traced together: of one model, with at most RayGroup::kMost
 /// rays, except for a single larger fan.
-struct FanRun {
+struct FanInterval {
   uint32_t first, count;
 };
 
@@ -26,19 +26,19 @@ uint64_t PlaceKeyOf(int32_t cell_x, int32_t cell_y);
 class FanOrder {
  public:
   /// All fans of the batch, sorted by place. Reused for some batches, as sensors move slowly.
-  const std::vector<FanRun>& Of(const RayBatch& batch);
+  const std::vector<FanInterval>& Of(const RayBatch& batch);
   /// All fans in the order of the batch.
-  const std::vector<FanRun>& InBatch(const RayBatch& batch);
+  const std::vector<FanInterval>& InBatch(const RayBatch& batch);
 
  private:
-  void Renew(const RayBatch& batch);
-  void MakeRuns(std::span<const Fan> fans);
+  void Update(const RayBatch& batch);
+  void MakeIntervals(std::span<const Fan> fans);
   void Sort(std::span<const Fan> fans);
 
-  std::vector<FanRun> in_batch_, order_;
+  std::vector<FanInterval> in_batch_, order_;
   struct Keyed {
     uint64_t key;
-    FanRun run;
+    FanInterval interval;
   };
   std::vector<Keyed> keyed_;  // scratch
   uint32_t fans_ = 0;         // number of fans in the batch that was sorted

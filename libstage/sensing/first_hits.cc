@@ -21,10 +21,10 @@ void LeaveBox(const grid::CellBox& box, ray_t* ray) {
   const int to_x = (ray->sx < 0 ? left : right) + 1, to_y = (ray->sy < 0 ? below : above) + 1;
   if (ray_product((to_x << 16) - ray->ox, ray->ady) <
       ray_product((to_y << 16) - ray->oy, ray->adx)) {
-    ray->v = ray_land(to_x, ray->ox, ray->adx, ray->oy, ray->ady, ray->dy_per_dx, 0, 1);
+    ray->v = ray_leap_end(to_x, ray->ox, ray->adx, ray->oy, ray->ady, ray->dy_per_dx, 0, 1);
     ray->u = to_x;
   } else {
-    ray->u = ray_land(to_y, ray->oy, ray->ady, ray->ox, ray->adx, ray->dx_per_dy, 0, 0);
+    ray->u = ray_leap_end(to_y, ray->oy, ray->ady, ray->ox, ray->adx, ray->dx_per_dy, 0, 0);
     ray->v = to_y;
   }
 }
@@ -36,54 +36,54 @@ namespace {
 /// True if the slices hold all rays of the group, and none is empty.
 [[maybe_unused]] bool IsComplete(const RayGroup& rays) {
   uint32_t count = 0;
-  for (uint32_t i = 0; i < rays.part_count; i++) {
-    if (rays.parts[i].count == 0) return false;
-    count += rays.parts[i].count;
+  for (uint32_t i = 0; i < rays.slice_count; i++) {
+    if (rays.slices[i].count == 0) return false;
+    count += rays.slices[i].count;
   }
   return count == rays.count && count > 0 && count <= RayGroup::kMost;
 }
 
 }  // namespace
 
-void FirstHits::Look(const RayGroup& rays, double* ranges) {
-  STAGE_ASSERT(IsComplete(rays) && rays.words_of_a_ray >= 2);
-  if (wide_walk_.look && rays.count >= kFewestForLanes) {
-    wide_walk_.look(rays, grid_.tables(), {hits_, lists_, ranges, ends_});
+void FirstHits::EvaluateDeviceHits(const RayGroup& rays, double* ranges) {
+  STAGE_ASSERT(IsComplete(rays) && rays.words_per_ray >= 2);
+  if (wide_walk_.evaluate && rays.count >= kMinForLanes) {
+    wide_walk_.evaluate(rays, grid_.tables(), {hits_, lists_, ranges, ends_});
   } else {
-    LookOneByOne(rays);
+    EvaluateOneByOne(rays);
     WriteRanges(rays, ranges);
     FindEnds(rays.count);
   }
-  EndParts(rays);
-  FetchBodies(rays);
+  EndSlices(rays);
+  PrefetchBodies(rays);
 }
 
 void FirstHits::Walk(const RayGroup& rays, double* ranges) {
   STAGE_ASSERT(IsComplete(rays));
-  if (wide_walk_.walk && rays.count >= kFewestForLanes) {
+  if (wide_walk_.walk && rays.count >= kMinForLanes) {
     wide_walk_.walk(rays, grid_.tables(), {hits_, lists_, ranges, ends_});
   } else {
     WalkOneByOne(rays);
     WriteRanges(rays, ranges);
     FindEnds(rays.count);
   }
-  EndParts(rays);
-  FetchBodies(rays);
+  EndSlices(rays);
+  PrefetchBodies(rays);
 }
 
 void FirstHits::WriteRanges(const RayGroup& rays, double* ranges) const {
   uint32_t ray = 0;
-  for (uint32_t i = 0; i < rays.part_count; i++)
-    for (uint32_t k = 0; k < rays.parts[i].count; k++, ray++)
-      ranges[ray] = (rays.exact ? 1.0 : middles_[ray]) * rays.parts[i].leg_length;
+  for (uint32_t i = 0; i < rays.slice_count; i++)
+    for (uint32_t k = 0; k < rays.slices[i].count; k++, ray++)
+      ranges[ray] = (rays.exact ? 1.0 : middles_[ray]) * rays.slices[i].leg_length;
 }
 
-void FirstHits::LookOneByOne(const RayGroup& rays) {
+void FirstHits::EvaluateOneByOne(const RayGroup& rays) {
   uint32_t ray = 0;
-  for (uint32_t part = 0; part < rays.part_count; part++) {
-    TakeOver(rays.parts[part], rays.words_of_a_ray, lists_ + ray, hits_ + ray);
-    if (rays.exact) ForgetBodies(rays.parts[part].count, lists_ + ray);
-    const auto& [fan, directions, count, leg_length, walked] = rays.parts[part];
+  for (uint32_t slice = 0; slice < rays.slice_count; slice++) {
+    CopyDeviceHits(rays.slices[slice], rays.words_per_ray, lists_ + ray, hits_ + ray);
+    if (rays.exact) ClearBodies(rays.slices[slice].count, lists_ + ray);
+    const auto& [fan, directions, count, leg_length, walked] = rays.slices[slice];
     for (uint32_t k = 0; k < count; k++, ray++) {
       if (HitsNothing(ray)) {
         SetNoPassage(ray);
@@ -103,11 +103,11 @@ void FirstHits::LookOneByOne(const RayGroup& rays) {
 }
 
 void FirstHits::WalkOneByOne(const RayGroup& rays) {
-  const FreeBoxes boxes = FindFreeBoxesOfMany(rays);
+  const FreeBoxes boxes = FindFreeBoxesIfWorthwhile(rays);
   std::fill(lists_, lists_ + rays.count, 0);
   uint32_t i = 0;
-  for (uint32_t part = 0; part < rays.part_count; part++) {
-    const auto& [fan, directions, count, leg_length, walked] = rays.parts[part];
+  for (uint32_t slice = 0; slice < rays.slice_count; slice++) {
+    const auto& [fan, directions, count, leg_length, walked] = rays.slices[slice];
     for (uint32_t k = 0; k < count; k++, i++) {
       const Displacement way = DisplacementOf(*fan, directions[k]);
       ray_t ray;
@@ -136,8 +136,8 @@ void FirstHits::SetPassage(uint32_t i, const FanRecord& fan, const Displacement&
   const int fraction_y = static_cast<int>(fan.fraction >> 16);
   in_x_[i] = (u << 16) - (dx < 0 ? 65536 - fraction_x : fraction_x);
   in_y_[i] = (v << 16) - (dy < 0 ? 65536 - fraction_y : fraction_y);
-  across_[i] = dx == 0 ? kNearlyNothing : std::abs(dx);
-  along_[i] = dy == 0 ? kNearlyNothing : std::abs(dy);
+  across_[i] = dx == 0 ? kTinyDisplacement : std::abs(dx);
+  along_[i] = dy == 0 ? kTinyDisplacement : std::abs(dy);
 }
 
 /// Sentinel passage: FindMiddles() returns 1 (the end of the ray).
@@ -154,9 +154,9 @@ void FirstHits::FindBodies(const RayGroup& rays) {
   }
 }
 
-void FirstHits::FetchBodies(const RayGroup& rays) const {
-  STAGE_ASSERT(EndOfRun(rays.count - 1) == rays.count);
-  for (uint32_t i = 0; i < rays.count; i = EndOfRun(i)) {
+void FirstHits::PrefetchBodies(const RayGroup& rays) const {
+  STAGE_ASSERT(EndOfInterval(rays.count - 1) == rays.count);
+  for (uint32_t i = 0; i < rays.count; i = EndOfInterval(i)) {
     if (lists_[i] == kNothing) continue;
     if (rays.exact)
       grid_.PrefetchOutline(lists_[i]);
@@ -171,10 +171,10 @@ void FirstHits::FindEnds(uint32_t count) {
     ends_[i / 64] |= uint64_t{lists_[i] != lists_[i + 1]} << i % 64;
 }
 
-void FirstHits::EndParts(const RayGroup& rays) {
+void FirstHits::EndSlices(const RayGroup& rays) {
   uint32_t end = 0;
-  for (uint32_t part = 0; part < rays.part_count; part++) {
-    end += rays.parts[part].count;
+  for (uint32_t slice = 0; slice < rays.slice_count; slice++) {
+    end += rays.slices[slice].count;
     ends_[(end - 1) / 64] |= uint64_t{1} << (end - 1) % 64;
   }
 }

@@ -58,7 +58,7 @@ struct FourLanes : VectorLanes<int64_t> {
     return And(m.bits, Gather(p, And(m.bits, i)));
   }
   /// table[i & 15].
-  static V OfSixteen(const int64_t* table, V i) {
+  static V LookUp16(const int64_t* table, V i) {
     i &= All(15);
     return V{table[i[0]], table[i[1]], table[i[2]], table[i[3]]};
   }

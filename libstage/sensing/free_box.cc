@@ -98,7 +98,7 @@ class Surroundings {
 };
 
 /// Grows the box tile by tile towards the signs of x and y while it stays empty.
-CellBox Grown(const Surroundings& around, CellBox box, int x, int y) {
+CellBox Grow(const Surroundings& around, CellBox box, int x, int y) {
   STAGE_ASSERT(!box.empty() && around.IsFree(box));
   int* const far_x = x > 0 ? &box.max_x : &box.min_x;
   int* const far_y = y > 0 ? &box.max_y : &box.min_y;
@@ -123,10 +123,10 @@ CellBox StartsOf(const RayGroup& rays, const Surroundings& around) {
     const int x = around.ColumnOf(fan.x), y = around.RowOf(fan.y);
     return CellBox{x, y, x, y};
   };
-  const CellBox first = tile_of(*rays.parts[0].fan);
+  const CellBox first = tile_of(*rays.slices[0].fan);
   CellBox all = first;
-  for (uint32_t i = 1; i < rays.part_count; i++) {
-    const CellBox tile = tile_of(*rays.parts[i].fan);
+  for (uint32_t i = 1; i < rays.slice_count; i++) {
+    const CellBox tile = tile_of(*rays.slices[i].fan);
     all = {std::min(all.min_x, tile.min_x), std::min(all.min_y, tile.min_y),
            std::max(all.max_x, tile.max_x), std::max(all.max_y, tile.max_y)};
   }
@@ -136,14 +136,14 @@ CellBox StartsOf(const RayGroup& rays, const Surroundings& around) {
 
 }  // namespace
 
-FreeBoxes FindFreeBoxesOfMany(const RayGroup& rays) {
+FreeBoxes FindFreeBoxesIfWorthwhile(const RayGroup& rays) {
   constexpr uint32_t kMany = 16;  // searching costs as much as about ten rays
   return rays.count < kMany ? FreeBoxes() : FindFreeBoxes(rays);
 }
 
 FreeBoxes FindFreeBoxes(const RayGroup& rays) {
-  STAGE_ASSERT(rays.part_count > 0);
-  const FanRecord& first = *rays.parts[0].fan;
+  STAGE_ASSERT(rays.slice_count > 0);
+  const FanRecord& first = *rays.slices[0].fan;
   Surroundings around(*rays.grid, first.x, first.y);
   around.Hide(*rays.mask);
   const CellBox starts = StartsOf(rays, around);
@@ -152,7 +152,7 @@ FreeBoxes FindFreeBoxes(const RayGroup& rays) {
   for (const int back_y : {0, 1})
     for (const int back_x : {0, 1})
       boxes.towards[back_y][back_x] =
-          around.InCells(Grown(around, starts, back_x ? -1 : 1, back_y ? -1 : 1));
+          around.InCells(Grow(around, starts, back_x ? -1 : 1, back_y ? -1 : 1));
   return boxes;
 }
 

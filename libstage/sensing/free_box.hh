@@ -21,7 +21,7 @@ struct FreeBoxes {
 /// start tiles are occupied.
 FreeBoxes FindFreeBoxes(const RayGroup& rays);
 /// Like FindFreeBoxes(), but returns empty boxes if there are too few rays for it to pay.
-FreeBoxes FindFreeBoxesOfMany(const RayGroup& rays);
+FreeBoxes FindFreeBoxesIfWorthwhile(const RayGroup& rays);
 
 }  // namespace Stg::internal::sensing
 

@@ -52,7 +52,7 @@ typedef double Pair __attribute__((vector_size(16)));
 
 /// Replaces a displacement of 0 in MiddlesOf(). The start then lies within the cell, so the border
 /// behind it comes out far back and the one ahead far away.
-inline constexpr double kNearlyNothing = 1e-290;
+inline constexpr double kTinyDisplacement = 1e-290;
 
 /// MiddleOf() of two rays at once. No divisor is 0.
 inline Pair MiddlesOf(Pair in_x, Pair in_y, Pair across, Pair along) {

@@ -29,8 +29,8 @@ class Axis {
   /// A cell of the next tile.
   int32_t behind() const { return displacement_ < 0 ? cell_ - kSide : cell_ + kSide; }
   /// Number of further tiles (at most 2) that the leg reaches if it ends after this fraction of it.
-  uint32_t TilesBehind(double share) const {
-    const int limit = LimitOf(share, std::abs(displacement_));
+  uint32_t TilesBehind(double leg_fraction) const {
+    const int limit = BorderLimit(leg_fraction, std::abs(displacement_));
     if ((next_tile_ << 16) - offset_ > limit) return 0;
     return ((next_tile_ + kSide) << 16) - offset_ > limit ? 1 : 2;
   }
@@ -43,12 +43,12 @@ class Axis {
 
 }  // namespace
 
-LegEnd FindLegEnd(const FanRecord& fan, const Direction& d, uint32_t hit, double share) {
-  STAGE_ASSERT(share >= 0 && share <= 1 && hit != RAY_NO_HIT);
+LegEnd FindLegEnd(const FanRecord& fan, const Direction& d, uint32_t hit, double leg_fraction) {
+  STAGE_ASSERT(leg_fraction >= 0 && leg_fraction <= 1 && hit != RAY_NO_HIT);
   const Displacement way = DisplacementOf(fan, d);
   const Axis x(fan.x, fan.fraction & 0xffff, way.x, ray_packed_u(hit));
   const Axis y(fan.y, fan.fraction >> 16, way.y, ray_packed_v(hit));
-  const uint32_t in_x = x.TilesBehind(share), in_y = y.TilesBehind(share);
+  const uint32_t in_x = x.TilesBehind(leg_fraction), in_y = y.TilesBehind(leg_fraction);
   return {std::min(in_x + in_y, 2u), in_x == 1 ? x.behind() : x.cell(),
           in_y == 1 ? y.behind() : y.cell()};
 }
@@ -56,9 +56,8 @@ LegEnd FindLegEnd(const FanRecord& fan, const Direction& d, uint32_t hit, double
 namespace {
 
 /// Finds the nearest outline of one ray: sets its range and which.
-void MeetAlone(const OutlineRays& rays, uint32_t ray, const Outlines& outlines,
-               OutlineHits* found) {
-  const Line line = LineOf(*rays.fan, rays.turns[ray]);
+void MeetOne(const OutlineRays& rays, uint32_t ray, const Outlines& outlines, OutlineHits* found) {
+  const Line line = LineOf(*rays.fan, rays.unit_vectors[ray]);
   double& nearest = found->ranges[ray] = std::numeric_limits<double>::infinity();
   uint32_t& which = found->which[ray] = 0;
   for (uint32_t i = 0; i < outlines.count; i++) {
@@ -75,14 +74,14 @@ void MeetAlone(const OutlineRays& rays, uint32_t ray, const Outlines& outlines,
 
 void MeetOneByOne(const OutlineRays& rays, const Outlines& outlines, OutlineHits* found) {
   const Fan& fan = *rays.fan;
-  std::fill(std::begin(found->settled.words), std::end(found->settled.words), 0);
+  std::fill(std::begin(found->resolved.words), std::end(found->resolved.words), 0);
   for (uint32_t i = 0; i < rays.count; i++) {
-    MeetAlone(rays, i, outlines, found);
+    MeetOne(rays, i, outlines, found);
     const double range = found->ranges[i];
     if (!(range <= fan.range)) continue;
-    const double share = ShareOfLeg(range, fan.leg_length);
-    const LegEnd end = FindLegEnd(fan.record, rays.directions[i], rays.hits[i], share);
-    found->settled.words[i / 64] |= uint64_t{end.tiles == 0} << i % 64;
+    const double leg_fraction = FractionOfLeg(range, fan.leg_length);
+    const LegEnd end = FindLegEnd(fan.record, rays.directions[i], rays.hits[i], leg_fraction);
+    found->resolved.words[i / 64] |= uint64_t{end.tiles == 0} << i % 64;
   }
 }
 

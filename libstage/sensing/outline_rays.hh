@@ -17,10 +17,10 @@ namespace Stg::internal::sensing {
 /// Some rays, with potential hits, of a fan with a single leg.
 struct OutlineRays {
   const Fan* fan;
-  const Direction* directions;  ///< one per ray
-  const SineCosine* turns;      ///< one per ray
-  const uint32_t* hits;         ///< first potential hits, as by ray_pack(), padded like WideHits
-  uint32_t count;               ///< at most RayGroup::kMost
+  const Direction* directions;     ///< one per ray
+  const SineCosine* unit_vectors;  ///< one per ray
+  const uint32_t* hits;            ///< first potential hits, as by ray_pack(), padded like WideHits
+  uint32_t count;                  ///< at most RayGroup::kMaxRays
 };
 
 /// Edges of an outline: bit i selects the edge from corners[i] to corners[i + 1], in metres.
@@ -35,8 +35,8 @@ struct Outlines {
 };
 
 /// One bit per ray. Bits past the last ray are unspecified, but the very last is 0 (sentinel).
-struct SettledRays {
-  uint64_t words[RayGroup::kMost / 64 + 1];
+struct ResolvedRays {
+  uint64_t words[RayGroup::kMaxRays / 64 + 1];
 
   /// The first unsettled ray from `ray` on, or an index past the last ray.
   uint32_t FirstOther(uint32_t ray) const {
@@ -51,7 +51,7 @@ struct SettledRays {
 struct OutlineHits {
   double* ranges;   ///< per ray, metres; infinity if it meets none
   uint32_t* which;  ///< per ray: index of the outline, the smallest at equal range; 0 if none
-  SettledRays settled;
+  ResolvedRays resolved;
 };
 
 // Ray by ray; wide_outlines.hh does it in lanes. Ranges and outlines are padded like WideHits.
@@ -66,7 +66,8 @@ struct LegEnd {
   int32_t x, y;    ///< a cell of the tile in which it ends
 };
 /// For a ray of a single leg with a hit in the tile, which ends after this fraction of the leg.
-LegEnd FindLegEnd(const FanRecord& fan, const Direction& direction, uint32_t hit, double share);
+LegEnd FindLegEnd(const FanRecord& fan, const Direction& direction, uint32_t hit,
+                  double leg_fraction);
 
 }  // namespace Stg::internal::sensing
 

@@ -47,7 +47,7 @@ class PathComparison {
   bool Choose();
   void BeginToCompare();
   void EndProbe();
-  double TimesSlower() const;
+  double CostRatio() const;
   /// True if the last batch of the probe was so slow that the probe can stop.
   bool ProbeIsClear() const;
   uint64_t Wait() const;
@@ -57,7 +57,7 @@ class PathComparison {
   // all changes since its last batch, so the time says little about its usual cost.
   bool catches_up_ = false;
   Cost catching_up_{1};
-  bool compares_ = false;       // both costs are known
+  bool both_known_ = false;     // both costs are known
   bool device_faster_ = false;  // estimate
   bool device_chosen_ = false;  // for the current batch
   bool is_probe_ = false;       // for the current batch

@@ -61,11 +61,11 @@ class Prefilter {
 
   /// A prefilter on the same device for another world, which may run on another thread. Shares what
   /// does not depend on a grid, so nothing is opened or compiled again. Null if unsupported.
-  virtual std::unique_ptr<Prefilter> ForAnotherWorld() const { return nullptr; }
+  virtual std::unique_ptr<Prefilter> CloneForWorld() const { return nullptr; }
 
   /// True in a forked process: the driver's threads do not exist here, and releasing the device
   /// could wait for them forever. The prefilter must be leaked.
-  virtual bool IsFromAnotherProcess() const { return false; }
+  virtual bool IsForked() const { return false; }
 
   /// True if the device is the host's CPU, whose cores must then be left to it.
   virtual bool UsesHost() const { return false; }

@@ -20,10 +20,10 @@ struct RayRecord {
   enum class Answer : uint8_t {
     kOtherHeight,  ///< the ray passes above or below it
     kMissed,       ///< exact model: the ray meets no edge of it, or only behind the nearest hit
-    kRefused,      ///< the predicate lets the ray pass
+    kRejected,     ///< the predicate lets the ray pass
     kAccepted      ///< the predicate accepts it as a hit
   };
-  struct Question {
+  struct BodyTest {
     const Model* model;
     double z_min, z_max;  ///< height interval of the body, global, metres
     Answer answer;
@@ -34,7 +34,7 @@ struct RayRecord {
     int32_t x, y;
     double middle;  ///< metres from the start to the midpoint of the ray's path in the cell
     /// In order of stamps. Empty if the cell belongs to the other kind of rasterization only.
-    std::vector<Question> questions;
+    std::vector<BodyTest> tests;
   };
   struct Leg {
     double number;  ///< from 0
@@ -44,7 +44,7 @@ struct RayRecord {
   Fan fan;
   uint32_t sample = 0;  ///< index in the fan
   Direction direction{};
-  SineCosine turn{0, 1};
+  SineCosine unit_vector{0, 1};
   int32_t dx = 0, dy = 0;     ///< displacement of a leg, Q16 cells
   uint32_t mask_tiles = 0;    ///< size of the self-mask; 0: none
   uint32_t hidden_cells = 0;  ///< number of cells that it hides
@@ -58,7 +58,7 @@ class RayObserver {
  public:
   virtual ~RayObserver() = default;
   /// The models in the record are valid during the call only.
-  virtual void TakeRecord(const RayRecord& record) = 0;
+  virtual void ReceiveRecord(const RayRecord& record) = 0;
 };
 
 }  // namespace Stg::internal::sensing

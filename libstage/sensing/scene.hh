@@ -18,23 +18,23 @@ namespace Stg::internal::sensing {
 struct Scene {
   double cells_per_metre = 50;
   RayModel ray_model = RayModel::kCell;  ///< for sensors that do not set it
-  bool exact_drawing = false;            ///< bodies have an exact rasterization too
+  bool exact_rasterization = false;      ///< bodies have an exact rasterization too
   grid::Grid grid;
   DirectionTables tables;
   RayBatch batch;
   FanList fans;  ///< scratch of a model that updates alone
   /// True while the world is deleted or reset: rays see nothing, and bodies are not removed one by
   /// one, because the grid is dropped as a whole.
-  bool going = false;
-  void Go() {
-    going = true;
+  bool tearing_down = false;
+  void BeginTeardown() {
+    tearing_down = true;
     grid.Hide();
   }
   /// Clears the grid for a new world.
   void Return() {
-    STAGE_ASSERT(going);
-    going = false;
-    grid.Become(grid::Grid());
+    STAGE_ASSERT(tearing_down);
+    tearing_down = false;
+    grid.AssignCopy(grid::Grid());
   }
   uint64_t body_changes = 0;  ///< number of changes of body shapes
   uint64_t batch_number = 1;  ///< number of batches: identifies data left over from earlier ones

@@ -11,7 +11,7 @@ namespace {
 using Kind = WalkStep::Kind;
 
 /// Fraction of the displacement at which a border is crossed.
-double ShareAt(int border, int offset, int displacement) {
+double FractionAt(int border, int offset, int displacement) {
   return displacement == 0 ? 1.0 : (border * 65536.0 - offset) / displacement;
 }
 
@@ -46,21 +46,21 @@ double Leap(ray_t* ray, int x, int y, int shift) {
   const bool in_x =
       ray_product((to_x << 16) - ray->ox, ray->ady) < ray_product((to_y << 16) - ray->oy, ray->adx);
   if (in_x) {
-    ray->v = ray_land(to_x, ray->ox, ray->adx, ray->oy, ray->ady, ray->dy_per_dx, ray->v, 1);
+    ray->v = ray_leap_end(to_x, ray->ox, ray->adx, ray->oy, ray->ady, ray->dy_per_dx, ray->v, 1);
     ray->u = to_x;
-    return ShareAt(to_x, ray->ox, ray->adx);
+    return FractionAt(to_x, ray->ox, ray->adx);
   }
-  ray->u = ray_land(to_y, ray->oy, ray->ady, ray->ox, ray->adx, ray->dx_per_dy, ray->u, 0);
+  ray->u = ray_leap_end(to_y, ray->oy, ray->ady, ray->ox, ray->adx, ray->dx_per_dy, ray->u, 0);
   ray->v = to_y;
-  return ShareAt(to_y, ray->oy, ray->ady);
+  return FractionAt(to_y, ray->oy, ray->ady);
 }
 
 }  // namespace
 
-void RecordWalk(const ray_grid_t& grid, const ray_mask_t& mask, ray_t ray, std::size_t most,
+void RecordWalk(const ray_grid_t& grid, const ray_mask_t& mask, ray_t ray, std::size_t max_cells,
                 std::vector<WalkStep>* steps) {
   double at = 0;
-  while (steps->size() < most && (ray.u << 16) - ray.ox <= ray.limit_x &&
+  while (steps->size() < max_cells && (ray.u << 16) - ray.ox <= ray.limit_x &&
          (ray.v << 16) - ray.oy <= ray.limit_y) {
     const int x = ray.x0 + ray.sx * ray.u, y = ray.y0 + ray.sy * ray.v;
     const Ground ground = GroundAt(grid, mask, x, y);

@@ -26,8 +26,8 @@ struct WalkStep {
   double from, to;  ///< where the ray enters and leaves it, as fractions of its displacement
 };
 
-/// Walks to the end of the ray, at most `most` steps. `ray` is as ray_begin() leaves it.
-void RecordWalk(const ray_grid_t& grid, const ray_mask_t& mask, ray_t ray, std::size_t most,
+/// Walks to the end of the ray, at most `max_cells` steps. `ray` is as ray_begin() leaves it.
+void RecordWalk(const ray_grid_t& grid, const ray_mask_t& mask, ray_t ray, std::size_t max_cells,
                 std::vector<WalkStep>* steps);
 
 }  // namespace Stg::internal::sensing

@@ -24,21 +24,21 @@ class HitPlaces {
   /// Sets ranges and bodies of all rays.
   void Find(const SuperMap<Lanes>& supers, const WideHits& found) {
     for (first_ = 0; first_ < rays_.count; first_ += Lanes::kCount) {
-      const Stop stop = Take(found.hits);
-      PutRanges(stop, found);
-      Lanes::Store(cells_ + first_, Cells(supers, stop));
+      const HitPosition position = LoadHits(found.hits);
+      PutRanges(position, found);
+      Lanes::Store(cells_ + first_, Cells(supers, position));
     }
     for (first_ = 0; first_ < rays_.count; first_ += Lanes::kCount)
-      FindBodies(found, Take(found.hits).here, All(WideHits::kNothing));
+      FindBodies(found, LoadHits(found.hits).here, All(WideHits::kNothing));
   }
 
   /// Sets ranges of all rays, and bodies where they are unknown (0).
   void Complete(const RayGroup& rays, const WideHits& found) {
     uint32_t unknown = 0;  // number of vectors with unknown bodies
     for (first_ = 0; first_ < rays_.count; first_ += Lanes::kCount) {
-      const Stop stop = Take(found.hits);
-      PutRanges(stop, found);
-      const V bodies = Lanes::Select(stop.here, Load(found.bodies), All(WideHits::kNothing));
+      const HitPosition position = LoadHits(found.hits);
+      PutRanges(position, found);
+      const V bodies = Lanes::Select(position.here, Load(found.bodies), All(WideHits::kNothing));
       Lanes::Store(found.bodies + first_, bodies);
       firsts_[unknown] = first_;
       unknown += Lanes::Any(Unknown(bodies));
@@ -47,11 +47,11 @@ class HitPlaces {
     const SuperMap<Lanes> supers = SupersNear<Lanes>(rays);
     for (uint32_t i = 0; i < unknown; i++) {
       first_ = firsts_[i];
-      Lanes::Store(cells_ + first_, Cells(supers, Take(found.hits)));
+      Lanes::Store(cells_ + first_, Cells(supers, LoadHits(found.hits)));
     }
     for (uint32_t i = 0; i < unknown; i++) {
       first_ = firsts_[i];
-      taken_ = Lanes::FirstOf(rays_.count - first_);
+      active_ = Lanes::FirstOf(rays_.count - first_);
       const V bodies = Load(found.bodies);
       FindBodies(found, Unknown(bodies), bodies);
     }
@@ -68,69 +68,70 @@ class HitPlaces {
     return Lanes::Load(numbers + first_);
   }
 
-  struct Stop {
+  struct HitPosition {
     M here;  // rays with a hit
     V u, v;  // position of the hit; 0 without one
   };
   /// Loads the hits of the rays from first_ on.
-  Stop Take(const uint32_t* hits) {
-    taken_ = Lanes::FirstOf(rays_.count - first_);
+  HitPosition LoadHits(const uint32_t* hits) {
+    active_ = Lanes::FirstOf(rays_.count - first_);
     const V hit = Load(hits);
-    const M here = Lanes::And(taken_, Lanes::Differ(hit, All(RAY_NO_HIT)));
+    const M here = Lanes::And(active_, Lanes::Differ(hit, All(RAY_NO_HIT)));
     return {here, Lanes::Select(here, Lanes::And(hit, All(0xffff)), All(0)),
             Lanes::Select(here, Lanes::template Right<16>(hit), All(0))};
   }
 
   /// Active lanes whose body list is still unknown (0).
-  M Unknown(V bodies) const { return Lanes::And(taken_, Lanes::Equal(bodies, All(0))); }
+  M Unknown(V bodies) const { return Lanes::And(active_, Lanes::Equal(bodies, All(0))); }
 
-  void PutRanges(const Stop& stop, const WideHits& found) const {
+  void PutRanges(const HitPosition& position, const WideHits& found) const {
     // Ranges of exact rays are computed elsewhere.
     const D end = Lanes::AllOf(1.0);
-    const D middles = rays_.exact ? end : Lanes::Select(stop.here, Middles(stop.u, stop.v), end);
-    Lanes::Store(taken_, found.ranges + first_,
+    const D middles =
+        rays_.exact ? end : Lanes::Select(position.here, Middles(position.u, position.v), end);
+    Lanes::Store(active_, found.ranges + first_,
                  Lanes::Times(middles, Lanes::Load(rays_.leg_lengths + first_)));
   }
 
-  /// Looks up the bodies of cells_ in the lanes `looked_for`; the other lanes get `others`.
-  void FindBodies(const WideHits& found, M looked_for, V others) const {
-    const V bodies = Bodies(looked_for, Lanes::Load(cells_ + first_));
-    Lanes::Store(found.bodies + first_, Lanes::Select(looked_for, bodies, others));
+  /// Looks up the bodies of cells_ in the lanes `wanted`; the other lanes get `others`.
+  void FindBodies(const WideHits& found, M wanted, V others) const {
+    const V bodies = Bodies(wanted, Lanes::Load(cells_ + first_));
+    Lanes::Store(found.bodies + first_, Lanes::Select(wanted, bodies, others));
   }
 
-  V Cells(const SuperMap<Lanes>& supers, const Stop& stop) const {
-    const V x = Reached<Lanes>(Load(rays_.x0), stop.u, Lanes::SignOf(Load(rays_.dx)));
-    const V y = Reached<Lanes>(Load(rays_.y0), stop.v, Lanes::SignOf(Load(rays_.dy)));
-    const V super = supers.Of(taken_, x, y);
+  V Cells(const SuperMap<Lanes>& supers, const HitPosition& position) const {
+    const V x = Reached<Lanes>(Load(rays_.x0), position.u, Lanes::SignOf(Load(rays_.dx)));
+    const V y = Reached<Lanes>(Load(rays_.y0), position.v, Lanes::SignOf(Load(rays_.dy)));
+    const V super = supers.Of(active_, x, y);
     const V tile = Lanes::Add(Lanes::template Left<6>(RegionOf<Lanes>(rays_.grid, super, x, y)),
                               TileInRegion<Lanes>(x, y));
     const V bit = Lanes::Or(Lanes::And(x, All(7)), Lanes::template Left<3>(Lanes::And(y, All(7))));
     return Lanes::Or(Lanes::template Left<6>(tile), bit);
   }
 
-  V Bodies(M looked_for, V cells) const {
-    return rays_.exact ? Outlines(looked_for, cells) : Lists(looked_for, cells);
+  V Bodies(M wanted, V cells) const {
+    return rays_.exact ? Outlines(wanted, cells) : Lists(wanted, cells);
   }
 
   /// Grid::OutlinesIn() in lanes.
-  V Outlines(M looked_for, V cells) const {
-    return Lanes::Gather(looked_for, tables_.outlines, Lanes::template Right<6>(cells));
+  V Outlines(M wanted, V cells) const {
+    return Lanes::Gather(wanted, tables_.outlines, Lanes::template Right<6>(cells));
   }
 
   /// Grid::ListIn() in lanes.
-  V Lists(M looked_for, V cells) const {
+  V Lists(M wanted, V cells) const {
     using Tile = grid::Grid::TileCells;
     constexpr int64_t kWords = sizeof(Tile) / sizeof(uint64_t), kHalves = 2 * kWords;
     static_assert(sizeof(Tile) == kWords * sizeof(uint64_t));
     const V slot = Lanes::template Right<6>(cells), bit = Lanes::And(cells, All(63));
     const V drawn =
-        Lanes::Gather(looked_for, &tables_.tiles->cells, Lanes::Multiply(slot, All(kWords)));
+        Lanes::Gather(wanted, &tables_.tiles->cells, Lanes::Multiply(slot, All(kWords)));
     const M occupied = Lanes::Odd(Lanes::BitOf(drawn, bit));
     const V bodies =
         Lanes::Gather(occupied, &tables_.tiles->bodies, Lanes::Multiply(slot, All(kHalves)));
     const M several = Lanes::Odd(Lanes::template Right<31>(bodies));
     if (!Lanes::Any(several)) return bodies;
-    const V lists = Lanes::template Left<6>(Lanes::Without(bodies, All(grid::Grid::kSeveral)));
+    const V lists = Lanes::template Left<6>(Lanes::Without(bodies, All(grid::Grid::kListFlag)));
     const V list = Lanes::Gather(several, tables_.lists->data(), Lanes::Or(lists, bit));
     return Lanes::Select(several, list, bodies);
   }
@@ -162,9 +163,9 @@ class HitPlaces {
 
   const RayStarts<Lanes>& rays_;
   const grid::Grid::Tables& tables_;
-  alignas(64) int64_t cells_[RayStarts<Lanes>::kRoom];  // cells of the hits
-  uint32_t firsts_[RayStarts<Lanes>::kRoom / Lanes::kCount];
-  M taken_ = Lanes::None();
+  alignas(64) int64_t cells_[RayStarts<Lanes>::kCapacity];  // cells of the hits
+  uint32_t firsts_[RayStarts<Lanes>::kCapacity / Lanes::kCount];
+  M active_ = Lanes::None();
   uint32_t first_ = 0;
 };
 
@@ -181,36 +182,37 @@ void FindEnds(uint32_t count, const WideHits& found) {
   }
 }
 
-/// TakeOver() for lists of one hit. The last lanes may overwrite what follows.
+/// CopyDeviceHits() for lists of one hit. The last lanes may overwrite what follows.
 template <class Lanes>
-void TakeOverPairs(const FanPart& part, uint32_t* to_bodies, uint32_t* to_hits) {
-  for (uint32_t done = 0; done < part.count; done += Lanes::kCount) {
+void CopyDeviceHitPairs(const FanSlice& slice, uint32_t* to_bodies, uint32_t* to_hits) {
+  for (uint32_t done = 0; done < slice.count; done += Lanes::kCount) {
     typename Lanes::V bodies, hits;
-    Lanes::LoadPairs(part.walked + 2 * done, part.count - done, &bodies, &hits);
+    Lanes::LoadPairs(slice.walked + 2 * done, slice.count - done, &bodies, &hits);
     Lanes::Store(to_bodies + done, bodies);
     Lanes::Store(to_hits + done, hits);
   }
 }
 
 template <class Lanes>
-void TakeOverAll(const RayGroup& rays, const WideHits& found) {
+void CopyAllDeviceHits(const RayGroup& rays, const WideHits& found) {
   uint32_t first = 0;
-  for (uint32_t i = 0; i < rays.part_count; i++) {
-    const FanPart& part = rays.parts[i];
+  for (uint32_t i = 0; i < rays.slice_count; i++) {
+    const FanSlice& slice = rays.slices[i];
     uint32_t* const bodies = found.bodies + first;
     uint32_t* const hits = found.hits + first;
-    if (rays.words_of_a_ray == 2)
-      TakeOverPairs<Lanes>(part, bodies, hits);
+    if (rays.words_per_ray == 2)
+      CopyDeviceHitPairs<Lanes>(slice, bodies, hits);
     else
-      TakeOver(part, rays.words_of_a_ray, bodies, hits);
-    first += part.count;
+      CopyDeviceHits(slice, rays.words_per_ray, bodies, hits);
+    first += slice.count;
   }
-  if (rays.exact) ForgetBodies(rays.count, found.bodies);
+  if (rays.exact) ClearBodies(rays.count, found.bodies);
 }
 
 template <class Lanes>
-void LookInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const WideHits& found) {
-  TakeOverAll<Lanes>(rays, found);
+void EvaluateInLanes(const RayGroup& rays, const grid::Grid::Tables& tables,
+                     const WideHits& found) {
+  CopyAllDeviceHits<Lanes>(rays, found);
   const RayStarts<Lanes> starts(rays);
   HitPlaces<Lanes>(starts, tables).Complete(rays, found);
   FindEnds<Lanes>(rays.count, found);

@@ -28,12 +28,12 @@ class LineLanes {
   D FirstCrossing(const OutlineEdges& some) const {
     D nearest = All(kNone);
     Corner to{};
-    int seen = 0;  // index of the corner in `to`
+    int located = 0;  // index of the corner in `to`
     for (uint32_t edges = some.edges; edges != 0; edges &= edges - 1) {
       const int i = __builtin_ctz(edges);
-      const Corner from = i == seen && i != 0 ? to : See(some.corners[i]);
-      seen = i + 1;
-      to = See(some.corners[seen]);
+      const Corner from = i == located && i != 0 ? to : Locate(some.corners[i]);
+      located = i + 1;
+      to = Locate(some.corners[located]);
       const M meet = Meet(from, to);
       if (Lanes::Any(meet))
         nearest =
@@ -49,16 +49,16 @@ class LineLanes {
   /// A corner relative to the lines, see crossing.cc.
   struct Corner {
     D along, side;
-    double unsure;  // equal for all lines
+    double error_bound;  // equal for all lines
   };
 
-  Corner See(const point_t& p) const {
-    const double unsure = RoundingAt(p, x_, y_);
+  Corner Locate(const point_t& p) const {
+    const double error_bound = RoundingAt(p, x_, y_);
     const D dx = All(p.x - x_), dy = All(p.y - y_);
     const D side = Lanes::Minus(Lanes::Times(cosines_, dy), Lanes::Times(sines_, dx));
     const D along = Lanes::Plus(Lanes::Times(cosines_, dx), Lanes::Times(sines_, dy));
-    const M far = Lanes::Below(All(unsure), Lanes::Magnitude(side));
-    return {along, Lanes::Select(far, side, All(0)), unsure};
+    const M far = Lanes::Below(All(error_bound), Lanes::Magnitude(side));
+    return {along, Lanes::Select(far, side, All(0)), error_bound};
   }
 
   /// Lines that have the corners on different sides, or pass through one.
@@ -70,8 +70,8 @@ class LineLanes {
 
   static D Crossing(M meet, const Corner& a, const Corner& b) {
     const M on_a = Lanes::Zero(a.side), on_b = Lanes::Zero(b.side);
-    const D share = Lanes::Divide(a.side, Lanes::Minus(a.side, b.side));
-    const D between = Lanes::Plus(a.along, Lanes::Times(Lanes::Minus(b.along, a.along), share));
+    const D fraction = Lanes::Divide(a.side, Lanes::Minus(a.side, b.side));
+    const D between = Lanes::Plus(a.along, Lanes::Times(Lanes::Minus(b.along, a.along), fraction));
     const D nearer = Lanes::Smaller(b.along, a.along);
     const D along = Lanes::Select(on_a, Lanes::Select(on_b, nearer, a.along),
                                   Lanes::Select(on_b, b.along, between));
@@ -82,13 +82,14 @@ class LineLanes {
 
   /// Handles crossings behind the start.
   static D Behind(D along, const Corner& a, const Corner& b) {
-    const D unsure = All(a.unsure > b.unsure ? a.unsure : b.unsure), none = All(0);
+    const D error_bound = All(a.error_bound > b.error_bound ? a.error_bound : b.error_bound),
+            none = All(0);
     const D across = Lanes::Magnitude(Lanes::Minus(a.side, b.side));
     const D length = Lanes::Plus(across, Lanes::Magnitude(Lanes::Minus(a.along, b.along)));
     const D farther = Lanes::Larger(a.along, b.along);
-    const M off_edge = Lanes::Below(farther, Lanes::Minus(none, unsure));
-    const M off =
-        Lanes::Below(Lanes::Times(unsure, length), Lanes::Times(Lanes::Minus(none, along), across));
+    const M off_edge = Lanes::Below(farther, Lanes::Minus(none, error_bound));
+    const M off = Lanes::Below(Lanes::Times(error_bound, length),
+                               Lanes::Times(Lanes::Minus(none, along), across));
     const M along_edge = Lanes::Zero(across);
     const M missed = Lanes::Or(Lanes::And(along_edge, off_edge), Lanes::AndNot(off, along_edge));
     return Lanes::Select(missed, All(kNone), none);
@@ -110,13 +111,13 @@ struct LegLanes {
   V displacement;  // Q16 cells
 
   /// Lanes that stay in the tile of the cell `borders` away within this fraction of the leg.
-  M StayInTile(V borders, D share) const {
+  M StayInTile(V borders, D fraction) const {
     const V back = Lanes::SignOf(displacement);
     const V reached = Lanes::Xor(Reached<Lanes>(cell, borders, back), back);
     const V gone = Lanes::And(reached, All(kSide - 1));  // from the tile's near side
     const V border = Lanes::Subtract(Lanes::Add(borders, All(kSide)), gone);
     const D size = Lanes::ToDouble(Lanes::Absolute(displacement));
-    const V limit = Lanes::Add(Lanes::ToInteger(Lanes::Times(share, size)), All(1));
+    const V limit = Lanes::Add(Lanes::ToInteger(Lanes::Times(fraction, size)), All(1));
     return Lanes::Greater(Lanes::Subtract(Lanes::template Left<16>(border), offset), limit);
   }
 
@@ -127,11 +128,11 @@ struct LegLanes {
 
 /// Rays from `first` on that meet nothing before the outline that they meet at `ranges`.
 template <class Lanes>
-typename Lanes::M Settled(const OutlineRays& rays, uint32_t first, typename Lanes::D ranges) {
+typename Lanes::M ResolvedLanes(const OutlineRays& rays, uint32_t first, typename Lanes::D ranges) {
   using V = typename Lanes::V;
   const FanRecord& fan = rays.fan->record;
   const auto beyond = Lanes::Below(Lanes::AllOf(rays.fan->range), ranges);
-  const auto share =
+  const auto fraction =
       Lanes::Smaller(Lanes::Divide(ranges, Lanes::AllOf(rays.fan->leg_length)), Lanes::AllOf(1.0));
   V dx, dy;
   Displace<Lanes>(fan, rays.directions + first, rays.count - first, &dx, &dy);
@@ -139,7 +140,7 @@ typename Lanes::M Settled(const OutlineRays& rays, uint32_t first, typename Lane
   const V u = Lanes::And(hits, Lanes::All(0xffff)), v = Lanes::template Right<16>(hits);
   const LegLanes<Lanes> x{Lanes::All(fan.x), OffsetOf<Lanes>(fan.fraction & 0xffff, dx), dx};
   const LegLanes<Lanes> y{Lanes::All(fan.y), OffsetOf<Lanes>(fan.fraction >> 16, dy), dy};
-  return Lanes::AndNot(Lanes::And(x.StayInTile(u, share), y.StayInTile(v, share)), beyond);
+  return Lanes::AndNot(Lanes::And(x.StayInTile(u, fraction), y.StayInTile(v, fraction)), beyond);
 }
 
 template <class Lanes>
@@ -149,10 +150,10 @@ void MeetInLanes(const OutlineRays& rays, const Outlines& outlines, OutlineHits*
   using V = typename Lanes::V;
   const Fan& fan = *rays.fan;
   const D sine = Lanes::AllOf(fan.heading.sine), cosine = Lanes::AllOf(fan.heading.cosine);
-  for (uint64_t& word : found->settled.words) word = 0;
+  for (uint64_t& word : found->resolved.words) word = 0;
   for (uint32_t first = 0; first < rays.count; first += Lanes::kCount) {
     D sines, cosines;
-    Lanes::LoadPairs(rays.turns + first, rays.count - first, &sines, &cosines);
+    Lanes::LoadPairs(rays.unit_vectors + first, rays.count - first, &sines, &cosines);
     // LineOf() in lanes.
     const LineLanes<Lanes> lines(
         fan.x, fan.y, Lanes::Plus(Lanes::Times(sine, cosines), Lanes::Times(cosine, sines)),
@@ -166,8 +167,8 @@ void MeetInLanes(const OutlineRays& rays, const Outlines& outlines, OutlineHits*
     }
     Lanes::Store(found->ranges + first, nearest);
     Lanes::Store(found->which + first, which);
-    found->settled.words[first / 64] |= Lanes::BitsOf(Settled<Lanes>(rays, first, nearest))
-                                        << first % 64;
+    found->resolved.words[first / 64] |= Lanes::BitsOf(ResolvedLanes<Lanes>(rays, first, nearest))
+                                         << first % 64;
   }
 }
 

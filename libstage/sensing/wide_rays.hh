@@ -101,7 +101,7 @@ class SuperMap {
     V numbers;
     if (!near_.Find(lanes, super_x, super_y, &numbers))
       return FindSupers<Lanes>(grid_, super_x, super_y);
-    return Lanes::OfSixteen(supers_, numbers);
+    return Lanes::LookUp16(supers_, numbers);
   }
   /// A superregion near the place.
   uint32_t At(int super_x, int super_y) const {
@@ -119,11 +119,11 @@ class SuperMap {
 /// The superregions near the group.
 template <class Lanes>
 SuperMap<Lanes> SupersNear(const RayGroup& rays) {
-  return {*rays.grid, rays.parts[0].fan->x, rays.parts[0].fan->y};
+  return {*rays.grid, rays.slices[0].fan->x, rays.slices[0].fan->y};
 }
 template <class Lanes, class Others>
 SuperMap<Lanes> SupersNear(const RayGroup& rays, const SuperMap<Others>& same) {
-  return {same, rays.parts[0].fan->x, rays.parts[0].fan->y};
+  return {same, rays.slices[0].fan->x, rays.slices[0].fan->y};
 }
 
 /// Displacements of a fan's rays: one per lane, at most `count`.
@@ -158,37 +158,37 @@ class RayStarts {
   explicit RayStarts(const RayGroup& rays)
       : grid(*rays.grid), count(rays.count), exact(rays.exact) {
     uint32_t first = 0;
-    for (uint32_t i = 0; i < rays.part_count; i++) {
-      const FanPart& part = rays.parts[i];
+    for (uint32_t i = 0; i < rays.slice_count; i++) {
+      const FanSlice& slice = rays.slices[i];
       // The last lanes may write into the next slice, which is written later, or into the padding.
-      for (uint32_t done = 0; done < part.count; done += Lanes::kCount)
-        Prepare(part, done, first + done);
-      first += part.count;
+      for (uint32_t done = 0; done < slice.count; done += Lanes::kCount)
+        Prepare(slice, done, first + done);
+      first += slice.count;
     }
   }
 
   /// Capacity, padded because rays are prepared a whole vector at a time.
-  static constexpr uint32_t kRoom = RayGroup::kMost + 16;
+  static constexpr uint32_t kCapacity = RayGroup::kMaxRays + 16;
   static_assert(Lanes::kCount <= 16);
 
   const ray_grid_t& grid;
   const uint32_t count;
   const bool exact;
 
-  alignas(64) int32_t x0[kRoom], y0[kRoom];
-  alignas(64) int32_t dx[kRoom], dy[kRoom];
-  alignas(64) int32_t ox[kRoom], oy[kRoom];
-  alignas(64) double leg_lengths[kRoom];
+  alignas(64) int32_t x0[kCapacity], y0[kCapacity];
+  alignas(64) int32_t dx[kCapacity], dy[kCapacity];
+  alignas(64) int32_t ox[kCapacity], oy[kCapacity];
+  alignas(64) double leg_lengths[kCapacity];
 
  private:
   static V All(int64_t number) { return Lanes::All(number); }
 
   /// Prepares a vector of the slice's rays, from `done` on.
-  void Prepare(const FanPart& part, uint32_t done, uint32_t first) {
-    const FanRecord& fan = *part.fan;
+  void Prepare(const FanSlice& slice, uint32_t done, uint32_t first) {
+    const FanRecord& fan = *slice.fan;
     V to_x, to_y;
-    Displace<Lanes>(fan, part.directions + done, part.count - done, &to_x, &to_y);
-    Lanes::Store(leg_lengths + first, Lanes::AllOf(part.leg_length));
+    Displace<Lanes>(fan, slice.directions + done, slice.count - done, &to_x, &to_y);
+    Lanes::Store(leg_lengths + first, Lanes::AllOf(slice.leg_length));
     Lanes::Store(dx + first, to_x);
     Lanes::Store(dy + first, to_y);
     Lanes::Store(x0 + first, All(fan.x));

@@ -19,14 +19,14 @@ namespace Stg::internal::sensing {
 
 /// Output arrays: the first potential hits of a group's rays.
 struct WideHits {
-  uint32_t* hits;          ///< kRoom elements: as by ray_pack(), or RAY_NO_HIT
-  grid::BodyList* bodies;  ///< kRoom elements: bodies in the cell of the hit; for exact rays the
-                           ///< OutlineList of its tile; kNothing without a hit
-  double* ranges;          ///< to the middle of that cell; the fan's range without a hit
+  uint32_t* hits;          ///< kCapacity elements: as by ray_pack(), or RAY_NO_HIT
+  grid::BodyList* bodies;  ///< kCapacity elements: bodies in the cell of the hit; for exact rays
+                           ///< the OutlineList of its tile; kNothing without a hit
+  double* ranges;  ///< to the middle of that cell; the fan's range without a hit
   uint64_t* ends;  ///< kEndWords words: bit i is set if rays i and i + 1 have different bodies; the
                    ///< last ray's bit is unspecified
-  static constexpr uint32_t kRoom = RayGroup::kMost + 16;
-  static constexpr uint32_t kEndWords = RayGroup::kMost / 64 + 1;
+  static constexpr uint32_t kCapacity = RayGroup::kMaxRays + 16;
+  static constexpr uint32_t kEndWords = RayGroup::kMaxRays / 64 + 1;
   static constexpr grid::BodyList kNothing = 0xffffffffu;
 };
 
@@ -36,8 +36,8 @@ struct WideWalk {
   void (*walk)(const RayGroup& rays, const grid::Grid::Tables& tables,
                const WideHits& found) = nullptr;
   /// Fills in the rest for rays that a device has walked.
-  void (*look)(const RayGroup& rays, const grid::Grid::Tables& tables,
-               const WideHits& found) = nullptr;
+  void (*evaluate)(const RayGroup& rays, const grid::Grid::Tables& tables,
+                   const WideHits& found) = nullptr;
   /// MeetOneByOne() in lanes.
   void (*meet)(const OutlineRays& rays, const Outlines& outlines, OutlineHits* found) = nullptr;
 };

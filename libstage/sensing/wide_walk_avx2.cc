@@ -11,7 +11,7 @@
 namespace Stg::internal::sensing {
 
 extern const WideWalk kWalkAvx2;
-const WideWalk kWalkAvx2{"avx2", WalkInLanes<FourLanes, EightLanes>, LookInLanes<FourLanes>,
+const WideWalk kWalkAvx2{"avx2", WalkInLanes<FourLanes, EightLanes>, EvaluateInLanes<FourLanes>,
                          MeetInLanes<FourLanes>};
 
 }  // namespace Stg::internal::sensing

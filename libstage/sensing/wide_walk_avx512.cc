@@ -120,7 +120,7 @@ struct Eight {
     return _mm512_mask_i64gather_epi64(_mm512_setzero_si512(), m, i, p, 8);
   }
   /// table[i & 15].
-  static V OfSixteen(const int64_t* table, V i) {
+  static V LookUp16(const int64_t* table, V i) {
     return _mm512_permutex2var_epi64(Load(table), i, Load(table + 8));
   }
   static void Store(M m, double* p, D a) { _mm512_mask_storeu_pd(p, m, a); }
@@ -168,7 +168,7 @@ struct Sixteen {
   static V Subtract(V a, V b) { return _mm512_sub_epi32(a, b); }
   static V Multiply(V a, V b) { return _mm512_mullo_epi32(a, b); }
   /// max(a - 1, 0).
-  static V LessOne(V a) {
+  static V DecrementOr0(V a) {
     return _mm512_max_epi32(_mm512_sub_epi32(a, All(1)), _mm512_setzero_si512());
   }
   static V LowHalf(V a) { return a; }
@@ -244,10 +244,10 @@ struct Sixteen {
             _mm512_permutex2var_epi32(first, Add(even, All(1)), second)};
   }
   /// table[i & 15].
-  static V OfSixteen(const int32_t* table, V i) { return _mm512_permutexvar_epi32(i, Load(table)); }
+  static V LookUp16(const int32_t* table, V i) { return _mm512_permutexvar_epi32(i, Load(table)); }
   /// 64-bit table entries, given as tables of lower and upper halves.
-  static Words OfSixteen(const int32_t* low, const int32_t* high, V i) {
-    return {OfSixteen(low, i), OfSixteen(high, i)};
+  static Words LookUp16(const int32_t* low, const int32_t* high, V i) {
+    return {LookUp16(low, i), LookUp16(high, i)};
   }
   static void Scatter(M m, uint32_t* p, V i, V a) { _mm512_mask_i32scatter_epi32(p, m, i, a, 4); }
   static Places PlacesOf(M m) { return m; }
@@ -305,7 +305,7 @@ struct Sixteen {
 }  // namespace
 
 extern const WideWalk kWalkAvx512;
-const WideWalk kWalkAvx512{"avx512", WalkInLanes<Eight, Sixteen>, LookInLanes<Eight>,
+const WideWalk kWalkAvx512{"avx512", WalkInLanes<Eight, Sixteen>, EvaluateInLanes<Eight>,
                            MeetInLanes<Eight>};
 
 }  // namespace Stg::internal::sensing

@@ -37,8 +37,8 @@ typename Lanes::V Offset(typename Lanes::V border, typename Lanes::V start) {
   return Lanes::Subtract(Lanes::template Left<16>(border), start);
 }
 
-/// ray_land(): sets u and v to where a leap across the border to_x (if `in_x`) or to_y lands. The
-/// float guess is accurate to a hundredth of a border.
+/// ray_leap_end(): sets u and v to where a leap across the border to_x (if `in_x`) or to_y lands.
+/// The float guess is accurate to a hundredth of a border.
 template <class Lanes>
 void Leap(const Slant<Lanes>& ray, typename Lanes::M in_x, typename Lanes::V to_x,
           typename Lanes::V to_y, typename Lanes::V* u, typename Lanes::V* v) {
@@ -68,10 +68,10 @@ class ReadyRays : public RayStarts<Lanes> {
   using V = typename Lanes::V;
   using D = typename Lanes::D;
   using M = typename Lanes::M;
-  using RayStarts<Lanes>::kRoom;
+  using RayStarts<Lanes>::kCapacity;
 
   explicit ReadyRays(const RayGroup& rays)
-      : RayStarts<Lanes>(rays), mask(*rays.mask), free_(FindFreeBoxesOfMany(rays)) {
+      : RayStarts<Lanes>(rays), mask(*rays.mask), free_(FindFreeBoxesIfWorthwhile(rays)) {
     for (uint32_t first = 0; first < this->count; first += Lanes::kCount) Prepare(first);
     for (uint32_t first = 0; first < this->count; first += Narrow::kCount) LeaveFreeBox(first);
   }
@@ -79,9 +79,9 @@ class ReadyRays : public RayStarts<Lanes> {
   const ray_mask_t& mask;
   uint32_t next = 0;  ///< index of the next ray to begin
 
-  alignas(64) int32_t limits_x[kRoom], limits_y[kRoom];
-  alignas(64) float dy_per_dx[kRoom], dx_per_dy[kRoom];
-  alignas(64) int32_t u[kRoom], v[kRoom];  ///< position where the walk begins
+  alignas(64) int32_t limits_x[kCapacity], limits_y[kCapacity];
+  alignas(64) float dy_per_dx[kCapacity], dx_per_dy[kCapacity];
+  alignas(64) int32_t u[kCapacity], v[kCapacity];  ///< position where the walk begins
 
  private:
   static V All(int64_t number) { return Lanes::All(number); }
@@ -145,7 +145,7 @@ class ReadyRays : public RayStarts<Lanes> {
     const V border = Lanes::Subtract(Lanes::template Left<16>(cells), offset);
     const M to_end =
         Lanes::Or(Lanes::Greater(cells, All(RAY_LEG_CELLS)), Lanes::Greater(border, size));
-    return Lanes::Select(Lanes::Greater(none, cells), All(RAY_BEHIND),
+    return Lanes::Select(Lanes::Greater(none, cells), All(RAY_LIMIT_BEHIND_START),
                          Lanes::Select(to_end, size, border));
   }
 
@@ -159,22 +159,22 @@ class LaneGroup {
   LaneGroup(Rays* rays, const SuperMap<Lanes>& supers, BlockMap<Lanes>* blocks, uint32_t* hits)
       : rays_(*rays), supers_(supers), blocks_(*blocks), hits_(hits) {}
 
-  bool AtWork() const { return Lanes::Any(active_); }
+  bool IsActive() const { return Lanes::Any(active_); }
 
   /// Begins the next rays in free lanes, if enough lanes are free for that to pay.
-  void TakeUp() {
+  void RefillLanes() {
     const uint32_t left = rays_.count - rays_.next;
     M taken = Lanes::Not(active_);
-    const auto room = static_cast<uint32_t>(Lanes::CountOf(taken));
-    if (left == 0 || room < kRoom) return;
-    if (left < room) taken = Lanes::First(taken, static_cast<int>(left));
+    const auto free_lanes = static_cast<uint32_t>(Lanes::CountOf(taken));
+    if (left == 0 || free_lanes < kMinFreeLanes) return;
+    if (left < free_lanes) taken = Lanes::First(taken, static_cast<int>(left));
     Begin(taken);
-    rays_.next += left < room ? left : room;
+    rays_.next += left < free_lanes ? left : free_lanes;
     active_ = Lanes::Or(active_, taken);
   }
 
   /// Loads the grid's data at the rays' positions. Mostly waits for memory.
-  void Look() {
+  void LoadPositions() {
     x_ = Reached<Lanes>(x0_, u_, back_x_);
     y_ = Reached<Lanes>(y0_, v_, back_y_);
     super_ = supers_.Of(active_, x_, y_);
@@ -189,8 +189,8 @@ class LaneGroup {
       squares_ = Lanes::Select(in_block_, blocks_.Of(look_up, super_, x_, y_), squares_);
   }
 
-  /// After Look(): advances each ray by one leap, or by one walk within a word.
-  void GoOn() {
+  /// After LoadPositions(): advances each ray by one leap, or by one walk within a word.
+  void Advance() {
     const V none = All(0), one = All(1), seven = All(7);
     // The squares to walk in: cells of a tile, tiles of a region, regions of a block; or a leap.
     const M leaps = Lanes::Zero(squares_), in_tile = Lanes::Not(Lanes::Zero(word_));
@@ -225,8 +225,8 @@ class LaneGroup {
     const V steps_x = Lanes::Subtract(far_x, near_x), steps_y = Lanes::Subtract(far_y, near_y);
     const V u_counted = Lanes::Add(u_, steps_x), v_counted = Lanes::Add(v_, steps_y);
     Leap<Lanes>({ox_, oy_, adx_, ady_, dy_per_dx_, dx_per_dy_}, Lanes::MaskOf(last_in),
-                Lanes::Add(to_x, Lanes::ShiftLeft(Lanes::LessOne(steps_x), shift)),
-                Lanes::Add(to_y, Lanes::ShiftLeft(Lanes::LessOne(steps_y), shift)), &u_, &v_);
+                Lanes::Add(to_x, Lanes::ShiftLeft(Lanes::DecrementOr0(steps_x), shift)),
+                Lanes::Add(to_y, Lanes::ShiftLeft(Lanes::DecrementOr0(steps_y), shift)), &u_, &v_);
     // In a tile the counted steps suffice.
     u_ = Lanes::Select(in_tile, u_counted, u_);
     v_ = Lanes::Select(in_tile, v_counted, v_);
@@ -251,7 +251,7 @@ class LaneGroup {
   using Words = typename Lanes::Words;
 
   /// Minimum number of free lanes to refill.
-  static constexpr uint32_t kRoom = Lanes::kCount / 4;
+  static constexpr uint32_t kMinFreeLanes = Lanes::kCount / 4;
 
   /// State of a walk within a word of 8 x 8 squares, packed into one number so that a step is one
   /// addition: the square's bit, plus 128 to keep it positive, and two fields above it with the
@@ -346,7 +346,7 @@ class LaneGroup {
   F dy_per_dx_ = Lanes::AllOf(0), dx_per_dy_ = Lanes::AllOf(0);
   V to_next_y_ = All(0), to_next_x_ = All(0);  // step in y; change to a step in x
 
-  // Position, and the results of Look().
+  // Position, and the results of LoadPositions().
   V u_ = All(0), v_ = All(0), x_ = All(0), y_ = All(0);
   V super_ = All(0);
   Words squares_{}, word_{};  // of the region or block, and of the tile
@@ -361,25 +361,25 @@ void WalkInLanes(const RayGroup& rays, const grid::Grid::Tables& tables, const W
   using Ready = ReadyRays<Lanes, Narrow>;
   Ready ready(rays);
   const SuperMap<Narrow> supers = SupersNear<Narrow>(rays);
-  BlockMap<Narrow> blocks(*rays.grid, supers, rays.parts[0].fan->x, rays.parts[0].fan->y);
+  BlockMap<Narrow> blocks(*rays.grid, supers, rays.slices[0].fan->x, rays.slices[0].fan->y);
   LaneGroup<Narrow, Ready> first(&ready, supers, &blocks, found.hits);
   LaneGroup<Narrow, Ready> second(&ready, supers, &blocks, found.hits);
-  first.TakeUp();
-  second.TakeUp();
-  first.Look();
-  while (first.AtWork()) {
-    second.Look();
-    first.GoOn();
+  first.RefillLanes();
+  second.RefillLanes();
+  first.LoadPositions();
+  while (first.IsActive()) {
+    second.LoadPositions();
+    first.Advance();
     first.Report();
-    first.TakeUp();
-    first.Look();
-    second.GoOn();
+    first.RefillLanes();
+    first.LoadPositions();
+    second.Advance();
     second.Report();
-    second.TakeUp();
+    second.RefillLanes();
   }
-  while (second.AtWork()) {
-    second.Look();
-    second.GoOn();
+  while (second.IsActive()) {
+    second.LoadPositions();
+    second.Advance();
     second.Report();
   }
   HitPlaces<Lanes>(ready, tables).Find(SupersNear<Lanes>(rays, supers), found);

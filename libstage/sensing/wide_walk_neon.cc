@@ -109,7 +109,7 @@ struct Two {
     return And(mask, Gather(p, And(mask, i)));
   }
   /// table[i & 15].
-  static V OfSixteen(const int64_t* table, V i) { return Gather(table, And(i, All(15))); }
+  static V LookUp16(const int64_t* table, V i) { return Gather(table, And(i, All(15))); }
   static void Store(M m, double* p, D a) {
     if (vgetq_lane_u64(m, 0) != 0) p[0] = vgetq_lane_f64(a, 0);
     if (vgetq_lane_u64(m, 1) != 0) p[1] = vgetq_lane_f64(a, 1);
@@ -157,7 +157,7 @@ struct Four {
   static V Subtract(V a, V b) { return vsubq_s32(a, b); }
   static V Multiply(V a, V b) { return vmulq_s32(a, b); }
   /// max(a - 1, 0).
-  static V LessOne(V a) { return vmaxq_s32(Subtract(a, All(1)), All(0)); }
+  static V DecrementOr0(V a) { return vmaxq_s32(Subtract(a, All(1)), All(0)); }
   static V LowHalf(V a) { return a; }
   static V And(V a, V b) { return vandq_s32(a, b); }
   static V Or(V a, V b) { return vorrq_s32(a, b); }
@@ -229,14 +229,14 @@ struct Four {
     return {And(Signed(m), words.low), And(Signed(m), words.high)};
   }
   /// table[i & 15].
-  static V OfSixteen(const int32_t* table, V i) {
+  static V LookUp16(const int32_t* table, V i) {
     uint8x16x4_t bytes;
     for (int k = 0; k < 4; k++) bytes.val[k] = vreinterpretq_u8_s32(Load(table + 4 * k));
     return vreinterpretq_s32_u8(vqtbl4q_u8(bytes, BytesOf(And(i, All(15)))));
   }
   /// 64-bit table entries, given as tables of lower and upper halves.
-  static Words OfSixteen(const int32_t* low, const int32_t* high, V i) {
-    return {OfSixteen(low, i), OfSixteen(high, i)};
+  static Words LookUp16(const int32_t* low, const int32_t* high, V i) {
+    return {LookUp16(low, i), LookUp16(high, i)};
   }
   static void Scatter(M m, uint32_t* p, V i, V a) {
     uint32_t is[kCount], numbers[kCount];
@@ -314,7 +314,7 @@ struct Four {
 }  // namespace
 
 extern const WideWalk kWalkNeon;
-const WideWalk kWalkNeon{"neon", WalkInLanes<Two, Four>, LookInLanes<Two>, MeetInLanes<Two>};
+const WideWalk kWalkNeon{"neon", WalkInLanes<Two, Four>, EvaluateInLanes<Two>, MeetInLanes<Two>};
 
 }  // namespace Stg::internal::sensing
 

@@ -28,7 +28,7 @@ unsigned CountAllowedProcessors() {
 
 /// CPU limit of one control group, in processors; 0 means no limit. cpu.max holds quota and period
 /// in microseconds ("150000 100000"), or "max 100000".
-double GrantOf(const std::string& folder) {
+double ReadLimit(const std::string& folder) {
   std::istringstream both(TextOf(folder + "/cpu.max") + " " + TextOf(folder + "/cpu.cfs_quota_us") +
                           " " + TextOf(folder + "/cpu.cfs_period_us"));
   double quota = 0, period = 0;
@@ -37,12 +37,12 @@ double GrantOf(const std::string& folder) {
 }
 
 /// The smallest limit of a control group and its ancestors; 0 means no limit.
-double LeastGrant(const std::string& mount, std::string group) {
-  double least = 0;
+double MinLimit(const std::string& mount, std::string group) {
+  double limit = 0;
   for (;;) {
-    const double grant = GrantOf(mount + group);
-    if (grant > 0) least = least > 0 ? std::min(least, grant) : grant;
-    if (group.empty()) return least;
+    const double grant = ReadLimit(mount + group);
+    if (grant > 0) limit = limit > 0 ? std::min(limit, grant) : grant;
+    if (group.empty()) return limit;
     group.resize(group.find_last_of('/'));
   }
 }
@@ -59,7 +59,7 @@ bool FindMount(const std::string& controllers, std::string* folder) {
 }  // namespace
 
 unsigned CountGrantedProcessors(const std::string& groups, const std::string& root) {
-  double least = 0;
+  double limit = 0;
   std::istringstream lines(groups);
   for (std::string line; std::getline(lines, line);) {
     const size_t first = line.find(':');
@@ -70,10 +70,10 @@ unsigned CountGrantedProcessors(const std::string& groups, const std::string& ro
       continue;
     std::string group = line.substr(second + 1);
     if (group == "/") group.clear();
-    const double grant = LeastGrant(root + folder, group);
-    if (grant > 0) least = least > 0 ? std::min(least, grant) : grant;
+    const double grant = MinLimit(root + folder, group);
+    if (grant > 0) limit = limit > 0 ? std::min(limit, grant) : grant;
   }
-  return least > 0 ? static_cast<unsigned>(std::max(1.0, std::min(least, 1e6))) : 0;
+  return limit > 0 ? static_cast<unsigned>(std::max(1.0, std::min(limit, 1e6))) : 0;
 }
 
 unsigned CountUsableProcessors() {

@@ -33,72 +33,72 @@ std::atomic<unsigned> forks{0};
 
 WorkerPool::WorkerPool(unsigned threads)
     : forks_(CountForks()),
-      has_processors_(threads <= 1 || threads <= CountUsableProcessors()),
-      shares_(std::max(threads, 1u)) {
+      may_spin_(threads <= 1 || threads <= CountUsableProcessors()),
+      slices_(std::max(threads, 1u)) {
   // Allocate before the first thread starts: an exception must not leave running threads behind.
-  workers_.reserve(shares_.size() - 1);
+  workers_.reserve(slices_.size() - 1);
   try {
     for (unsigned i = 1; i < threads; i++) workers_.emplace_back([this, i] { Work(i); });
   } catch (const std::system_error&) {
     // The system grants no more threads: continue with those that started.
   } catch (const std::bad_alloc&) {
   }
-  HoldProcessors(true);
+  AllowSpinning(true);
 }
 
 unsigned CountForks() { return forks; }
 
 WorkerPool::~WorkerPool() {
-  STAGE_ASSERT(IsHere() && gate_ == 0);
+  STAGE_ASSERT(IsUsable() && gate_ == 0);
   stop_ = true;
   WakeAll(&workers_queue_);
   for (std::thread& worker : workers_) worker.join();
 }
 
-void WorkerPool::HoldProcessors(bool hold) {
+void WorkerPool::AllowSpinning(bool hold) {
   // Microseconds. Waking one thread takes about 10 to 40, waking many takes longer.
-  constexpr int kShortly = 10, kAsLongAsWaking = 50, kLong = 1000;
+  constexpr int kShortSpin = 10, kWakeTimeSpin = 50, kLong = 1000;
   constexpr unsigned kManyThreads = 8;
-  const int held = threads() < kManyThreads ? kAsLongAsWaking : kLong;
-  const int patience = !has_processors_ ? 0 : hold ? held : kShortly;
+  const int held = threads() < kManyThreads ? kWakeTimeSpin : kLong;
+  const int spin_microseconds = !may_spin_ ? 0 : hold ? held : kShortSpin;
   // Waiting threads poll the value, so write it only if it changes and keep it in their caches.
-  if (patience != patience_) patience_ = patience;
+  if (spin_microseconds != spin_microseconds_) spin_microseconds_ = spin_microseconds;
 }
 
-size_t WorkerPool::Grain(size_t count, size_t most) const {
-  return std::clamp<size_t>(count / (size_t{4} * threads()), 1, most);
+size_t WorkerPool::Grain(size_t count, size_t max_grain) const {
+  return std::clamp<size_t>(count / (size_t{4} * threads()), 1, max_grain);
 }
 
-void WorkerPool::RunBeside(const std::function<void()>& first, size_t count, size_t grain,
-                           const Job& job) {
+void WorkerPool::RunAlongside(const std::function<void()>& first, size_t count, size_t grain,
+                              const Job& job) {
   grain = std::max<size_t>(grain, 1);
-  if (workers_.empty() || count <= grain || !IsHere()) {
+  if (workers_.empty() || count <= grain || !IsUsable()) {
     if (count > 0) job(0, count, 0);
     return;
   }
   STAGE_ASSERT(gate_ == 0 && failed_at_ == kNowhere);  // no job is running: jobs do not nest
-  STAGE_ASSERT(!stop_ && shares_.size() >= threads());
+  STAGE_ASSERT(!stop_ && slices_.size() >= threads());
   job_ = &job;
   grain_ = grain;
   for (unsigned i = 0; i < threads(); i++) {
-    shares_[i].next.store(count * i / threads(), std::memory_order_relaxed);
-    shares_[i].end = count * (i + 1) / threads();
+    slices_[i].next.store(count * i / threads(), std::memory_order_relaxed);
+    slices_[i].end = count * (i + 1) / threads();
   }
   gate_ = kOpen;
   generation_++;
   WakeAll(&workers_queue_);
-  std::exception_ptr of_first;
+  std::exception_ptr first_exception;
   try {
     if (first) first();
   } catch (...) {
-    of_first = std::current_exception();
+    first_exception = std::current_exception();
   }
-  TakeRanges(0);
-  Finish(of_first);
+  RunRanges(0);
+  Finish(first_exception);
 }
 
 /// Closes the job, waits for the workers inside and rethrows the first exception.
-void WorkerPool::Finish(const std::exception_ptr& of_first) {
+void WorkerPool::Finish(const std::exception_ptr& first_exception) {
   STAGE_ASSERT((gate_ & kOpen) != 0);
   gate_ -= kOpen;
   WaitUntil([this] { return gate_ == 0; }, &caller_queue_);
@@ -107,16 +107,16 @@ void WorkerPool::Finish(const std::exception_ptr& of_first) {
     failed_at_ = kNowhere;
     std::rethrow_exception(std::exchange(failure_, nullptr));
   }
-  if (of_first) std::rethrow_exception(of_first);
+  if (first_exception) std::rethrow_exception(first_exception);
 }
 
 /// True if no range of the job is left.
 bool WorkerPool::AllTaken() const {
-  const auto taken = [](const Share& share) { return share.next.load() >= share.end; };
-  return std::all_of(shares_.begin(), shares_.begin() + threads(), taken);
+  const auto taken = [](const Slice& slice) { return slice.next.load() >= slice.end; };
+  return std::all_of(slices_.begin(), slices_.begin() + threads(), taken);
 }
 
-void WorkerPool::NoteFailure(size_t begin) {
+void WorkerPool::RecordFailure(size_t begin) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (begin > failed_at_) return;
   failed_at_ = begin;
@@ -135,15 +135,15 @@ void WorkerPool::WakeAll(WaitQueue* queue) {
 template <typename F>
 void WorkerPool::WaitUntil(F is_true, WaitQueue* queue) {
   using Clock = std::chrono::steady_clock;
-  constexpr unsigned kLooks = 16;  // checks between reads of the clock
-  if (patience_ > 0) {
+  constexpr unsigned kPollsPerClockRead = 16;  // checks between reads of the clock
+  if (spin_microseconds_ > 0) {
     const Clock::time_point start = Clock::now();
     do {
-      for (unsigned i = 0; i < kLooks; i++) {
+      for (unsigned i = 0; i < kPollsPerClockRead; i++) {
         if (is_true()) return;
         Pause();
       }
-    } while (Clock::now() - start < std::chrono::microseconds(patience_));
+    } while (Clock::now() - start < std::chrono::microseconds(spin_microseconds_));
   }
   std::unique_lock<std::mutex> lock(mutex_);
   queue->asleep++;
@@ -151,25 +151,25 @@ void WorkerPool::WaitUntil(F is_true, WaitQueue* queue) {
   queue->asleep--;
 }
 
-void WorkerPool::TakeRanges(unsigned thread) {
+void WorkerPool::RunRanges(unsigned thread) {
   STAGE_ASSERT(thread < threads());
-  for (unsigned i = 0; i < threads(); i++) TakeFrom(&shares_[(thread + i) % threads()], thread);
+  for (unsigned i = 0; i < threads(); i++) RunSlice(&slices_[(thread + i) % threads()], thread);
 }
 
-void WorkerPool::TakeFrom(Share* share, unsigned thread) {
-  size_t begin = share->next.load(std::memory_order_relaxed);
-  while (begin < share->end) {
+void WorkerPool::RunSlice(Slice* slice, unsigned thread) {
+  size_t begin = slice->next.load(std::memory_order_relaxed);
+  while (begin < slice->end) {
     // Ranges shrink towards the end, so that all threads finish at about the same time.
-    const size_t count = std::clamp<size_t>((share->end - begin) / 2, 1, grain_);
+    const size_t count = std::clamp<size_t>((slice->end - begin) / 2, 1, grain_);
     STAGE_ASSERT(job_ && grain_ >= 1);
-    if (!share->next.compare_exchange_weak(begin, begin + count, std::memory_order_relaxed))
+    if (!slice->next.compare_exchange_weak(begin, begin + count, std::memory_order_relaxed))
       continue;
     try {
       if (begin < failed_at_.load(std::memory_order_relaxed)) (*job_)(begin, begin + count, thread);
     } catch (...) {
-      NoteFailure(begin);
+      RecordFailure(begin);
     }
-    begin = share->next.load(std::memory_order_relaxed);
+    begin = slice->next.load(std::memory_order_relaxed);
   }
 }
 
@@ -192,7 +192,7 @@ void WorkerPool::Work(unsigned thread) {
     if (stop_) return;
     seen = generation_;
     if (!Enter()) continue;
-    TakeRanges(thread);
+    RunRanges(thread);
     Leave();
   }
 }

@@ -30,14 +30,14 @@ class WorkerPool {
 
   /// False in a process that was forked after construction: fork() does not copy the workers. Such
   /// a pool runs jobs on the caller's thread. It must be leaked, because its destructor would hang.
-  bool IsHere() const { return workers_.empty() || forks_ == CountForks(); }
+  bool IsUsable() const { return workers_.empty() || forks_ == CountForks(); }
 
   unsigned threads() const { return static_cast<unsigned>(workers_.size()) + 1; }
 
   /// Allows or forbids workers to spin between jobs for up to a millisecond, because waking them
   /// takes as long as many a job. Initially allowed. Forbid it while a device that runs on the CPU
   /// itself needs the processors. Cheap; also affects workers that already wait.
-  void HoldProcessors(bool hold);
+  void AllowSpinning(bool hold);
 
   /// Calls job(begin, end, thread) for ranges that partition [0, count), on the caller (thread 0)
   /// and the workers; thread < threads(). Returns when all are done. Each thread starts with the
@@ -45,16 +45,17 @@ class WorkerPool {
   /// If the job throws, ranges behind the failed one may be skipped; ranges before it still run.
   /// When all have finished, the exception of the first range that threw is rethrown.
   using Job = std::function<void(size_t begin, size_t end, unsigned thread)>;
-  void Run(size_t count, size_t grain, const Job& job) { RunBeside(nullptr, count, grain, job); }
+  void Run(size_t count, size_t grain, const Job& job) { RunAlongside(nullptr, count, grain, job); }
   /// Like Run(). If workers take part, the caller first calls `first` (unless null) and then joins
   /// them. An exception of `first` is rethrown only if the job threw none.
-  void RunBeside(const std::function<void()>& first, size_t count, size_t grain, const Job& job);
+  void RunAlongside(const std::function<void()>& first, size_t count, size_t grain, const Job& job);
   /// Smallest index in [0, count) for which is_so(index) is true, or `count`. May also test some
-  /// indices behind the result. The caller tests the first kFewLooks, all threads test the others.
-  static constexpr size_t kFewLooks = 1000;
+  /// indices behind the result. The caller tests the first kSerialTests, all threads test the
+  /// others.
+  static constexpr size_t kSerialTests = 1000;
   template <typename F>
   size_t FindFirst(size_t count, F is_so) {
-    const size_t few = std::min(count, kFewLooks);
+    const size_t few = std::min(count, kSerialTests);
     for (size_t i = 0; i < few; i++)
       if (is_so(i)) return i;
     for (size_t begin = few; begin < count;) {
@@ -66,8 +67,9 @@ class WorkerPool {
   }
   /// Number of jobs that were shared with workers so far, for tests.
   uint64_t shared_jobs() const { return generation_; }
-  /// A grain of at most `most` that gives each thread several ranges, because their costs differ.
-  size_t Grain(size_t count, size_t most) const;
+  /// A grain of at most `max_grain` that gives each thread several ranges, because their costs
+  /// differ.
+  size_t Grain(size_t count, size_t max_grain) const;
 
  private:
   template <typename F>
@@ -88,7 +90,7 @@ class WorkerPool {
   }
   /// The remaining part of the slice that a thread starts with. Aligned to a cache line, because
   /// each thread writes to its own all the time.
-  struct alignas(64) Share {
+  struct alignas(64) Slice {
     std::atomic<size_t> next{0};
     size_t end = 0;
   };
@@ -96,11 +98,11 @@ class WorkerPool {
   void Work(unsigned thread);
   bool Enter();
   void Leave();
-  void TakeRanges(unsigned thread);
-  void TakeFrom(Share* share, unsigned thread);
-  void Finish(const std::exception_ptr& of_first);
+  void RunRanges(unsigned thread);
+  void RunSlice(Slice* slice, unsigned thread);
+  void Finish(const std::exception_ptr& first_exception);
   bool AllTaken() const;
-  void NoteFailure(size_t begin);
+  void RecordFailure(size_t begin);
   /// A waiter counts itself as asleep and then checks its condition again under the mutex. A waker
   /// makes the condition true and then checks for sleepers, so no wake-up is lost.
   struct WaitQueue {
@@ -113,14 +115,14 @@ class WorkerPool {
 
   const unsigned forks_;  // CountForks() at construction
   // True if there is a core for every thread; if not, waiting threads must not spin.
-  const bool has_processors_;
+  const bool may_spin_;
   std::vector<std::thread> workers_;
   std::mutex mutex_;
   WaitQueue workers_queue_, caller_queue_;
   // Waiting workers poll these, so nothing else shares their cache line.
   alignas(64) std::atomic<uint64_t> generation_{0};  // number of jobs
   std::atomic<bool> stop_{false};
-  std::atomic<int> patience_{0};  // microseconds of spinning before a thread sleeps
+  std::atomic<int> spin_microseconds_{0};  // microseconds of spinning before a thread sleeps
   // Late workers skip the job: the caller waits only for workers that have already entered.
   static constexpr unsigned kOpen = 1, kOneInside = 2;
   alignas(64) std::atomic<unsigned> gate_{0};  // kOpen, plus kOneInside per worker in the job
@@ -130,7 +132,7 @@ class WorkerPool {
   static constexpr size_t kNowhere = ~size_t{0};
   std::atomic<size_t> failed_at_{kNowhere};  // start of the first range that threw
   std::exception_ptr failure_;               // its exception
-  std::vector<Share> shares_;                // one slice per thread
+  std::vector<Slice> slices_;                // one slice per thread
 };
 
 }  // namespace Stg::threads

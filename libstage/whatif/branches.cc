@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "messages/report.hh"
+#include "models/exception_origin.hh"
 #include "models/position.hh"
-#include "models/thrown.hh"
 #include "threads/processors.hh"
 #include "threads/worker_pool.hh"
 #include "world/copy_source.hh"
@@ -25,7 +25,7 @@ unsigned ThreadsOf(const BranchOptions& options) {
   return options.threads > 0 ? options.threads : threads::CountUsableProcessors();
 }
 
-void Carry(const Command& command, ModelPosition* position) {
+void Apply(const Command& command, ModelPosition* position) {
   switch (command.kind) {
     case Command::kSetSpeed:
       return position->SetSpeed(command.x, command.y, command.a);
@@ -47,7 +47,7 @@ struct Branches::Impl {
     Snapshot state;
     uint64_t seed = 0;
     bool reseed = false;     // reseed before the branch's next step
-    size_t given = 0;        // number of commands carried out so far
+    size_t applied = 0;      // number of commands carried out so far
     Copy* latest = nullptr;  // copy whose world was last in this state
   };
   /// A thread's copy of the prototype world.
@@ -66,21 +66,21 @@ struct Branches::Impl {
     ready = !source.empty() && WorldOf(&copies[0]) != nullptr;
   }
 
-  static void Settle(World* world) {
+  static void ClearQuit(World* world) {
     world->SetQuitTime(0);
     world->CancelQuit();
   }
   World* WorldOf(Copy* copy);
-  bool Bring(Row* row, Copy* copy);
-  void Keep(Row* row, Copy* copy);
+  bool LoadState(Row* row, Copy* copy);
+  void SaveState(Row* row, Copy* copy);
   void Step(Row* row, uint32_t branch, uint64_t steps, Scenario* scenario, Copy* copy);
   bool StepOnce(Row* row, uint32_t branch, Scenario* scenario, Copy* copy);
-  void CarryCommands(Row* row, World* world);
-  void See(Row* row, const World& world) const;
+  void ApplyCommands(Row* row, World* world);
+  void RecordSightings(Row* row, const World& world) const;
   static void Fail(Row* row, Copy* copy, const std::string& why);
   /// Restores the branch in the copy's world, calls f(), and stores the resulting state.
   template <typename F>
-  void Work(Row* row, Copy* copy, F f);
+  void WithWorld(Row* row, Copy* copy, F f);
 
   const BranchOptions options;
   const CopySource source;
@@ -101,18 +101,18 @@ World* Branches::Impl::WorldOf(Copy* copy) {
   copy->world = source.Make(options_of_copy);
   if (!copy->world) return nullptr;
   copy->handle = WorldHandle(copy->world.get());
-  Settle(copy->world.get());
+  ClearQuit(copy->world.get());
   return copy->world.get();
 }
 
 void Branches::Impl::Fail(Row* row, Copy* copy, const std::string& why) {
-  row->seen.fate = Branch::kFailed;
+  row->seen.state = Branch::kFailed;
   row->seen.error = why;
   row->state = Snapshot();
   copy->resident = nullptr;
 }
 
-bool Branches::Impl::Bring(Row* row, Copy* copy) {
+bool Branches::Impl::LoadState(Row* row, Copy* copy) {
   World* const world = WorldOf(copy);
   if (!world) {
     Fail(row, copy, "the world can't be copied any more");
@@ -131,7 +131,7 @@ bool Branches::Impl::Bring(Row* row, Copy* copy) {
   return true;
 }
 
-void Branches::Impl::Keep(Row* row, Copy* copy) {
+void Branches::Impl::SaveState(Row* row, Copy* copy) {
   World* const world = copy->world.get();
   if (!world || !world->GetWorldFile())
     return Fail(row, copy, "its world has been deleted or unloaded");
@@ -145,11 +145,11 @@ void Branches::Impl::Keep(Row* row, Copy* copy) {
 }
 
 template <typename F>
-void Branches::Impl::Work(Row* row, Copy* copy, F f) {
+void Branches::Impl::WithWorld(Row* row, Copy* copy, F f) {
   try {
-    if (!Bring(row, copy)) return;
+    if (!LoadState(row, copy)) return;
     f();
-    Keep(row, copy);
+    SaveState(row, copy);
   } catch (...) {
     Fail(row, copy, DescribeException());
   }
@@ -157,7 +157,7 @@ void Branches::Impl::Work(Row* row, Copy* copy, F f) {
 
 void Branches::Impl::Step(Row* row, uint32_t branch, uint64_t steps, Scenario* scenario,
                           Copy* copy) {
-  Work(row, copy, [&] {
+  WithWorld(row, copy, [&] {
     for (uint64_t i = 0; i < steps; i++)
       if (!StepOnce(row, branch, scenario, copy)) return;
   });
@@ -166,7 +166,7 @@ void Branches::Impl::Step(Row* row, uint32_t branch, uint64_t steps, Scenario* s
 /// Steps the branch once. Returns false if it has ended.
 bool Branches::Impl::StepOnce(Row* row, uint32_t branch, Scenario* scenario, Copy* copy) {
   World* const world = copy->world.get();
-  CarryCommands(row, world);
+  ApplyCommands(row, world);
   if (scenario) scenario->BeforeStep(*world, branch);
   if (world->Update() && !copy->handle) {  // a controller has deleted the world
     static_cast<void>(copy->world.release());
@@ -174,25 +174,25 @@ bool Branches::Impl::StepOnce(Row* row, uint32_t branch, Scenario* scenario, Cop
   }
   if (!world->GetWorldFile()) return false;
   row->seen.steps++;
-  See(row, *world);
+  RecordSightings(row, *world);
   bool ends = world->TestQuit();
   if (scenario) ends |= scenario->AfterStep(*world, branch, &row->seen.score);
-  if (ends) row->seen.fate = Branch::kEnded;
-  Settle(world);
+  if (ends) row->seen.state = Branch::kEnded;
+  ClearQuit(world);
   return !ends;
 }
 
-void Branches::Impl::CarryCommands(Row* row, World* world) {
+void Branches::Impl::ApplyCommands(Row* row, World* world) {
   const std::vector<Command>& commands = row->seen.commands;
-  for (; row->given < commands.size() && commands[row->given].step <= row->seen.steps;
-       row->given++) {
-    const Command& command = commands[row->given];
+  for (; row->applied < commands.size() && commands[row->applied].step <= row->seen.steps;
+       row->applied++) {
+    const Command& command = commands[row->applied];
     if (auto* position = dynamic_cast<ModelPosition*>(world->FindModel(command.model)))
-      Carry(command, position);
+      Apply(command, position);
   }
 }
 
-void Branches::Impl::See(Row* row, const World& world) const {
+void Branches::Impl::RecordSightings(Row* row, const World& world) const {
   for (const uint32_t id : options.watched) {
     const Model* const model = world.FindModel(id);
     Sighting sighting = {Pose(), Velocity(), false};
@@ -227,7 +227,7 @@ const Branch& Branches::operator[](uint32_t branch) const { return impl_->rows[b
 void Branches::Restore(uint32_t branch, const Snapshot& from) {
   Impl::Row& row = impl_->rows[branch];
   Branch& seen = row.seen;
-  seen.fate = from.empty() || !impl_->ready ? Branch::kFailed : Branch::kAlive;
+  seen.state = from.empty() || !impl_->ready ? Branch::kFailed : Branch::kAlive;
   seen.error = !impl_->ready  ? "there is no world to branch from"
                : from.empty() ? "the snapshot was never taken"
                               : "";
@@ -237,7 +237,7 @@ void Branches::Restore(uint32_t branch, const Snapshot& from) {
   seen.sightings.clear();
   row.state = from;
   row.reseed = false;
-  row.given = 0;
+  row.applied = 0;
   row.latest = nullptr;
 }
 
@@ -258,13 +258,13 @@ void Branches::Give(uint32_t branch, const Command& command) {
 
 void Branches::Retire(uint32_t branch) {
   Branch& seen = impl_->rows[branch].seen;
-  if (seen.fate == Branch::kAlive) seen.fate = Branch::kRetired;
+  if (seen.state == Branch::kAlive) seen.state = Branch::kRetired;
 }
 
 void Branches::Step(uint64_t steps, Scenario* scenario) {
   std::vector<uint32_t> alive;
   for (uint32_t branch = 0; branch < count(); branch++)
-    if (impl_->rows[branch].seen.fate == Branch::kAlive) alive.push_back(branch);
+    if (impl_->rows[branch].seen.state == Branch::kAlive) alive.push_back(branch);
   impl_->pool.Run(alive.size(), 1, [&](size_t begin, size_t end, unsigned thread) {
     for (size_t i = begin; i < end; i++)
       impl_->Step(&impl_->rows[alive[i]], alive[i], steps, scenario, &impl_->copies[thread]);
@@ -275,8 +275,8 @@ bool Branches::Visit(uint32_t branch, const std::function<void(World&)>& visit) 
   Impl::Row& row = impl_->rows[branch];
   if (row.state.empty()) return false;
   Impl::Copy& copy = impl_->copies[0];
-  impl_->Work(&row, &copy, [&] { visit(*copy.world); });
-  return row.seen.fate != Branch::kFailed;
+  impl_->WithWorld(&row, &copy, [&] { visit(*copy.world); });
+  return row.seen.state != Branch::kFailed;
 }
 
 Snapshot Branches::StateOf(uint32_t branch) const { return impl_->rows[branch].state; }

@@ -104,14 +104,14 @@ struct ConsequenceEngine::Impl {
   void Summarize(const Question& question, Decision* decision) const;
   Outcome OutcomeOf(size_t candidate) const;
   Bounds ReachOf(size_t candidate, uint64_t steps_left) const;
-  void GiveUpDominated(size_t candidates, uint64_t steps_left);
+  void DropDominated(size_t candidates, uint64_t steps_left);
   uint32_t NumberOf(size_t candidate, uint32_t sample) const {
     return static_cast<uint32_t>(candidate) * samples + sample;
   }
   const Branch& SampleOf(size_t candidate, uint32_t sample) const {
     return (*branches)[NumberOf(candidate, sample)];
   }
-  bool AnySampleIs(Branch::Fate fate, size_t candidate) const;
+  bool AnySampleIs(Branch::State state, size_t candidate) const;
   Decision Decide(const Question& question, Judge* judge, const Meter& meter,
                   const std::function<bool(uint64_t done, uint64_t next, uint64_t rounds)>& go_on);
 
@@ -150,13 +150,13 @@ uint64_t ConsequenceEngine::Impl::CountSteps() const {
 uint64_t ConsequenceEngine::Impl::CountAlive() const {
   uint64_t alive = 0;
   for (uint32_t branch = 0; branch < branches->count(); branch++)
-    alive += (*branches)[branch].fate == Branch::kAlive;
+    alive += (*branches)[branch].state == Branch::kAlive;
   return alive;
 }
 
-bool ConsequenceEngine::Impl::AnySampleIs(Branch::Fate fate, size_t candidate) const {
+bool ConsequenceEngine::Impl::AnySampleIs(Branch::State state, size_t candidate) const {
   for (uint32_t sample = 0; sample < samples; sample++)
-    if (SampleOf(candidate, sample).fate == fate) return true;
+    if (SampleOf(candidate, sample).state == state) return true;
   return false;
 }
 
@@ -167,7 +167,7 @@ Outcome ConsequenceEngine::Impl::OutcomeOf(size_t candidate) const {
     outcome.score += branch.score / samples;
     outcome.steps = std::max(outcome.steps, branch.steps);
     if (sample == 0) outcome.sightings = branch.sightings;
-    if (branch.fate == Branch::kFailed) outcome.error = branch.error;
+    if (branch.state == Branch::kFailed) outcome.error = branch.error;
   }
   outcome.dominated = dominated[candidate];
   outcome.ended = !AnySampleIs(Branch::kAlive, candidate) && !outcome.dominated;
@@ -180,7 +180,7 @@ Bounds ConsequenceEngine::Impl::ReachOf(size_t candidate, uint64_t steps_left) c
   Bounds reach(0, 0);
   for (uint32_t sample = 0; sample < samples; sample++) {
     const Branch& branch = SampleOf(candidate, sample);
-    const bool goes_on = branch.fate == Branch::kAlive && steps_left > 0;
+    const bool goes_on = branch.state == Branch::kAlive && steps_left > 0;
     reach.min += (branch.score + (goes_on ? outlook.min : 0)) / samples;
     reach.max += (branch.score + (goes_on ? outlook.max : 0)) / samples;
   }
@@ -188,7 +188,7 @@ Bounds ConsequenceEngine::Impl::ReachOf(size_t candidate, uint64_t steps_left) c
 }
 
 /// Retires candidates that can no longer beat the best one.
-void ConsequenceEngine::Impl::GiveUpDominated(size_t candidates, uint64_t steps_left) {
+void ConsequenceEngine::Impl::DropDominated(size_t candidates, uint64_t steps_left) {
   double best = -std::numeric_limits<double>::infinity();
   for (size_t candidate = 0; candidate < candidates; candidate++)
     if (!dominated[candidate] && !AnySampleIs(Branch::kFailed, candidate))
@@ -232,7 +232,7 @@ Decision ConsequenceEngine::Impl::Decide(
     decision.rounds++;
     decision.steps += steps;
     decision.scenario_steps = CountSteps();
-    GiveUpDominated(question.candidates.size(), left - steps);
+    DropDominated(question.candidates.size(), left - steps);
   }
   Summarize(question, &decision);
   decision.seconds = meter.seconds();

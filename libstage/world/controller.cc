@@ -7,8 +7,8 @@
 
 #include "geometry/load_error.hh"
 #include "messages/report.hh"
+#include "models/exception_origin.hh"
 #include "models/model.hh"
-#include "models/thrown.hh"
 #include "world/engine.hh"
 #include "world/plugin.hh"
 #include "world/world.hh"
@@ -33,7 +33,7 @@ std::string FirstWord(const std::string& text) {
 }  // namespace
 
 /// Kept short because the line also names the place, the controller and the model.
-constexpr size_t kLongestReason = 140;
+constexpr size_t kMaxReasonBytes = 140;
 
 std::string WorldEngine::DescribeInitFailure(const std::string& model_name,
                                              const void* arguments) const {
@@ -41,7 +41,7 @@ std::string WorldEngine::DescribeInitFailure(const std::string& model_name,
   return (controller.empty() ? "a callback of type CB_INIT"
                              : "Init() of the controller " + messages::Quoted(controller)) +
          " of the model " + messages::Quoted(model_name) + " has thrown " +
-         messages::Shortened(DescribeException(), kLongestReason);
+         messages::Shortened(DescribeException(), kMaxReasonBytes);
 }
 
 void WorldEngine::LoadController(Model* model, const std::string& text) {
@@ -55,7 +55,7 @@ void WorldEngine::LoadController(Model* model, const std::string& text) {
   if (!init)
     throw LoadError("controller " + messages::Quoted(name) + " can't be " +
                         (library ? "used" : "loaded") + ": " +
-                        messages::Shortened(error, messages::kLongestDetail) +
+                        messages::Shortened(error, messages::kMaxDetailBytes) +
                         (elsewhere ? "; STAGEPATH names further folders to look in" : ""),
                     255);
   controller_arguments.push_back(std::make_unique<CtrlArgs>(text, World::ctrlargs));

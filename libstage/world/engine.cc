@@ -11,7 +11,7 @@
 
 #include "messages/assert.hh"
 #include "messages/report.hh"
-#include "world/snapshot_room.hh"
+#include "world/snapshot_buffers.hh"
 #include "world/world_image.hh"
 
 namespace Stg {
@@ -26,21 +26,21 @@ void StrikeOut(std::vector<Model*>* list, const Model* model) {
 /// Threads of a pool cannot be joined after a fork; the pool is leaked then.
 std::shared_ptr<threads::WorkerPool> MakePool(unsigned threads) {
   return {new threads::WorkerPool(threads), [](threads::WorkerPool* pool) {
-            if (pool->IsHere()) delete pool;
+            if (pool->IsUsable()) delete pool;
           }};
 }
 
 }  // namespace
 
 Model* WorldEngine::Make(World* world, Model* parent, const std::string& type, creator_t create) {
-  STAGE_ASSERT(world && create && !deserted);
+  STAGE_ASSERT(world && create && !world_deleted);
   const uint32_t id = next_model_id;
   Model* const model = create(world, parent, type);
   return FindModel(id) == model ? model : nullptr;
 }
 
 void WorldEngine::Forget(Model* model) {
-  family_changes++;
+  topology_version++;
   Erase(&models, model);
   names.NoteRemoved(*this);
   if (model->is_hidden_from_rangers()) std::erase(hidden_from_rangers, model);
@@ -54,15 +54,15 @@ void WorldEngine::Forget(Model* model) {
     if (event.model == model) event = Scheduler::Event();
 }
 
-bool WorldEngine::TellLost(const char* what) const {
+bool WorldEngine::ReportWorldLost(const char* what) const {
   messages::Report(LogLevel::kError, std::string("stage: a callback ") +
-                                         (deserted ? "deleted" : "unloaded") +
+                                         (world_deleted ? "deleted" : "unloaded") +
                                          " the world while it was being " + what);
   return false;
 }
 
-WorldEngine::WorldEngine() : snapshot_room(std::make_unique<SnapshotRoom>()) {
-  Employ(MakePool(1));
+WorldEngine::WorldEngine() : snapshot_buffers(std::make_unique<SnapshotBuffers>()) {
+  UsePool(MakePool(1));
 }
 
 WorldEngine::~WorldEngine() = default;
@@ -72,76 +72,76 @@ bool WorldEngine::AsksForValidation() {
   return text && std::string_view(text) == "1";
 }
 
-void WorldEngine::Employ(std::shared_ptr<threads::WorkerPool> workers) {
+void WorldEngine::UsePool(std::shared_ptr<threads::WorkerPool> workers) {
   STAGE_ASSERT(workers && workers->threads() >= 1);
   tracer.SetWorkers(workers.get());  // may throw std::bad_alloc
   workers_ = std::move(workers);
 }
 
 void WorldEngine::ShareThreadsOf(const WorldEngine& other) {
-  most_threads_ = 0;
-  Employ(other.workers_);
+  max_threads_ = 0;
+  UsePool(other.workers_);
 }
 
-void WorldEngine::ChooseThreads(unsigned most) {
-  STAGE_ASSERT(most >= 1);
-  if (most == most_threads_) return;
+void WorldEngine::ChooseThreads(unsigned limit) {
+  STAGE_ASSERT(limit >= 1);
+  if (limit == max_threads_) return;
   SetThreads(1);
-  most_threads_ = most;
+  max_threads_ = limit;
   alone_ = workers_;
   all_ = nullptr;
   thread_choice_ = ThreadChoice();
 }
 
 void WorldEngine::ChooseThreadsFor(size_t count) {
-  if (most_threads_ <= 1) return;
+  if (max_threads_ <= 1) return;
   if (thread_choice_.UseAll(count))
-    EmployAll();
+    UseAllThreads();
   else if (workers_ != alone_)
-    Employ(alone_);
+    UsePool(alone_);
 }
 
-void WorldEngine::EmployAll() {
-  if (most_threads_ <= 1) return;
-  if (!all_) all_ = MakePool(most_threads_);
-  if (workers_ != all_) Employ(all_);
+void WorldEngine::UseAllThreads() {
+  if (max_threads_ <= 1) return;
+  if (!all_) all_ = MakePool(max_threads_);
+  if (workers_ != all_) UsePool(all_);
 }
 
 void WorldEngine::SetThreads(unsigned count) {
   STAGE_ASSERT(count >= 1);
-  most_threads_ = 0;
+  max_threads_ = 0;
   if (count == workers_->threads()) return;
-  Employ(MakePool(count));
+  UsePool(MakePool(count));
   if (workers_->threads() < count)
     messages::Warn("the system grants " + std::to_string(workers_->threads()) + " of " +
                    std::to_string(count) + " threads; continuing with them");
 }
 
-void WorldEngine::NoticeFork() {
+void WorldEngine::CheckFork() {
   if (forks_ == threads::CountForks()) return;
   forks_ = threads::CountForks();
-  const unsigned most = std::exchange(most_threads_, 0), count = workers_->threads();
-  Employ(MakePool(1));
-  if (most > 0)
-    ChooseThreads(most);
+  const unsigned limit = std::exchange(max_threads_, 0), count = workers_->threads();
+  UsePool(MakePool(1));
+  if (limit > 0)
+    ChooseThreads(limit);
   else
     SetThreads(count);
 }
 
 void WorldEngine::ShareFrom(int count) {
-  const size_t fewest = static_cast<size_t>(std::max(count, 1));
-  sharing.SetFewest(fewest);
-  gather.SetFewest(fewest);
-  move.SetFewest(fewest);
-  callbacks.SetFewest(fewest);
+  const size_t min_length = static_cast<size_t>(std::max(count, 1));
+  parallel_choice.SetMinLength(min_length);
+  gather.SetMinLength(min_length);
+  move.SetMinLength(min_length);
+  callbacks.SetMinLength(min_length);
 }
 
 void WorldEngine::TraceBatch() {
   if (postponed_) std::rethrow_exception(std::exchange(postponed_, nullptr));
   if (scene.batch.fans().empty()) return;
   STAGE_ASSERT(!scene.going);
-  NoticeFork();
-  RefreshHidden();
+  CheckFork();
+  RestoreRangerVisibilities();
   tracer.Trace();
 }
 
@@ -187,17 +187,17 @@ void WorldEngine::EndStep() {
   gather.EndStep();
   move.EndStep();
   callbacks.EndStep();
-  scene.grid.AgeLayers();
+  scene.grid.ExpireLayers();
   scene.tables.Trim();
 }
 
-void WorldEngine::TellUnheardCommands() {
+void WorldEngine::WarnAboutUnsubscribed() {
   for (Model* model : models)
-    if (auto* const robot = dynamic_cast<ModelPosition*>(model)) robot->TellIfUnheard();
+    if (auto* const robot = dynamic_cast<ModelPosition*>(model)) robot->WarnIfNotSubscribed();
 }
 
-void WorldEngine::RefreshHidden() {
-  std::erase_if(hidden_from_rangers, [](Model* model) { return model->ShowAgainToRangers(); });
+void WorldEngine::RestoreRangerVisibilities() {
+  std::erase_if(hidden_from_rangers, [](Model* model) { return model->RestoreRangerVisibility(); });
 }
 
 }  // namespace Stg

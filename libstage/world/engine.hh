@@ -24,14 +24,14 @@
 #include "world/phases/callback_phase.hh"
 #include "world/phases/gather_phase.hh"
 #include "world/phases/move_phase.hh"
-#include "world/phases/sharing.hh"
+#include "world/phases/parallel_choice.hh"
 #include "world/phases/thread_choice.hh"
 #include "world/scheduler.hh"
 #include "world/statistics.hh"
 
 namespace Stg {
 
-struct SnapshotRoom;
+struct SnapshotBuffers;
 struct WorldImage;
 
 class WorldEngine : public Host {
@@ -44,7 +44,7 @@ class WorldEngine : public Host {
   GatherPhase gather;
   MovePhase move;
   CallbackPhase callbacks;
-  Sharing sharing;                    ///< whether the phases use several threads
+  ParallelChoice parallel_choice;     ///< whether the phases use several threads
   RunStatistics statistics;           ///< without the tracer's counts, see Statistics()
   std::vector<Scheduler::Event> due;  ///< events due in this step
   struct UpdateCallback {
@@ -62,20 +62,20 @@ class WorldEngine : public Host {
   std::shared_ptr<const WorldImage> image;  ///< shared by copies; null before the first copy
   std::mutex image_mutex;                   ///< held while the image is made
   std::mutex models_mutex;                  ///< protects the list of models of a listed world
-  std::unique_ptr<SnapshotRoom> snapshot_room;
+  std::unique_ptr<SnapshotBuffers> snapshot_buffers;
   MetricList metrics;
   /// Whether World::Validate() is called after each phase of a step, in builds with assertions.
   const bool validates = AsksForValidation();
   std::shared_ptr<const geometry::FreeFloor> floor;  ///< free floor; null without populations
   std::vector<Model*> made;  ///< used while loading: model of each entity, or null
   /// Likely mistakes noticed during loading, for --explain.
-  std::vector<std::string> doubts;
+  std::vector<std::string> load_warnings;
 
   // Implementation of Host.
   void TraceBatch() override;
   void TraceBatchAndPostponeThrowing() noexcept override;
-  void ScheduleUpdate(Model* model, usec_t time, uint64_t chain) override {
-    scheduler.Add(time, {model, nullptr, nullptr, chain});
+  void ScheduleUpdate(Model* model, usec_t time, uint64_t generation) override {
+    scheduler.Add(time, {model, nullptr, nullptr, generation});
   }
   void LoadController(Model* model, const std::string& text) override;
   std::string DescribeInitFailure(const std::string& model_name,
@@ -87,21 +87,21 @@ class WorldEngine : public Host {
   void Forget(Model* model);
   /// Reports that a callback has deleted or unloaded the world while it was being `what`
   /// ("loaded"). Returns false.
-  bool TellLost(const char* what) const;
+  bool ReportWorldLost(const char* what) const;
   /// Calls f(model) for all models that exist at the start and still exist at their turn, by id.
   template <typename F>
   void ForEachModel(F f);
 
   /// Uses `count` threads in each step. Keeps the present pool if it has that many.
   void SetThreads(unsigned count);
-  /// Uses one thread or `most` in each step, whichever is faster. Starts the threads when a step
+  /// Uses one thread or `limit` in each step, whichever is faster. Starts the threads when a step
   /// first takes long enough.
-  void ChooseThreads(unsigned most);
-  bool chooses_threads() const { return most_threads_ > 0; }
+  void ChooseThreads(unsigned limit);
+  bool chooses_threads() const { return max_threads_ > 0; }
   /// Chooses the threads for a step in which `count` models update or move.
   void ChooseThreadsFor(size_t count);
   /// Uses all threads until the next step.
-  void EmployAll();
+  void UseAllThreads();
   /// Reports the duration of a step to the choice of threads.
   void ReportStep(double seconds) {
     if (chooses_threads()) thread_choice_.Report(seconds);
@@ -112,9 +112,9 @@ class WorldEngine : public Host {
   /// Number of threads of the present step, or of the last one.
   unsigned threads() const { return workers_->threads(); }
   /// Maximum number of threads of a step.
-  unsigned most_threads() const { return chooses_threads() ? most_threads_ : threads(); }
+  unsigned max_threads() const { return chooses_threads() ? max_threads_ : threads(); }
   /// Replaces the thread pool if the process has been forked since the last step.
-  void NoticeFork();
+  void CheckFork();
   /// See RunOptions::share_from.
   void ShareFrom(int count);
 
@@ -125,9 +125,9 @@ class WorldEngine : public Host {
   /// have not run are moved to the next step.
   void AbandonStep(usec_t now) noexcept;
   /// Warns about robots that got commands but have no subscriber, and so do not move.
-  void TellUnheardCommands();
+  void WarnAboutUnsubscribed();
   /// Moves bodies whose ranger_return is no longer negative back into the rangers' layer.
-  void RefreshHidden();
+  void RestoreRangerVisibilities();
 
   /// Statistics of the whole engine, including the tracer.
   RunStatistics Statistics() const;
@@ -135,15 +135,15 @@ class WorldEngine : public Host {
   /// For tests: number of jobs that threads shared, and of updates, moves and callbacks examined to
   /// decide what can run in parallel.
   uint64_t shared_jobs() const { return workers_->shared_jobs(); }
-  uint64_t looks() const { return gather.looks() + move.looks() + callbacks.looks(); }
+  uint64_t examined() const { return gather.examined() + move.examined() + callbacks.examined(); }
 
  private:
   static bool AsksForValidation();
-  void Employ(std::shared_ptr<threads::WorkerPool> workers);
+  void UsePool(std::shared_ptr<threads::WorkerPool> workers);
 
   std::shared_ptr<threads::WorkerPool> workers_;  // may be shared with other worlds
   // If threads are chosen per step: the maximum number (otherwise 0) and the two pools.
-  unsigned most_threads_ = 0;
+  unsigned max_threads_ = 0;
   std::shared_ptr<threads::WorkerPool> alone_, all_;  // `all_` is null until first needed
   ThreadChoice thread_choice_;
   std::exception_ptr postponed_;
@@ -165,12 +165,12 @@ void WorldEngine::ForEachModel(F f) {
 
 /// Sets a variable for the lifetime of this object and then restores its value.
 template <typename T>
-class While {
+class ScopedValue {
  public:
-  While(T* variable, T value) : variable_(variable), before_(*variable) { *variable = value; }
-  ~While() { *variable_ = before_; }
-  While(const While&) = delete;
-  While& operator=(const While&) = delete;
+  ScopedValue(T* variable, T value) : variable_(variable), before_(*variable) { *variable = value; }
+  ~ScopedValue() { *variable_ = before_; }
+  ScopedValue(const ScopedValue&) = delete;
+  ScopedValue& operator=(const ScopedValue&) = delete;
 
  private:
   T* variable_;

@@ -11,10 +11,10 @@
 #include "geometry/load_error.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/exception_origin.hh"
 #include "models/model_type_names.hh"
 #include "models/ranger.hh"
 #include "models/ray_model_reader.hh"
-#include "models/thrown.hh"
 #include "threads/processors.hh"
 #include "world/engine.hh"
 #include "world/load_checks.hh"
@@ -32,12 +32,12 @@ namespace Stg {
 namespace {
 
 /// Limits of the cell size, metres: beyond them, no realistic body spans a useful number of cells.
-constexpr double kSmallestCell = 1e-6, kLargestCell = 1e6;
+constexpr double kMinCellSize = 1e-6, kMaxCellSize = 1e6;
 
-constexpr int kMostThreads = 1024;
+constexpr int kMaxThreads = 1024;
 
 /// Maximum depth of worlds loaded by Init() functions of controllers of other worlds.
-constexpr unsigned int kMostNestedLoads = 20;
+constexpr unsigned int kMaxNestedLoads = 20;
 
 std::string UnknownType(const std::string& type) {
   std::string known;
@@ -54,24 +54,24 @@ std::string DeletedTooSoon(const std::string& type) {
          "nor its parent there";
 }
 
-constexpr size_t kMostPlugins = 100;
+constexpr size_t kMaxPlugins = 100;
 
 /// Opens the plug-ins named by the world file, for their model types. If not `wanted`, opens none
 /// and returns how many there are.
 size_t LoadPlugins(Worldfile* wf, bool wanted) {
   wf->ReadElement(0, "plugins", 0);  // an empty list counts as read too
   const size_t count = wf->TupleLength(0, "plugins");
-  if (count > kMostPlugins)
+  if (count > kMaxPlugins)
     wf->Fail(0, "plugins",
              "found " + std::to_string(count) + " plug-ins, expected at most " +
-                 std::to_string(kMostPlugins));
+                 std::to_string(kMaxPlugins));
   for (size_t i = 0; wanted && i < count; i++) {
     const std::string name = wf->ReadElement(0, "plugins", i);
     std::string error = "the name is empty";
     if (name.empty() || !OpenPlugin(name, &error))
       throw LoadError(
           wf->Where(0, "plugins") + ": plug-in " + messages::Quoted(name) +
-              " can't be loaded: " + messages::Shortened(error, messages::kLongestDetail),
+              " can't be loaded: " + messages::Shortened(error, messages::kMaxDetailBytes),
           255);
   }
   return wanted ? 0 : count;
@@ -88,7 +88,7 @@ usec_t Microseconds(double value, double factor) {
 
 std::unique_ptr<sensing::Prefilter> ChoosePrefilter(const RunOptions& options) {
   if (!options.opencl) return nullptr;
-  if (options.device.size() > messages::kLongestDetail)  // the plug-in would print it all
+  if (options.device.size() > messages::kMaxDetailBytes)  // the plug-in would print it all
     throw LoadError("stage: no OpenCL device matches " + messages::Quoted(options.device));
   std::string message;
   std::unique_ptr<sensing::Prefilter> prefilter =
@@ -137,7 +137,7 @@ bool World::Reset(uint64_t seed) {
   std::shared_ptr<const WorldImage> image = Image();
   Source source{path_, nullptr, std::move(wf), std::move(image)};
   source.read->ForgetWritten();
-  engine_->scene.Go();
+  engine_->scene.BeginTeardown();
   DeleteAll();
   engine_->scene.Return();
   options_.seed = seed;
@@ -153,18 +153,18 @@ bool World::LoadFrom(Source source) {
   const std::shared_ptr<WorldEngine> engine = engine_;
   messages::Collector collector;
   const bool loaded = LoadNow(*engine, std::move(source));
-  if (!engine->deserted) load_messages_ = std::move(collector.lines);
+  if (!engine->world_deleted) load_messages_ = std::move(collector.lines);
   return loaded;
 }
 
 bool World::LoadNow(WorldEngine& engine, Source source) {
   if (engine.IsIdle()) {
-    engine.LetOrphansGo();
+    engine.RunDeferredDeletes();
     if (wf) UnLoad();
     engine.controller_arguments.clear();  // no running controller uses them
   }
-  const While loads(&engine.loads, engine.loads + 1);
-  if (engine.loads > kMostNestedLoads) return RefuseToNest();
+  const ScopedValue loads(&engine.loads, engine.loads + 1);
+  if (engine.loads > kMaxNestedLoads) return RefuseToNest();
   const double start = WallClock();
   if (wf) UnLoad();
   if (!ground) MakeGround();  // memory did not suffice for it at the last unload
@@ -174,25 +174,25 @@ bool World::LoadNow(WorldEngine& engine, Source source) {
   engine.statistics = RunStatistics();
   engine.tracer.SetStatistics({});
   engine.controllers_left_out = 0;
-  engine.doubts.clear();
+  engine.load_warnings.clear();
   const RandomScope random_numbers(&random_);
-  const uint64_t life = engine.life;
+  const uint64_t epoch = engine.epoch;
   const bool is_copy = source.image != nullptr;
-  ForgetThrower();
+  ClearExceptionOrigin();
   try {
     LoadContent(std::move(source));
-    if (!engine.deserted && engine.life == life) wf->CheckSettings();
+    if (!engine.world_deleted && engine.epoch == epoch) wf->CheckSettings();
   } catch (const LoadError& error) {
     return FailToLoad(engine, error.what(), error.exit_status());
   } catch (const std::bad_alloc&) {
-    if (!engine.deserted) UnLoad();
+    if (!engine.world_deleted) UnLoad();
     throw;
   } catch (...) {  // thrown by a callback
     return FailToLoad(engine, "stage: " + DescribeThrown() + " while a world was being loaded",
                       255);
   }
-  if (engine.deserted) return engine.TellLost("loaded");
-  if (engine.life != life) return AfterAnotherLife();
+  if (engine.world_deleted) return engine.ReportWorldLost("loaded");
+  if (engine.epoch != epoch) return AfterEpochChanged();
   ApplyRunOptions();
   if (!is_copy) wf->WarnUnused();
   engine.statistics.load_seconds = WallClock() - start;
@@ -201,8 +201,8 @@ bool World::LoadNow(WorldEngine& engine, Source source) {
 
 bool World::FailToLoad(const WorldEngine& engine, const std::string& message, int status) {
   messages::Report(LogLevel::kError, message);
-  ForgetThrower();
-  if (engine.deserted) return false;
+  ClearExceptionOrigin();
+  if (engine.world_deleted) return false;
   UnLoad();
   load_status_ = status;
   return false;
@@ -234,9 +234,9 @@ void World::LoadContent(Source source) {
   LoadWindowSection();
   engine_->memory.End();
   if (source.image)
-    DrawLike(*source.image);
+    RasterizeFromImage(*source.image);
   else
-    DrawAll();
+    RasterizeAll();
   engine_->extent_of_loading = engine_->scene.grid.extent();
   engine_->image = source.image;
   for (Model* model : engine_->models)
@@ -246,9 +246,9 @@ void World::LoadContent(Source source) {
   InitControllers();  // may delete the world
 }
 
-void World::DrawAll() {
+void World::RasterizeAll() {
   for (Model* child : children) child->Map();
-  NoteAllDrawn();
+  MarkAllRasterized();
 }
 
 /// Init functions may delete and add models. Added models are not initialized here.
@@ -260,17 +260,17 @@ void World::InitControllers() {
 }
 
 bool World::RefuseToNest() {
-  messages::Report(LogLevel::kError, "stage: found " + std::to_string(kMostNestedLoads) +
+  messages::Report(LogLevel::kError, "stage: found " + std::to_string(kMaxNestedLoads) +
                                          " nested loads of worlds, expected fewer");
   load_status_ = 1;
   return false;
 }
 
 /// Result of Load() if a callback has replaced or deleted the world.
-bool World::AfterAnotherLife() {
+bool World::AfterEpochChanged() {
   if (wf) return true;
   if (load_status_ == 0) load_status_ = 1;
-  return engine_->TellLost("loaded");
+  return engine_->ReportWorldLost("loaded");
 }
 
 bool World::RefusesToWrite(const char* what) const {
@@ -293,7 +293,7 @@ void World::ApplyRunOptions() {
 void World::Reload() {
   if (!wf || RefusesToWrite("reloaded")) return;
   const std::shared_ptr<WorldEngine> engine = engine_;
-  const While writing(&engine->writing, true);
+  const ScopedValue writing(&engine->writing, true);
   try {
     engine->ForEachModel([](Model* model) {
       const RandomScope random_numbers(&model->random_);
@@ -317,11 +317,11 @@ void World::UsePrefilter() {
   const unsigned processors = threads::CountUsableProcessors();
   // The host's remaining work is short and limited by memory bandwidth, so more threads than this
   // do not help.
-  constexpr unsigned kMostUseful = 16;
+  constexpr unsigned kMaxUsefulThreads = 16;
   if (found)
-    engine_->SetThreads(std::min(processors, kMostUseful));
+    engine_->SetThreads(std::min(processors, kMaxUsefulThreads));
   else
-    engine_->ChooseThreads(std::min(processors, static_cast<unsigned>(kMostThreads)));
+    engine_->ChooseThreads(std::min(processors, static_cast<unsigned>(kMaxThreads)));
 }
 
 void World::LoadWorldProperties() {
@@ -339,7 +339,7 @@ void World::LoadWorldProperties() {
   quit_time = Microseconds(wf->ReadFloat(0, "quit_time", 0), 1e6);
   if (wf->PropertyExists(0, "resolution")) {
     const double cell = positive("resolution", 0.02);
-    if (cell < kSmallestCell || cell > kLargestCell)
+    if (cell < kMinCellSize || cell > kMaxCellSize)
       wf->Fail(0, "resolution",
                "found cells that are too small or too large, expected 1e-6 to 1e6 (m)");
     engine_->scene.cells_per_metre = 1.0 / cell;
@@ -364,27 +364,27 @@ void World::LoadWorldProperties() {
     wf->Warn(0, "threads", "found fewer than 1 thread; using 1");
     threads = 1;
   }
-  if (threads > kMostThreads) {
+  if (threads > kMaxThreads) {
     wf->Warn(0, "threads", "found more than 1024 threads; using 1024");
-    threads = kMostThreads;
+    threads = kMaxThreads;
   }
   if (threads > 1) messages::Progress("[threads " + std::to_string(threads) + "]");
   const bool threads_given = options_.threads > 0 || wf->PropertyExists(0, "threads");
   if (options_.threads > 0) threads = options_.threads;
   if (threads_given)  // otherwise UsePrefilter() chooses
-    engine_->SetThreads(static_cast<unsigned>(std::min(threads, kMostThreads)));
+    engine_->SetThreads(static_cast<unsigned>(std::min(threads, kMaxThreads)));
   engine_->ShareFrom(options_.share_from);
 }
 
 /// Creates all models. Returns false if a callback has unloaded or deleted the world.
 bool World::LoadEntities() {
   const std::shared_ptr<WorldEngine> engine = engine_;
-  const uint64_t life = engine->life;
-  const While loading(&engine->loading, true);
+  const uint64_t epoch = engine->epoch;
+  const ScopedValue loading(&engine->loading, true);
   const int count = wf->GetEntityCount();
   engine->made.assign(static_cast<size_t>(count), nullptr);
-  for (int entity = 1; entity < count && engine->life == life; entity++) LoadEntity(entity);
-  if (engine->life != life) return false;
+  for (int entity = 1; entity < count && engine->epoch == epoch; entity++) LoadEntity(entity);
+  if (engine->epoch != epoch) return false;
   // The models' local frames are final only now.
   for (Model* model : engine->models) {
     model->blockgroup->FillHeights();
@@ -398,15 +398,16 @@ bool World::LoadEntities() {
 /// Limits the number of outline cells, each of which takes memory and time. The area of a body is
 /// not limited.
 void World::CheckOutlines(const std::vector<Model*>& models) {
-  double cells = 0, most = kMostCells;
+  double cells = 0, max_cells = kMaxCells;
   for (size_t entity = 1; entity < models.size(); entity++) {
     if (!models[entity]) continue;
-    engine_->placement.Plan(*models[entity], false);
+    engine_->placement.Propose(*models[entity], false);
     cells += engine_->placement.CountCells();
-    most += kMostCellsPerModel;
-    if (cells > most)
+    max_cells += kMaxCellsPerModel;
+    if (cells > max_cells)
       wf->Fail(static_cast<int>(entity), "size",
-               "found bodies whose outlines cross more than " + std::to_string(std::llround(most)) +
+               "found bodies whose outlines cross more than " +
+                   std::to_string(std::llround(max_cells)) +
                    " cells of the grid, expected smaller bodies or a coarser resolution");
   }
 }

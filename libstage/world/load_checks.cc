@@ -57,11 +57,12 @@ void World::LoadChecks::Run() {
   CheckStarts();
 }
 
-void World::LoadChecks::Doubt(int entity, const char* property, const std::string& message) {
+void World::LoadChecks::WarnLikelyMistake(int entity, const char* property,
+                                          const std::string& message) {
   const std::string line = wf_.Where(entity, property) + ": " + message;
-  if (!told_.insert(line).second) return;
+  if (!warned_.insert(line).second) return;
   wf_.Warn(entity, property, message);
-  engine_.doubts.push_back(line);
+  engine_.load_warnings.push_back(line);
 }
 
 // ---- bodies -------------------------------------------------------------------------------------
@@ -70,15 +71,15 @@ void World::LoadChecks::CheckSize(const Model& model) {
   const Size& size = model.geom.size;
   if (!(size.x < 0 || size.y < 0 || size.z < 0)) return;
   if (wf_.PropertyExists(model.wf_entity, "size"))
-    Doubt(model.wf_entity, "size",
-          "found a negative size, expected 0 or more; it mirrors the body");
+    WarnLikelyMistake(model.wf_entity, "size",
+                      "found a negative size, expected 0 or more; it mirrors the body");
 }
 
 void World::LoadChecks::CheckHeight(const Model& model) {
   if (model.vis.ranger_return < 0 || !model.body().IsFlat()) return;
   const bool flattened = model.geom.size.z == 0;
   const int block = flattened ? -1 : FirstBlockOf(model.wf_entity);
-  Doubt(
+  WarnLikelyMistake(
       block > 0 ? block : model.wf_entity, block > 0 ? "z" : "size",
       std::string("found a body without height, which rangers see at one height alone; expected ") +
           (block > 0 ? "z [BOTTOM TOP] with a top above the bottom"
@@ -111,13 +112,14 @@ void World::LoadChecks::CheckPicture(const Model& model) {
   const double y = std::max(margins.top, margins.bottom) / picture.height;
   const double moved = std::max(x * std::fabs(model.geom.size.x), y * std::fabs(model.geom.size.y));
   if (moved * engine_.scene.cells_per_metre <= 1) return;
-  Doubt(model.wf_entity, "bitmap",
-        "found a picture with light margins (pixels: left " + Pixels(margins.left) + ", right " +
-            Pixels(margins.right) + ", top " + Pixels(margins.top) + ", bottom " +
-            Pixels(margins.bottom) + "), which are cut off before the rest is stretched to size: " +
-            "that moves walls by up to " + Metres(moved) +
-            "; bitmap_frame \"picture\" keeps the margins, bitmap_frame \"dark\" silences this "
-            "warning");
+  WarnLikelyMistake(
+      model.wf_entity, "bitmap",
+      "found a picture with light margins (pixels: left " + Pixels(margins.left) + ", right " +
+          Pixels(margins.right) + ", top " + Pixels(margins.top) + ", bottom " +
+          Pixels(margins.bottom) + "), which are cut off before the rest is stretched to size: " +
+          "that moves walls by up to " + Metres(moved) +
+          "; bitmap_frame \"picture\" keeps the margins, bitmap_frame \"dark\" silences this "
+          "warning");
 }
 
 // ---- what rangers see of robots -----------------------------------------------------------------
@@ -169,12 +171,13 @@ void World::LoadChecks::CheckRanger(const ModelRanger& ranger) {
   if (!std::isfinite(lowest)) return;
   double highest = 0;
   for (const auto& [heights, robots] : seen_robots_) highest = std::max(highest, heights.second);
-  Doubt(ranger.wf_entity, "pose",
-        "found sensors at a height of " + Metres(lowest) +
-            ", where no other robot has a body, so that they see none (bodies of robots reach up "
-            "to " +
-            Metres(highest) +
-            "); expected a ranger whose z, or robots whose size, makes them visible to each other");
+  WarnLikelyMistake(
+      ranger.wf_entity, "pose",
+      "found sensors at a height of " + Metres(lowest) +
+          ", where no other robot has a body, so that they see none (bodies of robots reach up "
+          "to " +
+          Metres(highest) +
+          "); expected a ranger whose z, or robots whose size, makes them visible to each other");
 }
 
 }  // namespace Stg

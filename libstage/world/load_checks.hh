@@ -40,16 +40,16 @@ class World::LoadChecks {
   void CheckStarts();
   void CheckCollisions(std::vector<const ModelPosition*>* free);
   void CheckInsides(std::vector<const ModelPosition*> robots);
-  void TellStart(const Model& robot, const Model& obstacle);
+  void WarnBlockedStart(const Model& robot, const Model& obstacle);
 
   int FirstBlockOf(int entity);
   /// Warns once per place and message, and keeps the line for --explain.
-  void Doubt(int entity, const char* property, const std::string& message);
+  void WarnLikelyMistake(int entity, const char* property, const std::string& message);
 
   World& world_;
   WorldEngine& engine_;
   Worldfile& wf_;
-  std::set<std::string> told_;
+  std::set<std::string> warned_;
   std::map<int, int> first_blocks_;  // block entities by the entities of their models
   /// Height intervals in which rangers see robots, each with two of the robots.
   std::map<std::pair<double, double>, std::array<const Model*, 2>> seen_robots_;

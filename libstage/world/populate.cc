@@ -25,8 +25,8 @@ namespace {
 
 /// After this many failed tries in a row, the floor counts as full: most likely one more would fit
 /// on less than 0.02 % of it.
-constexpr int kMostMisses = 20'000;
-constexpr double kSmallestGap = 0.05;  // metres
+constexpr int kMaxMisses = 20'000;
+constexpr double kMinGap = 0.05;  // metres
 /// Bodies closer than a cell's diagonal might share a cell, which is a collision.
 constexpr double kCellsApart = 1.5;
 
@@ -89,7 +89,7 @@ void ReadArea(Worldfile* file, const geometry::FreeFloor& floor, Plan* plan) {
 
 Plan MakePlan(const Population& population, Worldfile* file, const std::vector<Model*>& made,
               double cell, uint64_t seed) {
-  Plan plan{&population, {}, {}, {}, std::max(kSmallestGap, kCellsApart * cell), seed};
+  Plan plan{&population, {}, {}, {}, std::max(kMinGap, kCellsApart * cell), seed};
   for (const int entity : population.members) {
     if (Model* const model = made[static_cast<size_t>(entity)]) plan.members.push_back(model);
   }
@@ -101,7 +101,8 @@ Plan MakePlan(const Population& population, Worldfile* file, const std::vector<M
   return plan;
 }
 
-/// Free floor given all obstacles except members of populations. `reach`: see FreeFloor::Finish().
+/// Free floor given all obstacles except members of populations. `reach`: see
+/// FreeFloor::BuildIndex().
 geometry::FreeFloor FloorOf(const std::vector<Model*>& models, const Worldfile& file,
                             const std::vector<Model*>& made, double reach) {
   std::set<const Model*> members;
@@ -114,7 +115,7 @@ geometry::FreeFloor FloorOf(const std::vector<Model*>& models, const Worldfile& 
     if (members.count(top) == 0 && model->vis.obstacle_return && !model->body().empty())
       floor.AddBody(OutlinesOf(*model));
   }
-  floor.Finish(reach);
+  floor.BuildIndex(reach);
   return floor;
 }
 
@@ -133,13 +134,13 @@ void Place(const Worldfile& file, const Plan& plan, const geometry::FreeFloor& f
     point_t place;
     int misses = 0;
     do {
-      if (++misses > kMostMisses)
+      if (++misses > kMaxMisses)
         Fail(file, plan, "count",
              "found room for " + std::to_string(i) + " of " + std::to_string(plan.members.size()) +
                  " models, expected fewer models, a larger area or a smaller gap");
       place.x = random.Uniform(plan.area.x.min, plan.area.x.max);
       place.y = random.Uniform(plan.area.y.min, plan.area.y.max);
-    } while (!floor.IsFree(place, plan.radii[i] + plan.gap) ||
+    } while (!floor.IsClear(place, plan.radii[i] + plan.gap) ||
              !discs->AddIfClear(place, plan.radii[i]));
     PutAt(plan.members[i], place, random.Uniform(-M_PI, M_PI));
   }

@@ -42,10 +42,10 @@ bool RayCaster::Cast(const Pose* poses, size_t count, const std::vector<double>&
     return false;
   }
   if (count == 0 || bearings.empty()) return true;
-  if (world_.IsExact(options_.ray_model)) world_.DrawForExactRays();
+  if (world_.IsExact(options_.ray_model)) world_.RasterizeForExactRays();
   engine.TraceBatch();                 // traces what was requested before
   constexpr size_t kManyRays = 10000;  // from here on, waking threads pays
-  if (count * bearings.size() >= kManyRays) engine.EmployAll();
+  if (count * bearings.size() >= kManyRays) engine.UseAllThreads();
   engine.scene.tables.Trim();
   FindSeen();
   ranges_ = ranges;
@@ -57,7 +57,7 @@ bool RayCaster::Cast(const Pose* poses, size_t count, const std::vector<double>&
 
 /// Calls f(i) for all i below `count` on all threads. Each thread uses a copy of f.
 template <typename F>
-void RayCaster::ForEachShare(size_t count, F f) {
+void RayCaster::ForEachSlice(size_t count, F f) {
   constexpr size_t kGrain = 256;
   world_.engine().workers()->Run(count, kGrain, [&](size_t begin, size_t end, unsigned) {
     F own = f;
@@ -81,8 +81,8 @@ void RayCaster::PlaceFans(const Pose* poses, size_t count, meters_t range, uint3
   fan.layer = options_.robots ? scene.grid.RangerLayer(z, fan.z_test, fan.exact)
                               : scene.grid.MapLayer(z, fan.z_test, fan.exact);
   OrderByPlace(poses, count);
-  scene.batch.AddRoom({.rays = count * samples, .fans = static_cast<uint32_t>(count)});
-  ForEachShare(count, [&, fan](size_t i) mutable {
+  scene.batch.Allocate({.rays = count * samples, .fans = static_cast<uint32_t>(count)});
+  ForEachSlice(count, [&, fan](size_t i) mutable {
     fan.tag = order_[i].pose;
     const Pose& pose = poses[fan.tag];
     sensing::PlaceFan(&fan, Pose(pose.x, pose.y, z, pose.a), range, scene.cells_per_metre);
@@ -94,7 +94,7 @@ void RayCaster::PlaceFans(const Pose* poses, size_t count, meters_t range, uint3
 void RayCaster::OrderByPlace(const Pose* poses, size_t count) {
   const double cells_per_metre = world_.Resolution();
   order_.resize(count);
-  ForEachShare(count, [&](size_t i) {
+  ForEachSlice(count, [&](size_t i) {
     int32_t x = 0, y = 0;
     uint32_t fraction;
     sensing::SplitCell(poses[i].x * cells_per_metre, &x, &fraction);
@@ -127,7 +127,7 @@ void RayCaster::SortOrder() {
     });
 }
 
-void RayCaster::TakeHits(uint32_t tag, const sensing::RayHits& hits) {
+void RayCaster::ReceiveHits(uint32_t tag, const sensing::RayHits& hits) {
   std::copy(hits.ranges, hits.ranges + hits.count, ranges_ + size_t{tag} * hits.count);
 }
 

@@ -21,8 +21,8 @@ class Scheduler {
     Model* model = nullptr;
     model_callback_t callback = nullptr;  ///< null: the model's update
     void* arg = nullptr;
-    /// Identifies the model, see UpdateChain. An update of an older chain is void.
-    uint64_t chain = 0;
+    /// Identifies the model, see UpdateGeneration. An update of an older generation is void.
+    uint64_t generation = 0;
   };
 
   Scheduler() = default;
@@ -32,11 +32,11 @@ class Scheduler {
   void Swap(Scheduler& other);
 
   void Add(usec_t time, const Event& event) {
-    STAGE_ASSERT(!event.model || event.chain >> 32 == event.model->GetId());
+    STAGE_ASSERT(!event.model || event.generation >> 32 == event.model->GetId());
     ListOf(time).push_back(event);
   }
   /// Appends `count` events of one time. The caller must fill them in before the next call.
-  std::span<Event> AddRoom(usec_t time, size_t count) {
+  std::span<Event> AppendUninitialized(usec_t time, size_t count) {
     List& list = ListOf(time);
     list.resize(list.size() + count);
     return std::span(list).last(count);
@@ -49,7 +49,7 @@ class Scheduler {
   /// Marks the events of a model as void. Take() removes those of all marked models in one pass.
   void Forget(const Model* model) noexcept;
   /// Removes them now. Call it before the ids of deleted models are used again.
-  void DropForgotten();
+  void RemoveCancelled();
   void Clear();
   /// Number of events examined in removing void ones; a measure of the work.
   uint64_t looked_at() const { return looked_at_; }
@@ -57,7 +57,7 @@ class Scheduler {
   /// Calls f(usec_t, const Event&) for all events by time, then in the order of adding.
   template <typename F>
   void ForEach(F f) {
-    DropForgotten();
+    RemoveCancelled();
     for (const auto& [time, list] : due_)
       for (const Event& event : list) f(time, event);
   }
@@ -70,8 +70,8 @@ class Scheduler {
   std::map<usec_t, List> due_;
   List* last_list_ = nullptr;  // of last_time_: the list that was added to last
   usec_t last_time_ = 0;
-  std::vector<List> spare_;                 // empty lists, kept for their memory
-  std::unordered_set<uint32_t> forgotten_;  // ids of models whose events are void
+  std::vector<List> free_lists_;            // empty lists, kept for their memory
+  std::unordered_set<uint32_t> cancelled_;  // ids of models whose events are void
   uint64_t looked_at_ = 0;
 };
 

@@ -21,7 +21,7 @@
 #include "models/ranger.hh"
 #include "models/state_exchange.hh"
 #include "world/engine.hh"
-#include "world/snapshot_room.hh"
+#include "world/snapshot_buffers.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -31,21 +31,21 @@ size_t Snapshot::SizeOfRow() const { return row_ ? row_->bytes.size() : 0; }
 
 size_t Snapshot::size() const { return difference_ ? difference_->size() : SizeOfRow(); }
 
-const StateRow& Snapshot::Row(StateRow* room) const {
+const StateRow& Snapshot::Row(StateRow* buffer) const {
   if (!difference_) return *row_;
-  Patch(*row_, *difference_, room);
-  return *room;
+  Patch(*row_, *difference_, buffer);
+  return *buffer;
 }
 
 uint64_t Snapshot::hash() const {
-  StateRow room;
-  const StateRow& row = empty() ? room : Row(&room);
+  StateRow buffer;
+  const StateRow& row = empty() ? buffers : Row(&buffer);
   return Fnv1a(row.bytes.data(), row.bytes.size());
 }
 
 namespace {
 
-constexpr size_t kList = 0, kLeftOut = 1, kHead = 2, kModels = 3, kOtherSections = 6;
+constexpr size_t kList = 0, kOmitted = 1, kHead = 2, kModels = 3, kOtherSections = 6;
 
 /// An entry of the list of models.
 struct Listed {
@@ -71,7 +71,7 @@ uint32_t PlaceOf(const std::vector<Model*>& models, const Model* model) {
 }  // namespace
 
 /// For each model, in the order of creation: whether its readings are left out. If empty, none are.
-using LeftOut = std::vector<unsigned char>;
+using OmittedReadings = std::vector<unsigned char>;
 
 /// Saves or restores one row. Its functions must be called in the order of declaration.
 class World::Restorer {
@@ -79,8 +79,8 @@ class World::Restorer {
   explicit Restorer(World* world) : world_(*world), engine_(*world->engine_) {}
 
   /// Flags the models that update in the next step, before anything can read their readings.
-  LeftOut FindDue();
-  void Save(const LeftOut& left_out, StateRow* row);
+  OmittedReadings FindDue();
+  void Save(const OmittedReadings& omitted, StateRow* row);
   /// Restores `row`, and saves what that changes in *before. Returns "" or an error; after an error
   /// the world may be in any state.
   std::string Restore(const StateRow& row, StateRow* before);
@@ -88,76 +88,77 @@ class World::Restorer {
   bool has_begun() const { return has_begun_; }
   /// Undoes Restore().
   void PutBack(const StateRow& before);
-  static LeftOut LeftOutOf(const StateRow& row);
+  static OmittedReadings OmittedReadingsOf(const StateRow& row);
 
  private:
   void SaveList(StateRow* row);
-  void SaveRest(const LeftOut& left_out, StateRow* row);
-  void ForgetNumbers();
+  void SaveRest(const OmittedReadings& omitted, StateRow* row);
+  void ReleaseIds();
   std::string RestoreAll(const StateRow& row);
-  std::string RestoreWhatDiffers(const StateRow& row, const StateRow& before);
+  std::string RestoreChanged(const StateRow& row, const StateRow& before);
   template <typename F>
   std::string RestoreSections(const StateRow& row, F is_same);
   void DropReadings(const StateRow& row);
   std::string ReadList(const StateRow& row);
   std::string Check() const;
-  bool AnyBelowItself() const;
+  bool HasCycle() const;
   bool Fits(const Listed& listed) const;
   void FindModels();
   void MakeMissing();
   Model* Make(const Listed& listed, Model* parent);
   void LoadParts(Model* model, int entity);
   void Arrange();
-  bool IsATree() const;
-  void SetAside();
-  void DeleteOthers();
+  bool IsTree() const;
+  void EraseSurplus();
+  void DeleteSurplus();
 
   World& world_;
   WorldEngine& engine_;
   bool has_begun_ = false;
   std::vector<Listed> list_;
-  std::vector<Model*> models_;  // one per entry of list_
-  std::vector<Model*> others_;  // models not in the list, to be deleted
-  std::vector<size_t> made_;    // indices of created models in the list
+  std::vector<Model*> models_;   // one per entry of list_
+  std::vector<Model*> surplus_;  // models not in the list, to be deleted
+  std::vector<size_t> created_;  // indices of created models in the list
 };
 
-LeftOut World::Restorer::FindDue() {
-  LeftOut due(engine_.models.size(), 0);
+OmittedReadings World::Restorer::FindDue() {
+  OmittedReadings due(engine_.models.size(), 0);
   const usec_t next = world_.sim_time + world_.sim_interval;
   engine_.scheduler.ForEach([&](usec_t time, const Scheduler::Event& event) {
-    if (time <= next && event.model && !event.callback && event.model->ExpectsUpdate(event.chain))
+    if (time <= next && event.model && !event.callback &&
+        event.model->ExpectsUpdate(event.generation))
       due[PlaceOf(engine_.models, event.model)] = 1;
   });
   return due;
 }
 
-void World::Restorer::Save(const LeftOut& left_out, StateRow* row) {
+void World::Restorer::Save(const OmittedReadings& omitted, StateRow* row) {
   SaveList(row);
-  SaveRest(left_out, row);
+  SaveRest(omitted, row);
 }
 
 /// Saves the sections after the list.
-void World::Restorer::SaveRest(const LeftOut& left_out, StateRow* row) {
+void World::Restorer::SaveRest(const OmittedReadings& omitted, StateRow* row) {
   const std::vector<Model*>& models = engine_.models;
-  STAGE_ASSERT(row->count() == kLeftOut);  // after SaveList()
+  STAGE_ASSERT(row->count() == kOmitted);  // after SaveList()
   StateExchange exchange(models, &row->bytes);
   const auto end_section = [&] { row->ends.push_back(static_cast<uint32_t>(exchange.saved())); };
-  LeftOut flags = left_out;
+  OmittedReadings flags = omitted;
   flags.resize(models.size(), 0);
   exchange.Plain(flags.data(), flags.size());
   end_section();
   world_.ExchangeHead(exchange);
   end_section();
   for (size_t i = 0; i < models.size(); i++) {
-    exchange.LeaveReadingsOut(flags[i] != 0);
+    exchange.OmitReadings(flags[i] != 0);
     models[i]->ExchangeState(exchange);
     end_section();
   }
-  world_.ExchangePlans(exchange);
+  world_.ExchangeSchedules(exchange);
   end_section();
   world_.ExchangeNames(exchange);
   end_section();
-  world_.ExchangePlaces(exchange);
+  world_.ExchangeGridState(exchange);
   end_section();
   STAGE_ASSERT(row->count() == models.size() + kOtherSections);
 }
@@ -182,39 +183,39 @@ std::string World::Restorer::Restore(const StateRow& row, StateRow* before) {
   const bool same_models = row.count() > kModels &&
                            row.count() == engine_.models.size() + kOtherSections &&
                            SameBytes(row.section(kList), before->section(kList));
-  SaveRest(same_models ? LeftOutOf(row) : LeftOut(), before);
+  SaveRest(same_models ? OmittedReadingsOf(row) : OmittedReadings(), before);
   has_begun_ = true;
-  std::string wrong = same_models ? RestoreWhatDiffers(row, *before) : RestoreAll(row);
+  std::string wrong = same_models ? RestoreChanged(row, *before) : RestoreAll(row);
   if (wrong.empty()) DropReadings(row);
-  ForgetNumbers();
+  ReleaseIds();
   return wrong;
 }
 
 /// Allows models created from now on to reuse the ids of deleted ones.
-void World::Restorer::ForgetNumbers() {
-  engine_.scheduler.DropForgotten();
-  engine_.names.DropRemoved(engine_);
+void World::Restorer::ReleaseIds() {
+  engine_.scheduler.RemoveCancelled();
+  engine_.names.RemoveStale(engine_);
 }
 
 void World::Restorer::PutBack(const StateRow& before) {
   RestoreAll(before);
-  ForgetNumbers();
+  ReleaseIds();
 }
 
-LeftOut World::Restorer::LeftOutOf(const StateRow& row) {
-  const std::span<const unsigned char> flags = row.section(kLeftOut);
-  return LeftOut(flags.begin(), flags.end());
+OmittedReadings World::Restorer::OmittedReadingsOf(const StateRow& row) {
+  const std::span<const unsigned char> flags = row.section(kOmitted);
+  return OmittedReadings(flags.begin(), flags.end());
 }
 
 void World::Restorer::DropReadings(const StateRow& row) {
-  const std::span<const unsigned char> left_out = row.section(kLeftOut);
-  STAGE_ASSERT(left_out.size() == engine_.models.size());
-  for (size_t i = 0; i < left_out.size(); i++)
-    if (left_out[i] != 0) engine_.models[i]->DropReadings();
+  const std::span<const unsigned char> omitted = row.section(kOmitted);
+  STAGE_ASSERT(omitted.size() == engine_.models.size());
+  for (size_t i = 0; i < omitted.size(); i++)
+    if (omitted[i] != 0) engine_.models[i]->DropReadings();
 }
 
 /// Restores only sections that differ from `before`. The models must be the same.
-std::string World::Restorer::RestoreWhatDiffers(const StateRow& row, const StateRow& before) {
+std::string World::Restorer::RestoreChanged(const StateRow& row, const StateRow& before) {
   models_ = engine_.models;
   std::string wrong =
       RestoreSections(row, [&](size_t i) { return SameBytes(row.section(i), before.section(i)); });
@@ -231,13 +232,13 @@ std::string World::Restorer::RestoreAll(const StateRow& row) {
     return error.what();
   }
   Arrange();
-  SetAside();
+  EraseSurplus();
   std::string wrong = RestoreSections(row, [](size_t) { return false; });
   if (!wrong.empty()) return wrong;
-  if (!IsATree()) return "found a model with two parents";
-  DeleteOthers();
+  if (!IsTree()) return "found a model with two parents";
+  DeleteSurplus();
   engine_.fiducials.Forget(nullptr);
-  engine_.family_changes++;
+  engine_.topology_version++;
   return "";
 }
 
@@ -245,9 +246,9 @@ std::string World::Restorer::RestoreAll(const StateRow& row) {
 template <typename F>
 std::string World::Restorer::RestoreSections(const StateRow& row, F is_same) {
   std::string wrong;
-  const std::span<const unsigned char> left_out = row.section(kLeftOut);
+  const std::span<const unsigned char> omitted = row.section(kOmitted);
   STAGE_ASSERT(row.count() == models_.size() + kOtherSections);
-  if (left_out.size() != models_.size())
+  if (omitted.size() != models_.size())
     return "found a number of models that differs from the list";
   const auto restore = [&](size_t i, auto exchange_state) {
     if (!wrong.empty()) return;
@@ -261,15 +262,15 @@ std::string World::Restorer::RestoreSections(const StateRow& row, F is_same) {
   for (size_t i = 0; i < models_.size(); i++) {
     if (is_same(kModels + i)) continue;
     restore(kModels + i, [&](StateExchange& exchange) {
-      exchange.LeaveReadingsOut(left_out[i] != 0);
+      exchange.OmitReadings(omitted[i] != 0);
       models_[i]->ExchangeState(exchange);
     });
   }
   const size_t plans = kModels + models_.size(), names = plans + 1, places = names + 1;
-  restore(plans, [&](StateExchange& exchange) { world_.ExchangePlans(exchange); });
+  restore(plans, [&](StateExchange& exchange) { world_.ExchangeSchedules(exchange); });
   if (!is_same(names))
     restore(names, [&](StateExchange& exchange) { world_.ExchangeNames(exchange); });
-  restore(places, [&](StateExchange& exchange) { world_.ExchangePlaces(exchange); });
+  restore(places, [&](StateExchange& exchange) { world_.ExchangeGridState(exchange); });
   return wrong;
 }
 
@@ -292,7 +293,7 @@ std::string World::Restorer::Check() const {
         (i > 0 && listed.id <= list_[i - 1].id) || !FindCreator(listed.type))
       return "found an invalid list of models";
   }
-  if (AnyBelowItself()) return "found a model that is its own ancestor";
+  if (HasCycle()) return "found a model that is its own ancestor";
   if (!world_.ground || (!list_.empty() && list_[0].type != world_.ground->type))
     return "found a list of models without the ground";
   if (list_.empty() || list_[0].id != world_.ground->id)
@@ -303,7 +304,7 @@ std::string World::Restorer::Check() const {
   return "";
 }
 
-bool World::Restorer::AnyBelowItself() const {
+bool World::Restorer::HasCycle() const {
   std::vector<size_t> reached_from(list_.size(), 0);  // index + 1 of the first model below it
   for (size_t i = 0; i < list_.size(); i++) {
     size_t place = i + 1;
@@ -333,20 +334,20 @@ bool World::Restorer::Fits(const Listed& listed) const {
 /// another type: both were created while a world ran.
 void World::Restorer::FindModels() {
   models_.assign(list_.size(), nullptr);
-  std::vector<uint32_t> in_the_way;
+  std::vector<uint32_t> id_conflicts;
   size_t i = 0;
   for (Model* model : engine_.models) {
     while (i < list_.size() && list_[i].id < model->id) i++;
     if (i == list_.size() || list_[i].id != model->id)
-      others_.push_back(model);
+      surplus_.push_back(model);
     else if (list_[i].type == model->type)
       models_[i] = model;
     else
-      in_the_way.push_back(model->id);
+      id_conflicts.push_back(model->id);
   }
-  if (in_the_way.empty()) return;
-  for (const uint32_t id : in_the_way) delete world_.FindModel(id);  // with its descendants
-  others_.clear();
+  if (id_conflicts.empty()) return;
+  for (const uint32_t id : id_conflicts) delete world_.FindModel(id);  // with its descendants
+  surplus_.clear();
   FindModels();
 }
 
@@ -358,10 +359,10 @@ void World::Restorer::MakeMissing() {
     // A parent with a higher id does not exist yet; Arrange() sets it later.
     Model* parent = list_[i].parent > 0 ? models_[list_[i].parent - 1] : nullptr;
     models_[i] = Make(list_[i], parent);
-    made_.push_back(i);
+    created_.push_back(i);
   }
   // Initialized only now because controllers look for other models.
-  for (const size_t i : made_) models_[i]->InitOrThrow();
+  for (const size_t i : created_) models_[i]->InitOrThrow();
 }
 
 Model* World::Restorer::Make(const Listed& listed, Model* parent) {
@@ -372,7 +373,7 @@ Model* World::Restorer::Make(const Listed& listed, Model* parent) {
                     " that was deleted while it was being made");
   if (listed.entity == 0) return model;
   Worldfile* const file = world_.wf.get();
-  const While loading(&engine_.loading, true);
+  const ScopedValue loading(&engine_.loading, true);
   model->Load(file, listed.entity);
   LoadParts(model, listed.entity);
   return model;
@@ -406,12 +407,12 @@ void World::Restorer::Arrange() {
 }
 
 /// Erases the bodies of the models to be deleted, so that they block nothing.
-void World::Restorer::SetAside() {
-  for (Model* other : others_) other->blockgroup->Erase();
+void World::Restorer::EraseSurplus() {
+  for (Model* other : surplus_) other->blockgroup->Erase();
 }
 
 /// True if each model is a child of exactly one parent.
-bool World::Restorer::IsATree() const {
+bool World::Restorer::IsTree() const {
   size_t children = world_.children.size();
   for (const Model* model : models_) children += model->children.size();
   std::vector<const Model*> all(world_.children.begin(), world_.children.end());
@@ -422,10 +423,10 @@ bool World::Restorer::IsATree() const {
 }
 
 /// Deletes models that are not in the list. The energy totals are already right and are kept.
-void World::Restorer::DeleteOthers() {
+void World::Restorer::DeleteSurplus() {
   const EnergyTotals totals = world_.energy_totals_;
   std::vector<uint32_t> ids;
-  for (const Model* other : others_) ids.push_back(other->id);
+  for (const Model* other : surplus_) ids.push_back(other->id);
   for (const uint32_t id : ids) delete world_.FindModel(id);  // with its descendants
   world_.energy_totals_ = totals;
 }
@@ -434,19 +435,19 @@ bool World::Take(Snapshot* to, Snapshot::Keep keep) const {
   World* const world = const_cast<World*>(this);  // it is not modified
   if (!engine_->IsIdle()) return Refuse("a snapshot can't be taken by a callback");
   for (const Model* model : engine_->models)
-    if (!model->StateIsKept())
+    if (!model->DeclaresState())
       return Refuse("a snapshot can't be taken: a controller of " +
                     messages::Quoted(model->TokenStr()) +
-                    " does not declare its state with KeepState() or KeepsNoState()");
-  if (const std::string waiting = world->WhoWaits(); !waiting.empty())
+                    " does not declare its state with KeepState() or DeclareNoState()");
+  if (const std::string waiting = world->PendingCallback(); !waiting.empty())
     return Refuse("a snapshot can't be taken: " + waiting);
-  SnapshotRoom& room = *engine_->snapshot_room;
+  SnapshotBuffers& buffers = *engine_->snapshot_buffers;
   Restorer saver(world);
-  saver.Save(keep == Snapshot::kLean ? saver.FindDue() : LeftOut(), &room.row);
+  saver.Save(keep == Snapshot::kLean ? saver.FindDue() : OmittedReadings(), &buffers.row);
   if (keep == Snapshot::kLean) {
-    room.KeepDifference(&to->row_, &to->difference_);
+    buffers.KeepDifference(&to->row_, &to->difference_);
   } else {
-    to->row_ = std::make_shared<const StateRow>(room.row);
+    to->row_ = std::make_shared<const StateRow>(buffers.row);
     to->difference_.reset();
   }
   to->time_ = sim_time;
@@ -455,7 +456,7 @@ bool World::Take(Snapshot* to, Snapshot::Keep keep) const {
 }
 
 /// Name of a pending Enqueue() callback, if any: its argument cannot be saved.
-std::string World::WhoWaits() {
+std::string World::PendingCallback() {
   std::string who;
   engine_->scheduler.ForEach([&](usec_t, const Scheduler::Event& event) {
     if (!event.callback || !who.empty()) return;
@@ -468,35 +469,35 @@ std::string World::WhoWaits() {
 bool World::Restore(const Snapshot& from) {
   if (from.empty()) return Refuse("cannot restore a snapshot that was never taken");
   if (!engine_->IsIdle()) return Refuse("a callback cannot restore a snapshot");
-  if (const std::string waiting = WhoWaits(); !waiting.empty())
+  if (const std::string waiting = PendingCallback(); !waiting.empty())
     return Refuse("cannot restore the snapshot: " + waiting);
-  engine_->LetOrphansGo();
+  engine_->RunDeferredDeletes();
   engine_->TraceBatch();
-  SnapshotRoom& room = *engine_->snapshot_room;
-  const StateRow& row = from.Row(&room.row);
+  SnapshotBuffers& buffers = *engine_->snapshot_buffers;
+  const StateRow& row = from.Row(&buffers.row);
   std::string wrong;
   Restorer restorer(this);
   try {
-    wrong = restorer.Restore(row, &room.before);
+    wrong = restorer.Restore(row, &buffers.before);
     if (wrong.empty() && from.is_from_file_ && !(IsIn(row) && engine_->scene.grid.LiesInExtent()))
       wrong = "found an inconsistent state";
   } catch (...) {  // out of memory, or thrown by a controller's Init()
-    if (restorer.has_begun()) Restorer(this).PutBack(room.before);
+    if (restorer.has_begun()) Restorer(this).PutBack(buffers.before);
     throw;
   }
   if (wrong.empty()) {
-    if (from.difference_) room.shared = from.row_;
+    if (from.difference_) buffers.shared = from.row_;
     engine_->metrics.Start(*this);
     return true;
   }
-  Restorer(this).PutBack(room.before);
+  Restorer(this).PutBack(buffers.before);
   return Refuse("cannot restore the snapshot: " + wrong);
 }
 
 bool World::IsIn(const StateRow& row) {
   Restorer saver(this);
   StateRow now;
-  saver.Save(Restorer::LeftOutOf(row), &now);
+  saver.Save(Restorer::OmittedReadingsOf(row), &now);
   return now == row;
 }
 

@@ -100,8 +100,8 @@ uint64_t Checksum(const Bytes& head, const Bytes& state) {
 }  // namespace
 
 bool Snapshot::Write(std::ostream& out) const {
-  StateRow room;
-  const Bytes state = empty() ? Bytes() : ToBytes(Row(&room));
+  StateRow buffer;
+  const Bytes state = empty() ? Bytes() : ToBytes(Row(&buffer));
   Bytes head(kMagic, kMagic + kMagicSize), checksum;
   Append(&head, kVersion, 4);
   Append(&head, time_, 8);

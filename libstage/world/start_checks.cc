@@ -15,7 +15,7 @@ namespace Stg {
 
 namespace {
 
-constexpr size_t kMostStarts = 10;  // number of robots that are named
+constexpr size_t kMaxNamedStarts = 10;  // number of robots that are named
 
 /// Centre of a robot's own body, and the height range including all that it carries.
 struct Spot {
@@ -42,7 +42,7 @@ Spot SpotOf(const ModelPosition& robot) {
 }
 
 /// Updates the winding numbers of the spots to the left of an edge. `spots` are sorted by y.
-void Wind(const point_t& from, const point_t& to, const Bounds& z, std::vector<Spot>* spots) {
+void AddWinding(const point_t& from, const point_t& to, const Bounds& z, std::vector<Spot>* spots) {
   const double low = std::min(from.y, to.y), high = std::max(from.y, to.y);
   const auto below = [](const Spot& spot, double y) { return spot.middle.y < y; };
   auto spot = std::lower_bound(spots->begin(), spots->end(), low, below);
@@ -59,15 +59,15 @@ void World::LoadChecks::CheckStarts() {
   std::vector<const ModelPosition*> free;
   CheckCollisions(&free);
   CheckInsides(std::move(free));
-  if (starts_ > kMostStarts)
+  if (starts_ > kMaxNamedStarts)
     wf_.Warn(0, "",
-             "found " + std::to_string(starts_ - kMostStarts) +
+             "found " + std::to_string(starts_ - kMaxNamedStarts) +
                  " more robots that start inside other bodies");
 }
 
-void World::LoadChecks::TellStart(const Model& robot, const Model& obstacle) {
-  if (++starts_ > kMostStarts) return;
-  Doubt(
+void World::LoadChecks::WarnBlockedStart(const Model& robot, const Model& obstacle) {
+  if (++starts_ > kMaxNamedStarts) return;
+  WarnLikelyMistake(
       robot.wf_entity, "pose",
       "found robot " + messages::Quoted(robot.TokenStr()) + " where " +
           (&obstacle == world_.GetGround() ? "the floor" : messages::Quoted(obstacle.TokenStr())) +
@@ -81,10 +81,10 @@ void World::LoadChecks::CheckCollisions(std::vector<const ModelPosition*>* free)
   for (Model* model : engine_.models) {
     auto* const robot = dynamic_cast<ModelPosition*>(model);
     if (!robot || robot->parent || robot->wf_entity <= 0 || !robot->vis.obstacle_return) continue;
-    engine_.placement.Plan(*robot, true);
+    engine_.placement.Propose(*robot, true);
     const Model* const obstacle = engine_.placement.Collision(world_.GetGround());
     if (obstacle && !dynamic_cast<const ModelPosition*>(obstacle->root))
-      TellStart(*robot, *obstacle);
+      WarnBlockedStart(*robot, *obstacle);
     else
       free->push_back(robot);
   }
@@ -103,11 +103,11 @@ void World::LoadChecks::CheckInsides(std::vector<const ModelPosition*> robots) {
       std::vector<point_t> corners;
       for (const point_t& corner : block->points()) corners.push_back(model->LocalToGlobal(corner));
       for (size_t i = 0; i < corners.size(); i++)
-        Wind(corners[i], corners[(i + 1) % corners.size()], z, &spots);
+        AddWinding(corners[i], corners[(i + 1) % corners.size()], z, &spots);
     }
     if (model->body().empty()) continue;
     for (Spot& spot : spots) {
-      if (spot.winding != 0) TellStart(*spot.robot, *model);
+      if (spot.winding != 0) WarnBlockedStart(*spot.robot, *model);
       spot.winding = 0;
     }
   }

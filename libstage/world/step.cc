@@ -18,8 +18,8 @@
 
 #include "messages/assert.hh"
 #include "messages/report.hh"
+#include "models/exception_origin.hh"
 #include "models/position.hh"
-#include "models/thrown.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
 #include "world/world_handle.hh"
@@ -55,7 +55,7 @@ bool World::Update(void) {
   // A callback may delete the world; the engine outlives it here.
   const std::shared_ptr<WorldEngine> engine = engine_;
   if (MakeStep(engine)) return true;
-  if (!engine->deserted && !engine->calls_after_step.empty() && engine->IsIdle())
+  if (!engine->world_deleted && !engine->calls_after_step.empty() && engine->IsIdle())
     CallAfterThisStep();
   return false;
 }
@@ -72,21 +72,21 @@ void World::CallAfterThisStep() {
 /// Does one step. Returns the result of Update().
 bool World::MakeStep(const std::shared_ptr<WorldEngine>& engine) {
   if (engine->stepping || engine->loading) return false;
-  engine->LetOrphansGo();
-  const While stepping(&engine->stepping, true);
-  engine->NoticeFork();
-  if (engine->unheard_command.exchange(false)) engine->TellUnheardCommands();
+  engine->RunDeferredDeletes();
+  const ScopedValue stepping(&engine->stepping, true);
+  engine->CheckFork();
+  if (engine->command_without_subscriber.exchange(false)) engine->WarnAboutUnsubscribed();
   if (show_clock && updates % std::max(1u, show_clock_interval) == 0) PrintClock();
-  const uint64_t life = engine->life;
-  ForgetThrower();
+  const uint64_t epoch = engine->epoch;
+  ClearExceptionOrigin();
   try {
-    Step(*engine, life);
+    Step(*engine, epoch);
     engine->EndStep();
   } catch (...) {  // thrown by a callback, or out of memory
-    engine->AbandonStep(engine->life == life ? sim_time : 0);
+    engine->AbandonStep(engine->epoch == epoch ? sim_time : 0);
     throw;
   }
-  if (engine->life != life) return engine->deserted;
+  if (engine->epoch != epoch) return engine->world_deleted;
   engine->statistics.steps++;
   updates++;
   if (record_trails) UpdateTrails();
@@ -105,28 +105,28 @@ void World::ValidateAfter([[maybe_unused]] const char* phase) const {
 }
 
 /// Runs the phases of a step. Returns early if a callback unloads or deletes the world.
-void World::Step(WorldEngine& engine, uint64_t life) {
+void World::Step(WorldEngine& engine, uint64_t epoch) {
   const RandomScope random_numbers(&random_);
   sim_time += sim_interval;
-  STAGE_ASSERT(engine.stepping && !engine.loading && engine.life == life);
+  STAGE_ASSERT(engine.stepping && !engine.loading && engine.epoch == epoch);
   STAGE_ASSERT(engine.due.empty() && engine.sensed.empty());
   engine.steps_begun++;
   PhaseSeconds& seconds = engine.statistics.seconds;
   const double start = WallClock();
   const double traced_before = engine.tracer.seconds();
   engine.gather.Run(this, &engine);
-  if (engine.life == life) ValidateAfter("gather");
+  if (engine.epoch == epoch) ValidateAfter("gather");
   engine.TraceBatch();
-  if (engine.life == life) FinishSensing();
-  if (engine.life != life) return;
+  if (engine.epoch == epoch) FinishSensing();
+  if (engine.epoch != epoch) return;
   ValidateAfter("sense");
   const double sensed = WallClock();
   engine.move.Run(&engine);
-  if (engine.life == life) ValidateAfter("move");
+  if (engine.epoch == epoch) ValidateAfter("move");
   const double moved = WallClock();
   engine.callbacks.Run(&engine);
-  if (engine.life == life) CallUpdateCallbacks();
-  if (engine.life != life) return;
+  if (engine.epoch == epoch) CallUpdateCallbacks();
+  if (engine.epoch != epoch) return;
   ValidateAfter("callbacks");
   const double called = WallClock();
   UpdateEnergy();
@@ -134,7 +134,7 @@ void World::Step(WorldEngine& engine, uint64_t life) {
   engine.metrics.Step(*this);
 
   const double traced = engine.tracer.seconds() - traced_before;
-  engine.sharing.Report(called - start - traced);
+  engine.parallel_choice.Report(called - start - traced);
   engine.ReportStep(called - start);
   seconds.gather += sensed - start - traced;
   seconds.move += moved - sensed;
@@ -149,7 +149,7 @@ void World::FinishSensing() {
     try {
       if (sensed[i]) sensed[i]->Sensed();
     } catch (...) {
-      NoteUpdateThrower(sensed[i]);
+      RecordUpdateException(sensed[i]);
       throw;
     }
   }
@@ -176,7 +176,8 @@ void World::CallUpdateCallbacks() {
     try {
       if (entry.function(this, entry.user) != 0) all[i].function = nullptr;
     } catch (...) {
-      NoteThrower("a callback of the world", nullptr, reinterpret_cast<void (*)()>(entry.function));
+      RecordExceptionOrigin("a callback of the world", nullptr,
+                            reinterpret_cast<void (*)()>(entry.function));
       throw;
     }
   }
@@ -206,7 +207,7 @@ void World::Enqueue(unsigned int, usec_t delay, Model* mod, model_callback_t cb,
   // If the sum overflowed, the callback would be due at once.
   constexpr usec_t kNever = std::numeric_limits<usec_t>::max();
   engine_->scheduler.Add(delay > kNever - sim_time ? kNever : sim_time + delay,
-                         {mod, cb, arg, mod ? UpdateChain::First(mod->GetId()) : 0});
+                         {mod, cb, arg, mod ? UpdateGeneration::First(mod->GetId()) : 0});
 }
 
 void World::ShowTime(usec_t time) {

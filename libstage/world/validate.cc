@@ -54,7 +54,7 @@ class World::Validator {
         return About(model, "a wrong mark whether it drives");
       if (!std::isfinite(model->pose.x + model->pose.y + model->pose.z + model->pose.a))
         return About(model, "a pose that is not finite");
-      if (model->update_chain_ >> 32 != model->id)
+      if (model->update_generation_ >> 32 != model->id)
         return About(model, "an update chain of another model");
     }
     if (world_.ground && !models_.contains(world_.ground)) return "a ground that does not exist";
@@ -135,9 +135,9 @@ class World::Validator {
       if (!fault.empty() || !model) return;
       if (!models_.contains(model))
         fault = "an event of a model that is deleted";
-      else if (event.chain >> 32 != model->id)
+      else if (event.generation >> 32 != model->id)
         fault = About(model, "an event with another model's chain");
-      else if (!event.callback && model->ExpectsUpdate(event.chain) &&
+      else if (!event.callback && model->ExpectsUpdate(event.generation) &&
                !expected.insert(model).second)
         fault = About(model, "two updates that are due");
     });
@@ -166,30 +166,29 @@ class World::Validator {
         if (!block->drawn() && !block->cells().empty())
           return About(model, "cells of a block that is not drawn");
       }
-      if (model->blockgroup->IsUndrawn() == drawn)
+      if (model->blockgroup->IsUnrasterized() == drawn)
         return About(model, "a wrong mark whether it is drawn");
-      model->blockgroup->ForEachBody(
-          [&](grid::BodyId id, const std::vector<grid::TilePart>& parts) {
-            if (fault.empty()) fault = CheckBody(model, id, parts);
-            if (fault.empty() && !grid_.body(id).exact())
-              cells += static_cast<int64_t>(grid::CountCells(parts));
-          });
+      model->blockgroup->ForEachBody([&](grid::BodyId id, const std::vector<grid::CellSet>& parts) {
+        if (fault.empty()) fault = CheckBody(model, id, parts);
+        if (fault.empty() && !grid_.body(id).exact())
+          cells += static_cast<int64_t>(grid::CountCells(parts));
+      });
       if (!fault.empty()) return About(model, fault);
     }
     for (grid::BodyId id = 0; id < grid_.body_count(); id++)
       if (grid_.body(id).model && !bodies_.contains(id)) return "a body in the grid of no model";
-    return cells == grid_.drawn_cells() ? "" : "cells in the grid of no model";
+    return cells == grid_.rasterized_cells() ? "" : "cells in the grid of no model";
   }
 
   std::string CheckBody(const Model* model, grid::BodyId id,
-                        const std::vector<grid::TilePart>& parts) {
+                        const std::vector<grid::CellSet>& parts) {
     if (id >= grid_.body_count()) return "a body that is not in the grid";
     if (!bodies_.insert(id).second) return "a body that is another block's";
     const grid::Body& body = grid_.body(id);
     if (body.model != model || body.number != model->id) return "a body that is another model's";
     if (body.tree != model->root) return "a body that is another tree's";
     if (!grid::AreSorted(parts)) return "a body whose tiles are not in order";
-    for (const grid::TilePart& part : parts) {
+    for (const grid::CellSet& part : parts) {
       if (part.slot == 0 || part.slot != grid_.FindTileSlot(part)) return "a tile in a wrong slot";
       if (!(body.exact() ? HasOutline(id, part) : HasCells(id, part)))
         return "cells that are not in the grid";
@@ -197,16 +196,16 @@ class World::Validator {
     return "";
   }
 
-  bool HasCells(grid::BodyId id, const grid::TilePart& part) const {
+  bool HasCells(grid::BodyId id, const grid::CellSet& part) const {
     bool has = true;
     grid::ForEachCell(part, [&](grid::CellRef cell) {
       has = has && grid_.AnyIn(cell, [&](grid::BodyId there) { return there == id; });
     });
     return has;
   }
-  bool HasOutline(grid::BodyId id, const grid::TilePart& part) const {
+  bool HasOutline(grid::BodyId id, const grid::CellSet& part) const {
     bool has = false;
-    grid_.ForEachOutline(grid_.OutlinesIn(part.slot), [&](const grid::OutlinePart& there) {
+    grid_.ForEachOutline(grid_.OutlinesIn(part.slot), [&](const grid::OutlineFragment& there) {
       has = has || (there.id == id && there.cells == part.cells && there.edges == part.edges);
     });
     return has;
@@ -216,9 +215,9 @@ class World::Validator {
   std::string CheckPlaces() const {
     Placement placement;
     for (Model* model : engine_.models) {
-      if (model->blockgroup->empty() || model->blockgroup->IsUndrawn()) continue;
+      if (model->blockgroup->empty() || model->blockgroup->IsUnrasterized()) continue;
       if (Placement::IsNearlyFull(*model)) return "";  // bodies may be missing
-      placement.Plan(*model, false);
+      placement.Propose(*model, false);
       if (!placement.IsInPlace()) return About(model, "a body that is drawn elsewhere");
     }
     return "";

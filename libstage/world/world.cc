@@ -14,12 +14,12 @@
 #include "messages/assert.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
+#include "models/deletion_watch.hh"
 #include "models/log_entry.hh"
 #include "models/model_type_names.hh"
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/warn_about.hh"
-#include "models/watch.hh"
 #include "world/engine.hh"
 #include "worldfile/worldfile.hh"
 
@@ -115,7 +115,7 @@ void World::SetDefaults() {
   show_clock_interval = 100;
   engine_->scene.cells_per_metre = default_ppm_;
   engine_->scene.ray_model = RayModel::kCell;
-  engine_->scene.exact_drawing = false;
+  engine_->scene.exact_rasterization = false;
   ApplyRunOptions();
 }
 
@@ -125,10 +125,10 @@ World::~World() {
     AllWorlds().erase(this);
     if (options_.listed) std::erase(worlds_, this);
   }
-  engine_->deserted = true;
+  engine_->world_deleted = true;
   ground = nullptr;
   ForgetAll();
-  engine_->scene.Go();
+  engine_->scene.BeginTeardown();
   DeleteChildren();
 }
 
@@ -152,7 +152,7 @@ void World::MakeGround() {
 
 /// Drops references to models first, so that deleting the models finds nothing to search.
 void World::ForgetAll() {
-  engine_->life++;
+  engine_->epoch++;
   engine_->loading = false;
   engine_->memory.End();
   engine_->made.clear();
@@ -187,10 +187,10 @@ void World::DeleteAll() {
   ForgetAll();
   DeleteChildren();
   STAGE_ASSERT(engine_->models.empty() && engine_->moving.empty());
-  STAGE_ASSERT(engine_->scene.grid.drawn_cells() == 0);
+  STAGE_ASSERT(engine_->scene.grid.rasterized_cells() == 0);
   engine_->scene.grid.ForgetExtent();
   engine_->scheduler.Clear();  // drops events of deleted models
-  engine_->greatest_dissipation = 0;
+  engine_->max_dissipation = 0;
   log_.clear();
   energy_totals_ = EnergyTotals();
   child_type_counts.clear();
@@ -204,11 +204,11 @@ void World::DeleteAll() {
 bool World::Save(const char* filename) {
   if (!wf || RefusesToWrite("saved")) return false;
   const std::shared_ptr<WorldEngine> engine = engine_;
-  const uint64_t life = engine->life;
+  const uint64_t epoch = engine->epoch;
   const std::string target = filename ? filename : "";
-  const While writing(&engine->writing, true);
+  const ScopedValue writing(&engine->writing, true);
   engine->ForEachModel([](Model* model) { model->Save(); });
-  if (engine->life != life) return engine->TellLost("saved");
+  if (engine->epoch != epoch) return engine->ReportWorldLost("saved");
   return wf->Save(target);
 }
 
@@ -218,7 +218,7 @@ Worldfile* World::GetWorldFile() { return wf.get(); }
 
 void World::AddModel(Model* mod) {
   STAGE_ASSERT(mod->world == this && !engine_->FindModel(mod->id));
-  engine_->family_changes++;
+  engine_->topology_version++;
   {
     const std::unique_lock<std::mutex> lock = LockModels(&engine_->models_mutex, options_.listed);
     Host::Insert(&engine_->models, mod);  // last, unless a snapshot restores it
@@ -233,7 +233,7 @@ void World::AddModelName(Model* mod, const std::string& name) {
 }
 
 void World::RemoveModel(Model* mod) {
-  Watch::Tell(&engine_->watches, mod);
+  DeletionWatch::Notify(&engine_->watches, mod);
   std::vector<Model*>& made = engine_->made;
   const size_t entity = static_cast<size_t>(mod->wf_entity);
   if (entity < made.size() && made[entity] == mod) made[entity] = nullptr;
@@ -279,9 +279,9 @@ Model* World::CreateModel(Model* parent, const std::string& typestr) {
     messages::Warn("model type " + messages::Quoted(typestr) + " is not known");
     return nullptr;
   }
-  if (parent && parent->Depth() >= Model::kDeepest) {
+  if (parent && parent->Depth() >= Model::kMaxDepth) {
     WarnAbout(*this, "found a model to be nested more than %u deep; it is not made",
-              Model::kDeepest);
+              Model::kMaxDepth);
     return nullptr;
   }
   Model* const model = engine_->Make(this, parent, typestr, create);
@@ -348,18 +348,18 @@ bool World::IsExact(RayModel model) const {
 
 /// Leaves the state unchanged because any observer may call it: thin outlines stay as they are, and
 /// undrawn bodies stay undrawn.
-void World::DrawForExactRays() {
-  if (engine_->scene.exact_drawing) return;
+void World::RasterizeForExactRays() {
+  if (engine_->scene.exact_rasterization) return;
   engine_->TraceBatch();
-  engine_->scene.exact_drawing = true;
+  engine_->scene.exact_rasterization = true;
   Placement& placement = engine_->placement;
   try {
     for (Model* model : engine_->models) {
-      placement.Plan(*model, false);
-      placement.AddExactDrawings();
+      placement.Propose(*model, false);
+      placement.AddExactRasterizations();
     }
   } catch (...) {  // out of memory: all is drawn anew the next time
-    engine_->scene.exact_drawing = false;
+    engine_->scene.exact_rasterization = false;
     throw;
   }
 }
@@ -400,7 +400,7 @@ void World::Raytrace(const Pose& gpose, const meters_t range, const radians_t fo
   fan.arg = arg;
   fan.z_test = ztest;
   fan.exact = IsExact(RayModel::kDefault);
-  if (fan.exact) DrawForExactRays();
+  if (fan.exact) RasterizeForExactRays();
   sensing::PlaceFan(&fan, gpose, range, Resolution());
 
   // A client's predicate may accept any body: uses the layer of everything and no self-mask.
@@ -411,9 +411,9 @@ void World::Raytrace(const Pose& gpose, const meters_t range, const radians_t fo
   sensing::TraceCounters counters;
   const uint32_t count = static_cast<uint32_t>(results.size());
   for (uint32_t i = 0; i < count; i++) {
-    const SineCosine turn = sensing::TurnOf(sensing::SampleBearing(fov, count, i));
-    const sensing::RayHit hit =
-        tracer.Trace(fan, view, {sensing::MakeDirection(turn), turn}, no_mask, &counters);
+    const SineCosine unit_vector = sensing::UnitVectorOf(sensing::SampleBearing(fov, count, i));
+    const sensing::RayHit hit = tracer.Trace(
+        fan, view, {sensing::MakeDirection(unit_vector), unit_vector}, no_mask, &counters);
     results[i] = ResultOf(gpose, hit.range, hit.model);
   }
 }

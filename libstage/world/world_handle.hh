@@ -29,7 +29,7 @@ class WorldHandle {
   /// The world, or null if it has been deleted.
   World* get() const {
     // The host may outlive its world while a caller of a callback still shares ownership.
-    return !host_.expired() && !host_address_->deserted ? world_ : nullptr;
+    return !host_.expired() && !host_address_->world_deleted ? world_ : nullptr;
   }
   explicit operator bool() const { return get() != nullptr; }
 

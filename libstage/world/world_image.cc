@@ -17,9 +17,9 @@ namespace {
 
 /// Erases a model's bodies; if `exact`, only those that a copy draws for exact rays on demand.
 void Erase(const Model& model, bool exact, grid::Grid* grid) {
-  model.body().ForEachBody([&](grid::BodyId id, const std::vector<grid::TilePart>& cells) {
+  model.body().ForEachBody([&](grid::BodyId id, const std::vector<grid::CellSet>& cells) {
     if (exact && !grid->body(id).exact()) return;
-    grid->Redraw(id, cells, {});
+    grid->Rasterize(id, cells, {});
     grid->RemoveBody(id);
   });
 }
@@ -46,38 +46,39 @@ std::shared_ptr<const WorldImage> World::MakeImage() const {
                                                    {},
                                                    engine_->last_stamp_of_loading,
                                                    engine_->extent_of_loading});
-  image->drawings.resize(static_cast<size_t>(wf->GetEntityCount()));
+  image->rasterizations.resize(static_cast<size_t>(wf->GetEntityCount()));
   for (const Model* model : engine_->models) {
     const bool stays = model->wf_entity > 0 && model->body().is_as_loaded();
     Erase(*model, stays, &image->grid);
     if (!stays) continue;
-    image->drawings[static_cast<size_t>(model->wf_entity)] = model->body().Drawings();
+    image->rasterizations[static_cast<size_t>(model->wf_entity)] = model->body().Rasterizations();
   }
-  image->grid.MakeShareable();
+  image->grid.Freeze();
   return image;
 }
 
-/// Draws the models of a copy like those of the image. All models must exist and none be drawn.
-/// Models that have moved in the original return to their place in the file and in the body order.
-void World::DrawLike(const WorldImage& image) {
+/// Draws the models of a copy like those of the image. All models must exist and none be
+/// rasterized. Models that have moved in the original return to their place in the file and in the
+/// body order.
+void World::RasterizeFromImage(const WorldImage& image) {
   grid::Grid& grid = engine_->scene.grid;
-  STAGE_ASSERT(grid.drawn_cells() == 0);
-  grid.Become(image.grid);
+  STAGE_ASSERT(grid.rasterized_cells() == 0);
+  grid.AssignCopy(image.grid);
   grid.SetExtent(image.extent_of_loading);
   for (Model* model : engine_->models) {
     if (model->wf_entity <= 0) continue;
-    STAGE_ASSERT(static_cast<size_t>(model->wf_entity) < image.drawings.size());
-    const auto& drawings = image.drawings[static_cast<size_t>(model->wf_entity)];
-    if (!drawings.empty()) model->blockgroup->AdoptDrawings(drawings);
+    STAGE_ASSERT(static_cast<size_t>(model->wf_entity) < image.rasterizations.size());
+    const auto& rasterizations = image.rasterizations[static_cast<size_t>(model->wf_entity)];
+    if (!rasterizations.empty()) model->blockgroup->AdoptRasterizations(rasterizations);
   }
   for (Model* child : children) child->Map();
   if (!wf->populations().empty()) {  // another seed places the members elsewhere
     grid.SetExtent(grid::CellBox());
     for (const Model* model : engine_->models)
       model->body().ForEachBody(
-          [&](grid::BodyId, const std::vector<grid::TilePart>& cells) { grid.WidenExtent(cells); });
+          [&](grid::BodyId, const std::vector<grid::CellSet>& cells) { grid.WidenExtent(cells); });
   }
-  NoteAllDrawnSince(image.last_stamp_of_loading);
+  MarkAllRasterizedSince(image.last_stamp_of_loading);
 }
 
 }  // namespace Stg

@@ -26,7 +26,7 @@ struct WorldImage {
   std::shared_ptr<const geometry::FreeFloor> floor;  ///< null without populations
   /// Bodies of models of the file that are unchanged since loading, at their poses at that time.
   grid::Grid grid;
-  std::vector<std::vector<BlockGroup::Drawing>> drawings;  ///< by entity of the file
+  std::vector<std::vector<BlockGroup::Rasterization>> rasterizations;  ///< by entity of the file
   /// See WorldEngine.
   uint64_t last_stamp_of_loading;
   grid::CellBox extent_of_loading;

@@ -39,9 +39,9 @@ void World::ExchangeState(StateExchange& exchange) {
   ExchangeHead(exchange);
   exchange.Expect(exchange.models().size(), "the number of models");
   for (Model* model : exchange.models()) model->ExchangeState(exchange);
-  ExchangePlans(exchange);
+  ExchangeSchedules(exchange);
   ExchangeNames(exchange);
-  ExchangePlaces(exchange);
+  ExchangeGridState(exchange);
 }
 
 /// Exchanges the world's own values that precede its models.
@@ -73,23 +73,24 @@ void World::ExchangeTotals(StateExchange& exchange) {
 
 /// Lists models that are missing from the grid because they were changed and not redrawn. When
 /// restoring, other models may be undrawn because they were created or got another parent.
-void World::ExchangeUndrawn(StateExchange& exchange) {
+void World::ExchangeUnrasterized(StateExchange& exchange) {
   if (exchange.hashing()) return;
-  std::vector<Model*> undrawn;
+  std::vector<Model*> unrasterized;
   if (!exchange.restoring())
     for (Model* model : exchange.models())
-      if (model->blockgroup->IsUndrawn()) undrawn.push_back(model);
-  exchange(undrawn);
+      if (model->blockgroup->IsUnrasterized()) unrasterized.push_back(model);
+  exchange(unrasterized);
   if (!exchange.restoring() || exchange.failed()) return;
   for (Model* model : exchange.models())
-    if (model->blockgroup->IsUndrawn() && std::ranges::find(undrawn, model) == undrawn.end())
+    if (model->blockgroup->IsUnrasterized() &&
+        std::ranges::find(unrasterized, model) == unrasterized.end())
       model->Map();
-  for (Model* model : undrawn)
+  for (Model* model : unrasterized)
     if (model) model->blockgroup->Erase();
 }
 
 /// Exchanges the schedule and the lists of models that move and that use energy.
-void World::ExchangePlans(StateExchange& exchange) {
+void World::ExchangeSchedules(StateExchange& exchange) {
   ExchangeSchedule(exchange);
   exchange(engine_->moving, engine_->energy);
   if (exchange.restoring() && !(IsInOrder(engine_->moving) && IsInOrder(engine_->energy)))
@@ -104,14 +105,14 @@ void World::ExchangeSchedule(StateExchange& exchange) {
   if (!exchange.hashing()) {
     size_t events = 0;
     engine_->scheduler.ForEach([&](usec_t, const Scheduler::Event& event) {
-      events += !event.callback && event.model && event.model->ExpectsUpdate(event.chain);
+      events += !event.callback && event.model && event.model->ExpectsUpdate(event.generation);
     });
     events = exchange.Count(events);
     if (exchange.restoring()) return RestoreSchedule(events, exchange);
   }
   engine_->scheduler.ForEach([&](usec_t time, const Scheduler::Event& event) {
     if (event.callback ? !exchange.hashing()
-                       : !event.model || !event.model->ExpectsUpdate(event.chain))
+                       : !event.model || !event.model->ExpectsUpdate(event.generation))
       return;
     Model* model = event.model;
     bool is_update = event.callback == nullptr;
@@ -121,11 +122,11 @@ void World::ExchangeSchedule(StateExchange& exchange) {
   });
 }
 
-/// Voids pending updates and schedules those of the snapshot with new chain numbers.
+/// Voids pending updates and schedules those of the snapshot with new generation numbers.
 void World::RestoreSchedule(uint64_t events, StateExchange& exchange) {
   engine_->scheduler.Clear();
   for (Model* model : exchange.models())
-    model->update_chain_ = UpdateChain::Next(UpdateChain::First(model->id));
+    model->update_generation_ = UpdateGeneration::Next(UpdateGeneration::First(model->id));
   for (uint64_t i = 0; i < events && !exchange.failed(); i++) {
     usec_t time = 0;
     Model* model = nullptr;
@@ -134,7 +135,7 @@ void World::RestoreSchedule(uint64_t events, StateExchange& exchange) {
     if (exchange.failed()) return;
     if (!model || !is_update)
       return exchange.Fail("found an event that is not an update of a model");
-    engine_->scheduler.Add(time + sim_time, {model, nullptr, nullptr, model->update_chain_});
+    engine_->scheduler.Add(time + sim_time, {model, nullptr, nullptr, model->update_generation_});
   }
 }
 
@@ -152,21 +153,21 @@ void World::ExchangeNames(StateExchange& exchange) {
 }
 
 /// Exchanges energy totals, undrawn models, and the order and extent of bodies in the grid.
-void World::ExchangePlaces(StateExchange& exchange) {
+void World::ExchangeGridState(StateExchange& exchange) {
   ExchangeTotals(exchange);
-  ExchangeUndrawn(exchange);
+  ExchangeUnrasterized(exchange);
   ExchangeGrid(exchange);
 }
 
-/// A drawn body, other than those for the exact ray model.
-struct World::DrawnBody {
+/// A rasterized body, other than those for the exact ray model.
+struct World::RasterizedBody {
   uint32_t model = 0, number = 0;  // index of the model, and of the body within it
   Block* block = nullptr;
   uint64_t stamp = 0;
-  bool drawn_late = false;
+  bool is_recent = false;
 
   void ExchangeState(StateExchange& exchange) { exchange(model, number); }
-  bool IsBefore(const DrawnBody& o) const {
+  bool IsBefore(const RasterizedBody& o) const {
     return model != o.model ? model < o.model : number < o.number;
   }
 };
@@ -176,10 +177,10 @@ namespace {
 /// True if the body shares a cell with another one.
 bool SharesCells(const grid::Grid& cells, const Block& block) {
   const auto is_other = [&](grid::BodyId id) { return id != block.body(); };
-  return std::ranges::any_of(block.cells(), [&](const grid::TilePart& part) {
+  return std::ranges::any_of(block.cells(), [&](const grid::CellSet& set) {
     bool shared = false;
-    grid::ForEachBit(cells.Crowded(part), [&](uint32_t bit) {
-      shared = shared || cells.AnyIn(grid::CellOf(part.slot, bit), is_other);
+    grid::ForEachBit(cells.Crowded(set), [&](uint32_t bit) {
+      shared = shared || cells.AnyIn(grid::CellOf(set.slot, bit), is_other);
     });
     return shared;
   });
@@ -187,22 +188,22 @@ bool SharesCells(const grid::Grid& cells, const Block& block) {
 
 }  // namespace
 
-/// Unless `all`, returns only bodies of models that have been drawn since loading.
-std::vector<World::DrawnBody> World::BodiesOf(const std::vector<Model*>& models,
-                                              const grid::Grid& grid, bool all) {
-  std::vector<DrawnBody> bodies;
+/// Unless `all`, returns only bodies of models that have been rasterized since loading.
+std::vector<World::RasterizedBody> World::BodiesOf(const std::vector<Model*>& models,
+                                                   const grid::Grid& grid, bool all) {
+  std::vector<RasterizedBody> bodies;
   for (uint32_t i = 0; i < models.size(); i++) {
-    if (!all && !models[i]->body().drawn_since_loading()) continue;
+    if (!all && !models[i]->body().rasterized_since_loading()) continue;
     uint32_t number = 0;
     for (const auto& block : models[i]->body().blocks())
-      if (block->drawn())
+      if (block->rasterized())
         bodies.push_back({i, number++, block.get(), grid.Stamp(block->body()), false});
   }
   return bodies;
 }
 
-/// In a shared cell, bodies are tested against a ray in the order in which they were drawn. The
-/// extent matters because cameras look as far as the grid extends.
+/// In a shared cell, bodies are tested against a ray in the order in which they were rasterized.
+/// The extent matters because cameras look as far as the grid extends.
 void World::ExchangeGrid(StateExchange& exchange) {
   grid::Grid& grid = engine_->scene.grid;
   if (exchange.hashing())
@@ -218,7 +219,7 @@ void World::ExchangeGrid(StateExchange& exchange) {
 void World::HashOrder(StateExchange& exchange) {
   const grid::Grid& grid = engine_->scene.grid;
   std::vector<uint64_t> stamps;
-  for (const DrawnBody& body : BodiesOf(engine_->models, grid, true))
+  for (const RasterizedBody& body : BodiesOf(engine_->models, grid, true))
     stamps.push_back(SharesCells(grid, *body.block) ? body.stamp : 0);
   std::vector<uint64_t> order = stamps;
   std::ranges::sort(order);
@@ -229,88 +230,90 @@ void World::HashOrder(StateExchange& exchange) {
   }
 }
 
-/// Exchanges the bodies drawn since loading, in drawing order. All others, mostly scenery, precede
-/// them in the order of creation.
+/// Exchanges the bodies rasterized since loading, in rasterization order. All others, mostly
+/// scenery, precede them in the order of creation.
 void World::ExchangeOrder(StateExchange& exchange) {
   const std::vector<Model*>& models = exchange.models();
   const grid::Grid& grid = engine_->scene.grid;
-  std::vector<DrawnBody> late;
+  std::vector<RasterizedBody> recent;
   if (!exchange.restoring()) {
-    for (const DrawnBody& body : BodiesOf(models, grid, false))
-      if (body.stamp > engine_->last_stamp_of_loading) late.push_back(body);
-    std::ranges::sort(late, {}, &DrawnBody::stamp);
+    for (const RasterizedBody& body : BodiesOf(models, grid, false))
+      if (body.stamp > engine_->last_stamp_of_loading) recent.push_back(body);
+    std::ranges::sort(recent, {}, &RasterizedBody::stamp);
   }
-  exchange(late);
+  exchange(recent);
   if (!exchange.restoring() || exchange.failed()) return;
-  for (const DrawnBody& listed : late)
-    if (listed.model < models.size()) models[listed.model]->blockgroup->NoteDrawnSinceLoading(true);
-  std::vector<DrawnBody> bodies = BodiesOf(models, grid, false);
-  if (!MarkLate(&bodies, &late)) return exchange.Fail("found an invalid order of bodies");
-  ReturnEarly(models, bodies);
-  for (const DrawnBody& body : late)
+  for (const RasterizedBody& listed : recent)
+    if (listed.model < models.size())
+      models[listed.model]->blockgroup->SetRasterizedSinceLoading(true);
+  std::vector<RasterizedBody> bodies = BodiesOf(models, grid, false);
+  if (!MarkRecent(&bodies, &recent)) return exchange.Fail("found an invalid order of bodies");
+  RestoreCreationOrder(models, bodies);
+  for (const RasterizedBody& body : recent)
     engine_->scene.grid.MoveToEnd(body.block->body(), body.block->cells());
 }
 
 /// Finds the late bodies among all bodies and completes their entries. Returns false if one does
 /// not exist or is listed twice.
-bool World::MarkLate(std::vector<DrawnBody>* bodies, std::vector<DrawnBody>* late) {
-  for (DrawnBody& listed : *late) {
-    const auto body =
-        std::lower_bound(bodies->begin(), bodies->end(), listed,
-                         [](const DrawnBody& a, const DrawnBody& b) { return a.IsBefore(b); });
-    if (body == bodies->end() || listed.IsBefore(*body) || body->drawn_late) return false;
-    body->drawn_late = true;
+bool World::MarkRecent(std::vector<RasterizedBody>* bodies, std::vector<RasterizedBody>* recent) {
+  for (RasterizedBody& listed : *recent) {
+    const auto body = std::lower_bound(
+        bodies->begin(), bodies->end(), listed,
+        [](const RasterizedBody& a, const RasterizedBody& b) { return a.IsBefore(b); });
+    if (body == bodies->end() || listed.IsBefore(*body) || body->is_recent) return false;
+    body->is_recent = true;
     listed = *body;
   }
   return true;
 }
 
-/// Bodies that are not late but have been drawn in this world since loading return to their place
-/// in the order of creation.
-void World::ReturnEarly(const std::vector<Model*>& models, const std::vector<DrawnBody>& bodies) {
+/// Bodies that are not late but have been rasterized in this world since loading return to their
+/// place in the order of creation.
+void World::RestoreCreationOrder(const std::vector<Model*>& models,
+                                 const std::vector<RasterizedBody>& bodies) {
   grid::Grid& grid = engine_->scene.grid;
-  const auto is_out_of_order = [&](const DrawnBody& body) {
-    return !body.drawn_late && body.stamp > engine_->last_stamp_of_loading;
+  const auto is_out_of_order = [&](const RasterizedBody& body) {
+    return !body.is_recent && body.stamp > engine_->last_stamp_of_loading;
   };
-  const bool all_known = std::ranges::all_of(bodies, [&](const DrawnBody& body) {
+  const bool all_known = std::ranges::all_of(bodies, [&](const RasterizedBody& body) {
     return !is_out_of_order(body) || body.block->loading_stamp() != 0;
   });
-  if (!all_known) return DrawInOrder(models);
-  for (const DrawnBody& body : bodies)
+  if (!all_known) return ReorderAll(models);
+  for (const RasterizedBody& body : bodies)
     if (is_out_of_order(body))
       grid.Restamp(body.block->body(), body.block->loading_stamp(), body.block->cells());
 }
 
 /// Reorders all bodies in the order of creation, as after loading.
-void World::DrawInOrder(const std::vector<Model*>& models) {
+void World::ReorderAll(const std::vector<Model*>& models) {
   grid::Grid& grid = engine_->scene.grid;
-  for (const DrawnBody& body : BodiesOf(models, grid, true)) {
+  for (const RasterizedBody& body : BodiesOf(models, grid, true)) {
     grid.MoveToEnd(body.block->body(), body.block->cells());
     body.block->NoteLoadingStamp(grid.last_stamp());
   }
   engine_->last_stamp_of_loading = grid.last_stamp();
-  STAGE_ASSERT(std::ranges::is_sorted(BodiesOf(models, grid, true), {}, &DrawnBody::stamp));
+  STAGE_ASSERT(std::ranges::is_sorted(BodiesOf(models, grid, true), {}, &RasterizedBody::stamp));
 }
 
-/// Call it when all models have just been drawn in the order of creation.
-void World::NoteAllDrawn() {
+/// Call it when all models have just been rasterized in the order of creation.
+void World::MarkAllRasterized() {
   const grid::Grid& grid = engine_->scene.grid;
   engine_->last_stamp_of_loading = grid.last_stamp();
-  const std::vector<DrawnBody> bodies = BodiesOf(engine_->models, grid, true);
-  if (std::ranges::is_sorted(bodies, {}, &DrawnBody::stamp))
-    for (const DrawnBody& body : bodies) body.block->NoteLoadingStamp(body.stamp);
+  const std::vector<RasterizedBody> bodies = BodiesOf(engine_->models, grid, true);
+  if (std::ranges::is_sorted(bodies, {}, &RasterizedBody::stamp))
+    for (const RasterizedBody& body : bodies) body.block->NoteLoadingStamp(body.stamp);
   else  // a type created models before their parents, or a body lies outside the range of cells
-    DrawInOrder(engine_->models);
-  for (Model* model : engine_->models) model->blockgroup->NoteDrawnSinceLoading(false);
+    ReorderAll(engine_->models);
+  for (Model* model : engine_->models) model->blockgroup->SetRasterizedSinceLoading(false);
 }
 
-/// Call it when all models have been drawn, some of them after `stamp` and in any order. Restores
-/// the order of creation.
-void World::NoteAllDrawnSince(uint64_t stamp) {
+/// Call it when all models have been rasterized, some of them after `stamp` and in any order.
+/// Restores the order of creation.
+void World::MarkAllRasterizedSince(uint64_t stamp) {
   STAGE_ASSERT(stamp <= engine_->scene.grid.last_stamp());
   engine_->last_stamp_of_loading = stamp;
-  ReturnEarly(engine_->models, BodiesOf(engine_->models, engine_->scene.grid, true));
-  NoteAllDrawn();
+  RestoreCreationOrder(engine_->models, BodiesOf(engine_->models, engine_->scene.grid, true));
+  MarkAllRasterized();
 }
 
 }  // namespace Stg

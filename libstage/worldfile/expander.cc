@@ -62,17 +62,17 @@ void Expander::CheckLimits(const Child& child, std::size_t depth) const {
                    "found entities nested more than " + std::to_string(kMaxNesting) + " deep in " +
                        Quoted(document_.names.Text(outermost_->name)) + ", expected fewer");
   }
-  const std::size_t most = std::min(
+  const std::size_t max_entities = std::min(
       kMaxEntities, kMaxMadeEntities + kMaxEntitiesPerWritten * document_.written_entities);
-  if (document_.entities.size() > most) {
+  if (document_.entities.size() > max_entities) {
     const bool macro = MacroNumber(outermost_->name) != kNone;
     document_.Fail(
         document_.tokens[outermost_->name_token],
-        "found more than " + std::to_string(most) + " entities" +
+        "found more than " + std::to_string(max_entities) + " entities" +
             (macro ? " while expanding macro " : " at ") +
             Quoted(document_.names.Text(outermost_->name)) +
-            (most < kMaxEntities ? ", expected fewer, given the number written in the file"
-                                 : ", expected fewer"));
+            (max_entities < kMaxEntities ? ", expected fewer, given the number written in the file"
+                                         : ", expected fewer"));
   }
 }
 

@@ -117,7 +117,7 @@ std::string AdviceForMissing(const std::string& directory, const std::string& na
   if (name.find('/') != std::string::npos) return "";
   const bool whole = name.ends_with(ending);
   const std::string stem = whole ? name.substr(0, name.size() - ending.size()) : name;
-  const std::string similar = MostSimilar(stem, ShippedStems(ending));
+  const std::string similar = FindSimilar(stem, ShippedStems(ending));
   return similar.empty() ? "" : meant(similar + ending, true);
 }
 

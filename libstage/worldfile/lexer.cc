@@ -215,7 +215,7 @@ void Lexer::LexInclude(Cursor& cursor, std::size_t word) {
   const std::string name = IncludeName(cursor, word);
   const std::size_t quote = cursor.at - name.size() - 2;
   SkipRestOfLine(cursor);
-  messages::Progress("[Include " + Shortened(name, messages::kLongestDetail) + "]");
+  messages::Progress("[Include " + Shortened(name, messages::kMaxDetailBytes) + "]");
   if (++includes_ > kMaxIncludes) {
     document_.sources.Fail(
         cursor.source, word,
@@ -279,7 +279,8 @@ std::uint16_t Lexer::OpenInclude(const Cursor& cursor, std::size_t quote, const 
   if (path.empty()) {
     const std::string hint = SuccessorOfInclude(name);
     fail("unable to open include file " +
-         Shortened(CompletePath(base_directory_, name), messages::kLongestDetail) + " : " + reason +
+         Shortened(CompletePath(base_directory_, name), messages::kMaxDetailBytes) + " : " +
+         reason +
          (hint.empty() ? AdviceForMissing(base_directory_, name, ".inc")
                        : "; among the files installed with Stage, " + hint));
   }
@@ -294,7 +295,7 @@ std::uint16_t Lexer::OpenInclude(const Cursor& cursor, std::size_t quote, const 
     std::error_code unknown;
     if (!std::filesystem::is_regular_file(path, unknown)) {
       fail("found a special file, expected a plain file to include: " +
-           Shortened(path, messages::kLongestDetail));
+           Shortened(path, messages::kMaxDetailBytes));
     }
     try {
       source = static_cast<int>(document_.sources.Add(path, key, ReadWholeFile(path)));

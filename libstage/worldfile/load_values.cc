@@ -25,7 +25,7 @@ std::string SimilarColor(const std::string& name) {
   std::vector<std::string> names;  // every colour has a lower-case name
   for (const geometry::X11Color& color : geometry::X11Colors())
     if (std::ranges::none_of(color.name, is_upper)) names.emplace_back(color.name);
-  const std::string similar = worldfile::MostSimilar(lower, names);
+  const std::string similar = worldfile::FindSimilar(lower, names);
   return similar.empty() ? "" : "; did you mean " + worldfile::Quoted(similar) + "?";
 }
 

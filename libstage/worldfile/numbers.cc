@@ -98,9 +98,9 @@ namespace {
 // Shortest text that reads back as the same number. Uses an exponent only where that saves many
 // digits.
 std::string ShortestText(double value) {
-  constexpr double kFewestDecimals = 1e-6, kTooManyDigits = 1e15;
+  constexpr double kMinDecimals = 1e-6, kTooManyDigits = 1e15;
   const double size = std::fabs(value);
-  const bool is_plain = size == 0 || (size >= kFewestDecimals && size < kTooManyDigits);
+  const bool is_plain = size == 0 || (size >= kMinDecimals && size < kTooManyDigits);
   char buffer[32];
   const auto [end, error] =
       is_plain ? std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed)
@@ -120,12 +120,12 @@ double RoundToDigits(double value, int digits) {
 std::string FloatText(double value) { return ShortestText(value); }
 
 std::string TextInUnit(double value, double unit) {
-  constexpr int kMostDigits = 17;  // enough to distinguish any two doubles
+  constexpr int kMaxDigits = 17;  // enough to distinguish any two doubles
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   if (unit == 1) return ShortestText(value);
   const double scaled = value / unit;
   if (!std::isfinite(scaled)) return ShortestText(scaled);
-  for (int digits = 1; digits <= kMostDigits; ++digits) {
+  for (int digits = 1; digits <= kMaxDigits; ++digits) {
     const double rounded = RoundToDigits(scaled, digits);
     if (rounded * unit == value) return ShortestText(rounded);
   }

@@ -20,7 +20,7 @@ namespace worldfile {
 namespace {
 
 constexpr char kSection[] = "population";
-constexpr int kMostMembers = 100'000;
+constexpr int kMaxMembers = 100'000;
 
 /// Name of a member of `name`, such as "robot" for "robots".
 std::string Singular(const std::string& name) {
@@ -29,13 +29,13 @@ std::string Singular(const std::string& name) {
 
 int ReadCount(const std::string& text) {
   const ReadInteger count = ReadIntText(text);
-  const bool good = count.clean && count.value >= 0 && count.value <= kMostMembers;
+  const bool good = count.clean && count.value >= 0 && count.value <= kMaxMembers;
   return good ? static_cast<int>(count.value) : -1;
 }
 
 std::string CountError(const std::string& found) {
   return "found " + Quoted(found) + ", expected a whole number, from 0 to " +
-         std::to_string(kMostMembers);
+         std::to_string(kMaxMembers);
 }
 
 Token MakeToken(std::uint32_t source, TokenKind kind, const std::string& part, std::string* text) {

@@ -68,7 +68,7 @@ Property MakeProperty(Document& document, std::uint32_t first) {
 
 /// A suggestion of the most similar candidate, or "".
 std::string DidYouMean(const std::string& name, const std::vector<std::string>& candidates) {
-  const std::string similar = MostSimilar(name, candidates);
+  const std::string similar = FindSimilar(name, candidates);
   return similar.empty() ? "" : "; did you mean " + Quoted(similar) + "?";
 }
 

@@ -28,7 +28,7 @@ std::size_t EditDistance(const std::string& a, const std::string& b) {
 }
 
 // Maximum edit distance. Smaller for short names, which would otherwise match any other.
-std::size_t MostMistakes(const std::string& name) {
+std::size_t MaxMistakes(const std::string& name) {
   if (name.size() < 3) return 0;
   return name.size() < 6 ? 1 : 2;
 }
@@ -49,8 +49,8 @@ std::string WithoutIndices(std::string_view name) {
   return family;
 }
 
-std::string MostSimilar(const std::string& name, const std::vector<std::string>& candidates) {
-  std::size_t best = MostMistakes(name) + 1;
+std::string FindSimilar(const std::string& name, const std::vector<std::string>& candidates) {
+  std::size_t best = MaxMistakes(name) + 1;
   std::string similar;
   for (const std::string& candidate : candidates) {
     const std::size_t distance = EditDistance(name, candidate);
@@ -64,14 +64,14 @@ std::string MostSimilar(const std::string& name, const std::vector<std::string>&
 NameAdviser::NameAdviser(const Document& document, const std::vector<bool>& asked)
     : document_(document), asked_(asked) {
   for (std::uint32_t name = 0; name < asked.size(); ++name) {
-    if (asked[name] && MostMistakes(document.names.Text(name)) > 0) candidates_.push_back(name);
+    if (asked[name] && MaxMistakes(document.names.Text(name)) > 0) candidates_.push_back(name);
   }
 }
 
 std::string NameAdviser::SimilarName(std::uint32_t entity, std::uint32_t name) const {
   if (name < asked_.size() && asked_[name]) return "";
   const std::string& text = document_.names.Text(name);
-  std::size_t best = MostMistakes(text) + 1;
+  std::size_t best = MaxMistakes(text) + 1;
   std::string similar;
   for (const std::uint32_t other : candidates_) {
     const std::string& candidate = document_.names.Text(other);

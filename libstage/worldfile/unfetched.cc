@@ -25,7 +25,7 @@ class Search {
       for (const std::uint32_t macro : document_.chains[document_.entities[entity].chain].macros) {
         VisitBody(entity, document_.macros[macro].body);
       }
-      if (overridden_ > kMostOverridden) break;
+      if (overridden_ > kMaxOverridden) break;
     }
     std::sort(found_.begin(), found_.end(), [&](const Unfetched& a, const Unfetched& b) {
       return document_.properties[a.property].name_token <
@@ -38,7 +38,7 @@ class Search {
  private:
   // Bounds the work. Reached only by hostile files, with thousands of entities that override all
   // properties of their macros.
-  static constexpr std::size_t kMostOverridden = 5'000'000;
+  static constexpr std::size_t kMaxOverridden = 5'000'000;
 
   void VisitBody(std::uint32_t entity, std::uint32_t body) {
     std::uint32_t& count = left_count_[body];

@@ -67,7 +67,7 @@ bool Worldfile::Load(const std::string& file) {
   std::string reason;
   const std::string path = worldfile::FindFile("", file, &reason);
   if (path.empty()) {
-    throw LoadError(worldfile::Shortened(file, messages::kLongestDetail) +
+    throw LoadError(worldfile::Shortened(file, messages::kMaxDetailBytes) +
                     ": unable to open world file: " + reason +
                     worldfile::AdviceForMissing("", file, ".world"));
   }
@@ -195,7 +195,7 @@ int Worldfile::LookupEntity(const char* type) {
 
 // ---- properties ----
 
-std::uint32_t Worldfile::Impl::AskedName(const char* name) {
+std::uint32_t Worldfile::Impl::InternAsked(const char* name) {
   const std::uint32_t number = document.names.Intern(name);
   if (asked.size() <= number) asked.resize(number + 1U);
   asked[number] = true;
@@ -214,7 +214,7 @@ std::string_view Worldfile::Impl::Value(int entity, int property, std::size_t in
 // Index of a property, or -1.
 int Worldfile::Find(int entity, const char* name) const {
   const worldfile::Document& document = impl_->document;
-  const std::uint32_t number = impl_->AskedName(name);
+  const std::uint32_t number = impl_->InternAsked(name);
   if (entity < 0 || static_cast<std::size_t>(entity) >= document.entities.size()) return -1;
   const std::uint32_t property = document.Find(static_cast<std::uint32_t>(entity), number);
   return property == kNone ? -1 : static_cast<int>(property);

@@ -31,7 +31,7 @@ std::string SavedText(Document& document, const std::vector<Population>& populat
                       const std::map<Slot, Written>& written);
 
 /// The candidate most similar to the name, or "" if none is close.
-std::string MostSimilar(const std::string& name, const std::vector<std::string>& candidates);
+std::string FindSimilar(const std::string& name, const std::vector<std::string>& candidates);
 
 /// Removes numbers in indices: `polygon[3].point[0]` becomes `polygon[].point[]`.
 std::string WithoutIndices(std::string_view name);
@@ -75,7 +75,7 @@ struct Worldfile::Impl {
                             // populations
   std::size_t warnings_printed = 0;
 
-  std::uint32_t AskedName(const char* name);
+  std::uint32_t InternAsked(const char* name);
   std::string_view Value(int entity, int property, std::size_t index) const;
 };
 

@@ -37,10 +37,10 @@ bool Differs(std::string_view old, const std::string& now) {
 }
 
 // Collects the edits to the text of the world file.
-class SavePlan {
+class SaveEdits {
  public:
-  SavePlan(Document& document, const std::vector<Population>& populations,
-           const std::map<Slot, Written>& written)
+  SaveEdits(Document& document, const std::vector<Population>& populations,
+            const std::map<Slot, Written>& written)
       : document_(document), populations_(populations), written_(written) {}
 
   std::string Text();
@@ -55,10 +55,10 @@ class SavePlan {
     Written values;
   };
 
-  void PlanPopulation(const Population& population);
+  void RecordPopulation(const Population& population);
   std::string MemberText(const std::string& model, std::uint32_t member) const;
-  void Plan(const Slot& slot, const Written& values);
-  void PlanShared(const Slot& slot, std::uint32_t property, const Written& values);
+  void Record(const Slot& slot, const Written& values);
+  void RecordShared(const Slot& slot, std::uint32_t property, const Written& values);
   void FinishShared();
   void Replace(std::uint32_t property, const Written& values);
   void Insert(std::uint32_t body, std::uint32_t property, const Written& values);
@@ -75,14 +75,14 @@ class SavePlan {
   std::vector<Edit> edits_;
 };
 
-std::string SavePlan::Text() {
+std::string SaveEdits::Text() {
   std::set<std::uint32_t> members;
   for (const Population& population : populations_) {
-    PlanPopulation(population);
+    RecordPopulation(population);
     members.insert(population.members.begin(), population.members.end());
   }
   for (const auto& [slot, values] : written_) {
-    if (members.count(slot.first) == 0) Plan(slot, values);
+    if (members.count(slot.first) == 0) Record(slot, values);
   }
   FinishShared();
   for (const DroppedText& dropped : document_.dropped) {
@@ -92,7 +92,7 @@ std::string SavePlan::Text() {
 }
 
 // Replaces the section by its members.
-void SavePlan::PlanPopulation(const Population& population) {
+void SaveEdits::RecordPopulation(const Population& population) {
   if (population.entity < 0) {
     document_.Warn(document_.tokens[0], "populations made by --set are not saved");
     return;
@@ -115,7 +115,7 @@ void SavePlan::PlanPopulation(const Population& population) {
   edits_.push_back({begin.offset, document_.tokens[close].offset + 1 - begin.offset, text});
 }
 
-std::string SavePlan::MemberText(const std::string& model, std::uint32_t member) const {
+std::string SaveEdits::MemberText(const std::string& model, std::uint32_t member) const {
   const Property& name = document_.properties[document_.Find(member, document_.name_of_models)];
   std::string text =
       model + "( name \"" + std::string(document_.Text(document_.tokens[name.first_value])) + "\"";
@@ -128,11 +128,11 @@ std::string SavePlan::MemberText(const std::string& model, std::uint32_t member)
   return text + " )";
 }
 
-void SavePlan::Plan(const Slot& slot, const Written& values) {
+void SaveEdits::Record(const Slot& slot, const Written& values) {
   const std::uint32_t property = document_.Find(slot.first, slot.second);
   const std::uint32_t body = document_.entities[slot.first].body;
   if (document_.bodies[body].in_macro) {
-    PlanShared(slot, property, values);
+    RecordShared(slot, property, values);
   } else if (document_.FindIn(body, slot.second) == property) {
     Replace(property, values);
   } else if (Changed(property, values)) {
@@ -140,7 +140,7 @@ void SavePlan::Plan(const Slot& slot, const Written& values) {
   }
 }
 
-void SavePlan::PlanShared(const Slot& slot, std::uint32_t property, const Written& values) {
+void SaveEdits::RecordShared(const Slot& slot, std::uint32_t property, const Written& values) {
   Shared& shared = shared_[{document_.entities[slot.first].body, slot.second}];
   if (shared.entities++ == 0) {
     shared.values = values;
@@ -151,7 +151,7 @@ void SavePlan::PlanShared(const Slot& slot, std::uint32_t property, const Writte
   shared.changed = shared.changed || Changed(property, values);
 }
 
-void SavePlan::FinishShared() {
+void SaveEdits::FinishShared() {
   std::vector<std::size_t> users(document_.bodies.size());
   for (const Entity& entity : document_.entities) ++users[entity.body];
   for (const auto& [slot, shared] : shared_) {
@@ -169,23 +169,23 @@ void SavePlan::FinishShared() {
   }
 }
 
-const Token& SavePlan::ValueToken(std::uint32_t property, std::size_t index) const {
+const Token& SaveEdits::ValueToken(std::uint32_t property, std::size_t index) const {
   return document_.tokens[document_.properties[property].first_value + index];
 }
 
-bool SavePlan::Changed(std::uint32_t property, const Written& values) const {
+bool SaveEdits::Changed(std::uint32_t property, const Written& values) const {
   for (std::size_t i = 0; i < values.size(); ++i)
     if (values[i] && Differs(document_.Text(ValueToken(property, i)), *values[i])) return true;
   return false;
 }
 
-std::string SavePlan::NewToken(const Token& token, const std::string& text) const {
+std::string SaveEdits::NewToken(const Token& token, const std::string& text) const {
   const bool quotes = token.kind == TokenKind::kString || !IsNumberToken(text);
   return quotes ? "\"" + text + "\"" : text;
 }
 
 // Replaces values, except in included files. Numbers with equal values keep their text.
-void SavePlan::Replace(std::uint32_t property, const Written& values) {
+void SaveEdits::Replace(std::uint32_t property, const Written& values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     const Token& token = ValueToken(property, i);
     if (values[i] && token.source == 0 && Differs(document_.Text(token), *values[i])) {
@@ -196,7 +196,7 @@ void SavePlan::Replace(std::uint32_t property, const Written& values) {
 
 // Adds a property before the closing parenthesis of a body; on a separate line if the parenthesis
 // is on one.
-void SavePlan::Insert(std::uint32_t body, std::uint32_t property, const Written& values) {
+void SaveEdits::Insert(std::uint32_t body, std::uint32_t property, const Written& values) {
   if (document_.bodies[body].close_token == kNone) return;
   const Token& close = document_.tokens[document_.bodies[body].close_token];
   if (close.source != 0) return;
@@ -209,7 +209,7 @@ void SavePlan::Insert(std::uint32_t body, std::uint32_t property, const Written&
   edits_.push_back({close.offset, 0, own_line ? "  " + added + "\n" + indent : " " + added + " "});
 }
 
-std::string SavePlan::PropertyText(std::uint32_t property, const Written& values) const {
+std::string SaveEdits::PropertyText(std::uint32_t property, const Written& values) const {
   const Property& from = document_.properties[property];
   // Keeps brackets around a single value.
   const bool tuple = document_.tokens[from.first_value - 1].kind == TokenKind::kOpenBracket;
@@ -222,7 +222,7 @@ std::string SavePlan::PropertyText(std::uint32_t property, const Written& values
   return tuple ? text + "]" : text;
 }
 
-std::string SavePlan::Apply() {
+std::string SaveEdits::Apply() {
   std::stable_sort(edits_.begin(), edits_.end(),
                    [](const Edit& a, const Edit& b) { return a.offset < b.offset; });
   const std::string_view text = document_.sources.Text(0);
@@ -248,7 +248,7 @@ std::string SavePlan::Apply() {
 
 std::string SavedText(Document& document, const std::vector<Population>& populations,
                       const std::map<Slot, Written>& written) {
-  return SavePlan(document, populations, written).Text();
+  return SaveEdits(document, populations, written).Text();
 }
 
 }  // namespace worldfile
@@ -263,7 +263,7 @@ bool Worldfile::Save(const std::string& file) {
   }
   if (error == 0) return true;
   messages::Report(LogLevel::kError, "unable to save world file " +
-                                         messages::Shortened(name, messages::kLongestDetail) +
+                                         messages::Shortened(name, messages::kMaxDetailBytes) +
                                          " : " + std::generic_category().message(error));
   return false;
 }

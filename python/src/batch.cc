@@ -7,18 +7,18 @@
 #include <numeric>
 #include <utility>
 
+#include "array_groups.hh"
 #include "gil.hh"
-#include "models/thrown.hh"
-#include "parts.hh"
+#include "models/exception_origin.hh"
 #include "signals.hh"
 
 namespace Stg::python {
 
 CopySource Batch::SourceOf(Simulation* prototype) {
   const Use use(prototype);
-  const Complaints complaints;
+  const ErrorCollector collector;
   CopySource source(prototype->world(), true);
-  if (source.empty()) throw Failure{Kind::kStage, complaints.Last("the world can't be copied")};
+  if (source.empty()) throw Failure{Kind::kStage, collector.Last("the world can't be copied")};
   return source;
 }
 
@@ -39,7 +39,7 @@ Batch::Batch(CopySource source, const std::vector<uint64_t>& seeds, unsigned thr
       seeds_(seeds),
       failures_(seeds.size()),
       pool_(threads),
-      tallies_(pool_.threads()) {
+      round_counters_(pool_.threads()) {
   const GilRelease no_gil;
   ForEach(All(), [&](size_t i, unsigned) { Load(i); });
   for (const std::string& failure : failures_) {
@@ -89,7 +89,7 @@ void Batch::ForEach(const Indices& which, F f) {
       } catch (const Failure& failure) {
         Fail(which[i], failure.text);
       } catch (...) {
-        Fail(which[i], DescribeThrown());
+        Fail(which[i], DescribeCurrentException());
       }
     }
   });
@@ -103,26 +103,27 @@ void Batch::Load(size_t index) {
   if (crowd_) crowd_->Forget(index);
   RunOptions options = source_.options();
   options.seed = seeds_[index];
-  const Complaints complaints;
+  const ErrorCollector collector;
   World* const world = source_.Make(options).release();
-  if (!world) throw Failure{Kind::kWorld, complaints.Last("the world can't be copied")};
+  if (!world) throw Failure{Kind::kWorld, collector.Last("the world can't be copied")};
   world->SetQuitTime(0);
   worlds_[index] = WorldHandle(world);
 }
 
 /// Resets the world to the state after loading with its seed; loads it if that is not possible.
-void Batch::BeginAgain(size_t index) {
+void Batch::ResetWorld(size_t index) {
   World* const world = WorldAt(index);
-  if (!world || !beginning_ || !world->BeginAgain(*beginning_, seeds_[index])) return Load(index);
+  if (!world || !initial_state_ || !world->RestartFrom(*initial_state_, seeds_[index]))
+    return Load(index);
   failures_[index].clear();
 }
 
 /// Loads the first of these worlds and takes its initial state, for the resets of all worlds.
-void Batch::FindBeginning(const Indices& which) {
-  if (which.empty() || std::exchange(looked_for_beginning_, true)) return;
+void Batch::CaptureInitialState(const Indices& which) {
+  if (which.empty() || std::exchange(tried_initial_state_, true)) return;
   ForEach({which[0]}, [&](size_t index, unsigned) {
     Load(index);
-    beginning_ = WorldAt(index)->TakeBeginning();
+    initial_state_ = WorldAt(index)->CaptureInitialState();
   });
 }
 
@@ -140,22 +141,22 @@ bool Batch::StepWorld(size_t index, uint64_t steps) {
 
 /// Makes steps like StepWorld(), and then fills in the arrays, even if a step throws.
 bool Batch::StepAndGather(size_t index, uint64_t steps) {
-  bool going = false;
+  bool active = false;
   try {
-    going = StepWorld(index, steps);
+    active = StepWorld(index, steps);
   } catch (...) {
     crowd_->Gather(*this, index);
     throw;
   }
   crowd_->Gather(*this, index);
-  return going;
+  return active;
 }
 
 /// All worlds are in lock-step at the end of a round, where Ctrl-C is handled. A round takes about
 /// 50 ms, which a user does not notice. Shorter rounds would be slower, because each world starts a
 /// round with cold caches.
 template <typename F>
-void Batch::InRounds(const Indices& which, uint64_t count, uint64_t steps, F work) {
+void Batch::RunInRounds(const Indices& which, uint64_t count, uint64_t steps, F work) {
   constexpr double kSeconds = 0.05;
   SignalChecks signals;
   for (uint64_t done = 0; done < count;) {
@@ -164,49 +165,49 @@ void Batch::InRounds(const Indices& which, uint64_t count, uint64_t steps, F wor
                                          : 1;
     const uint64_t now = std::min(static_cast<uint64_t>(std::clamp(fit, 1.0, 1e9)), count - done);
     const double start = threads::WallClock();
-    for (Tally& tally : tallies_) tally.going = 0;
+    for (RoundCounter& counter : round_counters_) counter.active = 0;
     ForEach(which, [&](size_t index, unsigned thread) {
       if (failures_[index].empty() && WorldAt(index) && work(index, done, now))
-        tallies_[thread].going++;
+        round_counters_[thread].active++;
     });
     done += now;
-    NoteStepSeconds(threads::WallClock() - start, now * steps);
-    if (done < count) signals.Look();
+    MeasureStep(threads::WallClock() - start, now * steps);
+    if (done < count) signals.Poll();
   }
 }
 
 /// Updates the time per step after a round of `seconds`. Worlds that have ended or failed take no
 /// time; if all have, the estimate stays as it is.
-void Batch::NoteStepSeconds(double seconds, uint64_t steps) {
-  size_t going = 0;
-  for (const Tally& tally : tallies_) going += tally.going;
-  if (going > 0) step_seconds_ = seconds / static_cast<double>(going * steps);
+void Batch::MeasureStep(double seconds, uint64_t steps) {
+  size_t active = 0;
+  for (const RoundCounter& counter : round_counters_) active += counter.active;
+  if (active > 0) step_seconds_ = seconds / static_cast<double>(active * steps);
 }
 
 void Batch::Step(const Indices& which, uint64_t steps) {
   const Use use(this);
   const GilRelease no_gil;
-  InRounds(which, steps, 1,
-           [&](size_t index, uint64_t, uint64_t now) { return StepAndGather(index, now); });
+  RunInRounds(which, steps, 1,
+              [&](size_t index, uint64_t, uint64_t now) { return StepAndGather(index, now); });
 }
 
 void Batch::Rollout(const double* commands, size_t moments, uint64_t steps,
                     const std::vector<Record>& records, bool* recorded) {
   const Use use(this);
   const GilRelease no_gil;
-  InRounds(All(), moments, steps, [&](size_t index, uint64_t first, uint64_t now) {
+  RunInRounds(All(), moments, steps, [&](size_t index, uint64_t first, uint64_t now) {
     const size_t row = 3 * crowd_->size();
-    bool going = true;
+    bool active = true;
     for (uint64_t moment = first; moment < first + now; moment++) {
       if (commands) crowd_->SetCommands(index, commands + (moment * size() + index) * row);
-      going = StepAndGather(index, steps);
+      active = StepAndGather(index, steps);
       if (!failures_[index].empty()) return false;
       for (const Record& record : records)
         std::memcpy(record.to + (moment * size() + index) * record.bytes_per_world,
                     record.live + index * record.bytes_per_world, record.bytes_per_world);
       recorded[moment * size() + index] = true;
     }
-    return going;
+    return active;
   });
 }
 
@@ -214,9 +215,9 @@ void Batch::Reset(const Indices& which, const std::vector<uint64_t>& seeds) {
   const Use use(this);
   const GilRelease no_gil;
   for (size_t i = 0; i < which.size(); i++) seeds_[which[i]] = seeds[i];
-  FindBeginning(which);
+  CaptureInitialState(which);
   ForEach(which, [&](size_t index, unsigned) {
-    BeginAgain(index);
+    ResetWorld(index);
     crowd_->ClearCommands(index);
   });
   ForEach(which, [&](size_t index, unsigned) { crowd_->Gather(*this, index); });
@@ -228,9 +229,9 @@ void Batch::Restore(const Indices& which, const Snapshot& from) {
   ForEach(which, [&](size_t index, unsigned) {
     if (!WorldAt(index)) Load(index);
     World& world = WorldOf(static_cast<uint32_t>(index));
-    const Complaints complaints;
+    const ErrorCollector collector;
     if (!world.Restore(from))
-      throw Failure{Kind::kStage, complaints.Last("the snapshot doesn't fit")};
+      throw Failure{Kind::kStage, collector.Last("the snapshot doesn't fit")};
     world.CancelQuit();
     failures_[index].clear();
     crowd_->Gather(*this, index);
@@ -241,10 +242,10 @@ Snapshot Batch::Take(uint32_t index) {
   const Use use(this);
   const World& world = WorldOf(index);
   const GilRelease no_gil;
-  const Complaints complaints;
+  const ErrorCollector collector;
   Snapshot snapshot;
   if (!world.Take(&snapshot))
-    throw Failure{Kind::kStage, complaints.Last("no snapshot can be taken")};
+    throw Failure{Kind::kStage, collector.Last("no snapshot can be taken")};
   return snapshot;
 }
 
@@ -299,7 +300,7 @@ Batch::Metrics Batch::MetricsOfAll() {
     for (const NamedMetric& metric : world->Metrics()) {
       auto known = std::ranges::find(metrics, metric.name, &Metrics::value_type::first);
       if (known == metrics.end()) {
-        metrics.emplace_back(metric.name, std::vector<double>(size(), kUnknown));
+        metrics.emplace_back(metric.name, std::vector<double>(size(), kNaN));
         known = metrics.end() - 1;
       }
       known->second[i] = metric.value;

@@ -89,8 +89,8 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   static CopySource SourceOf(Simulation* prototype);
   static CopySource SourceOf(Batch* other);
   void Load(size_t index);
-  void BeginAgain(size_t index);
-  void FindBeginning(const Indices& which);
+  void ResetWorld(size_t index);
+  void CaptureInitialState(const Indices& which);
   bool StepWorld(size_t index, uint64_t steps);
   bool StepAndGather(size_t index, uint64_t steps);
   void Fail(size_t index, const std::string& why);
@@ -100,22 +100,23 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   /// Calls work(index, first, count) for all these worlds in rounds, until each has done `count`
   /// units of `steps` steps. work() returns false if its world did not make all of its steps.
   template <typename F>
-  void InRounds(const Indices& which, uint64_t count, uint64_t steps, F work);
-  void NoteStepSeconds(double seconds, uint64_t steps);
+  void RunInRounds(const Indices& which, uint64_t count, uint64_t steps, F work);
+  void MeasureStep(double seconds, uint64_t steps);
   Indices All() const;
   World& WorldOf(uint32_t index) const;
 
   const CopySource source_;
-  std::shared_ptr<const WorldBeginning> beginning_;  // for resets; null: worlds are loaded again
-  bool looked_for_beginning_ = false;
+  std::shared_ptr<const InitialState> initial_state_;  // for resets; null: worlds are loaded again
+  bool tried_initial_state_ = false;
   std::vector<WorldHandle> worlds_;
   std::vector<uint64_t> seeds_;
   std::vector<std::string> failures_;
   threads::WorkerPool pool_;
-  struct alignas(64) Tally {  // aligned to a cache line to avoid false sharing
-    size_t going = 0;
+  struct alignas(64) RoundCounter {  // aligned to a cache line to avoid false sharing
+    size_t active = 0;
   };
-  std::vector<Tally> tallies_;  // per thread: number of worlds that made all steps of the round
+  std::vector<RoundCounter>
+      round_counters_;  // per thread: number of worlds that made all steps of the round
   std::shared_ptr<Crowd> crowd_;
   double step_seconds_ = 0;  // recent wall time per step and world, with all threads; 0: unknown
 };

@@ -24,16 +24,16 @@ using Ranges = nb::ndarray<double, nb::shape<-1, -1>, nb::c_contig, nb::device::
 
 /// Limits of one call of RayCaster::Cast(). Apart from the ranges, its data then fits a processor's
 /// caches; a device gets larger calls to keep it busy.
-constexpr size_t kMostPoses = 1 << 15, kMostRays = 1 << 20, kMostRaysOnDevice = 1 << 23;
+constexpr size_t kMaxPoses = 1 << 15, kMaxRays = 1 << 20, kMaxRaysOnDevice = 1 << 23;
 
 void CastAll(World* world, const CastOptions& options, const Poses& poses,
              const std::vector<double>& bearings, double range, double* ranges) {
-  const Complaints complaints;
+  const ErrorCollector collector;
   RayCaster caster(world, options);
   SignalChecks signals;
-  const size_t most = world->statistics().device.empty() ? kMostRays : kMostRaysOnDevice;
+  const size_t max = world->statistics().device.empty() ? kMaxRays : kMaxRaysOnDevice;
   const size_t at_once =
-      std::clamp<size_t>(most / std::max<size_t>(1, bearings.size()), 1, kMostPoses);
+      std::clamp<size_t>(max / std::max<size_t>(1, bearings.size()), 1, kMaxPoses);
   std::vector<Pose> part;
   for (size_t begin = 0; begin < poses.shape(0); begin += at_once) {
     const size_t end = std::min(begin + at_once, poses.shape(0));
@@ -43,8 +43,8 @@ void CastAll(World* world, const CastOptions& options, const Poses& poses,
       part.emplace_back(pose[0], pose[1], 0, pose[2]);
     }
     if (!caster.Cast(part.data(), part.size(), bearings, range, ranges + begin * bearings.size()))
-      throw Failure{Kind::kStage, complaints.Last("no rays can be cast")};
-    signals.Look();
+      throw Failure{Kind::kStage, collector.Last("no rays can be cast")};
+    signals.Poll();
   }
 }
 

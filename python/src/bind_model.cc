@@ -9,10 +9,10 @@
 #include <tuple>
 #include <vector>
 
+#include "array_groups.hh"
 #include "bindings.hh"
-#include "given.hh"
+#include "checked_argument.hh"
 #include "model_handle.hh"
-#include "parts.hh"
 #include "text.hh"
 
 namespace Stg::python {
@@ -35,7 +35,7 @@ constexpr const char* kTruth = "True or False";
 /// A setter of the property `name`. `expected` describes the valid values in error messages.
 template <typename Value, typename Set>
 auto Setter(const char* name, const char* expected, Set set) {
-  return [=](const ModelHandle& handle, const Given<Value>& given) {
+  return [=](const ModelHandle& handle, const CheckedArgument<Value>& given) {
     const Value value = given.Value(name, expected);
     handle.Change([&](Model& model) { set(model, value); });
   };
@@ -43,14 +43,15 @@ auto Setter(const char* name, const char* expected, Set set) {
 
 /// Calls f() and turns the last error or warning that it logs into a Failure.
 template <typename F>
-void OrComplain(F f) {
-  const Complaints complaints(true);
+void FailOnMessages(F f) {
+  const ErrorCollector collector(true);
   f();
-  if (!complaints.lines.empty()) throw Failure{Kind::kStage, complaints.lines.back()};
+  if (!collector.lines.empty()) throw Failure{Kind::kStage, collector.lines.back()};
 }
 
-void AddSensor(const ModelHandle& handle, const Given<double>& range, const Given<double>& fov,
-               const Given<uint32_t>& samples, const Given<Triple>& pose) {
+void AddSensor(const ModelHandle& handle, const CheckedArgument<double>& range,
+               const CheckedArgument<double>& fov, const CheckedArgument<uint32_t>& samples,
+               const CheckedArgument<Triple>& pose) {
   ModelRanger::Sensor sensor;
   sensor.range = Bounds(0, range.Value("range", kNumber));
   sensor.fov = fov.Value("fov", kNumber);
@@ -95,7 +96,7 @@ void BindTree(nb::class_<ModelHandle>& model) {
       .def_prop_rw("name", Getter([](Model& m) { return m.TokenStr(); }),
                    Setter<std::string>("name", kText,
                                        [](Model& m, const std::string& name) {
-                                         OrComplain([&] { m.SetToken(name); });
+                                         FailOnMessages([&] { m.SetToken(name); });
                                        }),
                    "Its full name. Names that it had before still find it.")
       .def_prop_ro("type", Getter([](Model& m) { return m.GetModelType(); }),
@@ -110,7 +111,7 @@ void BindPlace(nb::class_<ModelHandle>& model) {
       .def_prop_rw("pose", Getter([](Model& m) { return InPlane(m.GetPose()); }),
                    Setter<Triple>("pose", kPose,
                                   [](Model& m, const Triple& to) {
-                                    OrComplain([&] {
+                                    FailOnMessages([&] {
                                       m.SetPose(Pose(std::get<0>(to), std::get<1>(to),
                                                      m.GetPose().z, std::get<2>(to)));
                                     });
@@ -120,7 +121,7 @@ void BindPlace(nb::class_<ModelHandle>& model) {
       .def_prop_rw("global_pose", Getter([](Model& m) { return InPlane(m.GetGlobalPose()); }),
                    Setter<Triple>("global_pose", kPose,
                                   [](Model& m, const Triple& to) {
-                                    OrComplain([&] {
+                                    FailOnMessages([&] {
                                       m.SetGlobalPose(Pose(std::get<0>(to), std::get<1>(to),
                                                            m.GetGlobalPose().z, std::get<2>(to)));
                                     });
@@ -136,7 +137,7 @@ void BindPlace(nb::class_<ModelHandle>& model) {
                                   [](Model& m, double z) {
                                     Pose pose = m.GetPose();
                                     pose.z = z;
-                                    OrComplain([&] { m.SetPose(pose); });
+                                    FailOnMessages([&] { m.SetPose(pose); });
                                   }),
                    "Height above what it stands on, metres.")
       .def_prop_rw("size", Getter([](Model& m) {
@@ -148,7 +149,7 @@ void BindPlace(nb::class_<ModelHandle>& model) {
                                     Geom geom = m.GetGeom();
                                     geom.size =
                                         Size(std::get<0>(to), std::get<1>(to), std::get<2>(to));
-                                    OrComplain([&] { m.SetGeom(geom); });
+                                    FailOnMessages([&] { m.SetGeom(geom); });
                                   }),
                    "Of its body along x, y and z, metres.")
       .def_prop_ro("stalled", Getter([](Model& m) { return m.Stalled(); }),
@@ -176,7 +177,7 @@ void BindLooks(nb::class_<ModelHandle>& model) {
       .def_prop_rw("ranger_return", Getter([](Model& m) { return m.vis.ranger_return; }),
                    Setter<double>("ranger_return", kNumber,
                                   [](Model& m, double value) {
-                                    OrComplain([&] { m.SetRangerReturn(value); });
+                                    FailOnMessages([&] { m.SetRangerReturn(value); });
                                   }),
                    "The intensity that rangers read of it; they look through it if that is "
                    "negative.")
@@ -204,11 +205,11 @@ void BindLooks(nb::class_<ModelHandle>& model) {
 
 void BindEnergy(nb::class_<ModelHandle>& model) {
   model
-      .def_prop_rw("mass",
-                   Getter([](Model& m) { return m.GetTotalMass() - m.GetMassOfChildren(); }),
-                   Setter<double>("mass", kNumber,
-                                  [](Model& m, double kg) { OrComplain([&] { m.SetMass(kg); }); }),
-                   "Its own, kilograms, not negative.")
+      .def_prop_rw(
+          "mass", Getter([](Model& m) { return m.GetTotalMass() - m.GetMassOfChildren(); }),
+          Setter<double>("mass", kNumber,
+                         [](Model& m, double kg) { FailOnMessages([&] { m.SetMass(kg); }); }),
+          "Its own, kilograms, not negative.")
       .def_prop_ro("energy", Getter([](Model& m) -> std::optional<double> {
                      const PowerPack* const pack = m.FindPowerPack();
                      if (!pack) return std::nullopt;
@@ -245,12 +246,12 @@ void BindDriving(nb::class_<ModelHandle>& model) {
                    "turning, as shares of it. 0 with GPS.")
       .def(
           "drive",
-          [](const ModelHandle& handle, const Given<double>& x, const Given<double>& y,
-             const Given<double>& a) {
+          [](const ModelHandle& handle, const CheckedArgument<double>& x,
+             const CheckedArgument<double>& y, const CheckedArgument<double>& a) {
             const Velocity to(x.Value("x", kNumber), y.Value("y", kNumber), 0,
                               a.Value("a", kNumber));
             handle.Change([&](Model& m) {
-              KeepRunning(&AsPosition(m));
+              EnsureSubscribed(&AsPosition(m));
               AsPosition(m).SetSpeed(to);
             });
           },
@@ -258,11 +259,11 @@ void BindDriving(nb::class_<ModelHandle>& model) {
           "A position's speed from the next step on: forwards, to the left (m/s), turning (rad/s).")
       .def(
           "go_to",
-          [](const ModelHandle& handle, const Given<double>& x, const Given<double>& y,
-             const Given<double>& a) {
+          [](const ModelHandle& handle, const CheckedArgument<double>& x,
+             const CheckedArgument<double>& y, const CheckedArgument<double>& a) {
             const Pose to(x.Value("x", kNumber), y.Value("y", kNumber), 0, a.Value("a", kNumber));
             handle.Change([&](Model& m) {
-              KeepRunning(&AsPosition(m));
+              EnsureSubscribed(&AsPosition(m));
               AsPosition(m).GoTo(to);
             });
           },

@@ -32,9 +32,9 @@ void FillPlaces(Simulation& simulation, const Ids& ids, const Places& places,
   });
 }
 
-nb::bytes Scans(Simulation& simulation, const Ids& ids, size_t most) {
+nb::bytes Scans(Simulation& simulation, const Ids& ids, size_t max_samples) {
   return BytesOf(simulation.With(
-      [&](World& world) { return ScansOf(world, ids.data(), ids.shape(0), most); }));
+      [&](World& world) { return ScansOf(world, ids.data(), ids.shape(0), max_samples); }));
 }
 
 std::optional<ModelHandle> FindById(Simulation& simulation, uint32_t id) {

@@ -93,7 +93,7 @@ std::shared_ptr<Crowd> MakeCrowd(Simulation& simulation, const std::vector<uint3
     for (const uint32_t id : ids)
       if (const Model* const model = world.FindModel(id)) keys.push_back(simulation.KeyOf(*model));
     auto crowd = std::make_shared<Crowd>(simulation.weak_from_this(), keys, 1, true);
-    simulation.Follow(crowd);
+    simulation.Register(crowd);
     return crowd;
   });
 }
@@ -187,9 +187,9 @@ nb::bytes BytesOf(const Snapshot& snapshot) {
 
 Snapshot SnapshotOf(const nb::bytes& bytes) {
   std::istringstream in(std::string(bytes.c_str(), bytes.size()));
-  const Complaints complaints;
+  const ErrorCollector collector;
   Snapshot snapshot;
-  if (!snapshot.Read(in)) throw Failure{Kind::kStage, complaints.Last("this is no snapshot")};
+  if (!snapshot.Read(in)) throw Failure{Kind::kStage, collector.Last("this is no snapshot")};
   return snapshot;
 }
 

@@ -11,8 +11,8 @@ namespace Stg::python {
 
 namespace {
 
-constexpr int64_t kParts = 64;         // subpixels per pixel
-constexpr double kFarthest = 1 << 22;  // pixels; a product of two distances then fits an int64_t
+constexpr int64_t kSubpixels = 64;      // subpixels per pixel
+constexpr double kMaxPixels = 1 << 22;  // pixels; a product of two distances then fits an int64_t
 
 int64_t DivideDown(int64_t dividend, int64_t divisor) {
   const int64_t quotient = dividend / divisor;
@@ -20,16 +20,16 @@ int64_t DivideDown(int64_t dividend, int64_t divisor) {
 }
 
 /// The first pixel whose center is at or after `place` (in subpixels).
-int64_t FirstPixel(int64_t place) { return DivideDown(place + kParts / 2 - 1, kParts); }
+int64_t FirstPixel(int64_t place) { return DivideDown(place + kSubpixels / 2 - 1, kSubpixels); }
 
 /// Converts pixels to subpixels.
 int64_t Round(double pixels) {
   if (std::isnan(pixels)) return 0;
   return static_cast<int64_t>(
-      std::floor(std::clamp(pixels, -kFarthest, kFarthest) * double{kParts} + 0.5));
+      std::floor(std::clamp(pixels, -kMaxPixels, kMaxPixels) * double{kSubpixels} + 0.5));
 }
 
-uint8_t Part(double part) {
+uint8_t ToByte(double part) {
   if (!(part > 0)) return 0;
   return static_cast<uint8_t>(std::floor(255.0 * std::min(part, 1.0) + 0.5));
 }
@@ -37,7 +37,7 @@ uint8_t Part(double part) {
 }  // namespace
 
 Canvas::Ink Canvas::Ink::Of(const Color& color) {
-  return {Part(color.r), Part(color.g), Part(color.b), Part(color.a)};
+  return {ToByte(color.r), ToByte(color.g), ToByte(color.b), ToByte(color.a)};
 }
 
 Canvas::Ink Canvas::Ink::Darker() const {
@@ -80,7 +80,7 @@ void Canvas::AddEdge(Corner from, Corner to) {
   const int64_t first = std::max<int64_t>(0, FirstPixel(from.y));
   const int64_t end = std::min<int64_t>(view_.height, FirstPixel(to.y));
   for (int64_t row = first; row < end; row++) {
-    const int64_t down = row * kParts + kParts / 2 - from.y;
+    const int64_t down = row * kSubpixels + kSubpixels / 2 - from.y;
     const int64_t x = from.x + DivideDown(down * (to.x - from.x), to.y - from.y);
     crossings_.push_back({static_cast<int32_t>(row), static_cast<int32_t>(FirstPixel(x))});
   }
@@ -117,12 +117,12 @@ void Canvas::DrawLine(const point_t& from, const point_t& to, const Ink& ink) {
   // Draw one pixel per step along the line's major axis.
   const int64_t along = steep ? view_.height : view_.width;
   const int64_t across = steep ? view_.width : view_.height;
-  const int64_t first = std::max<int64_t>(0, DivideDown(a.x, kParts));
-  const int64_t last = std::min<int64_t>(along - 1, DivideDown(b.x, kParts));
+  const int64_t first = std::max<int64_t>(0, DivideDown(a.x, kSubpixels));
+  const int64_t last = std::min<int64_t>(along - 1, DivideDown(b.x, kSubpixels));
   for (int64_t i = first; i <= last; i++) {
-    const int64_t far = std::clamp(i * kParts + kParts / 2, a.x, b.x) - a.x;
+    const int64_t far = std::clamp(i * kSubpixels + kSubpixels / 2, a.x, b.x) - a.x;
     const int64_t rise = b.x > a.x ? DivideDown(far * (b.y - a.y), b.x - a.x) : 0;
-    const int64_t k = DivideDown(a.y + rise, kParts);
+    const int64_t k = DivideDown(a.y + rise, kSubpixels);
     if (k < 0 || k >= across) continue;
     Blend(steep ? k : i, steep ? i : k, ink);
   }

@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "array_groups.hh"
 #include "messages/assert.hh"
-#include "parts.hh"
 #include "world/engine.hh"
 
 namespace Stg::python {
@@ -22,48 +22,48 @@ void FillPlane(const Pose& pose, double* row) {
 }
 
 void FillPose(const ModelPosition* robot, double* row) {
-  if (!robot) return static_cast<void>(std::fill(row, row + 3, kUnknown));
+  if (!robot) return static_cast<void>(std::fill(row, row + 3, kNaN));
   FillPlane(robot->GetGlobalPose(), row);
 }
 
 void FillVelocity(const ModelPosition* robot, double* row) {
-  if (!robot) return static_cast<void>(std::fill(row, row + 3, kUnknown));
+  if (!robot) return static_cast<void>(std::fill(row, row + 3, kNaN));
   FillPlane(robot->GetVelocity(), row);
 }
 
 void FillEstimate(const ModelPosition* robot, double* row) {
-  if (!robot) return static_cast<void>(std::fill(row, row + 3, kUnknown));
+  if (!robot) return static_cast<void>(std::fill(row, row + 3, kNaN));
   FillPlane(robot->est_pose, row);
 }
 
 void FillEstimatedVelocity(const ModelPosition* robot, double* row) {
-  if (!robot) return static_cast<void>(std::fill(row, row + 3, kUnknown));
+  if (!robot) return static_cast<void>(std::fill(row, row + 3, kNaN));
   FillPlane(robot->GetEstimatedVelocity(), row);
 }
 
 void FillActualVelocity(const ModelPosition* robot, double* row) {
-  if (!robot) return static_cast<void>(std::fill(row, row + 3, kUnknown));
+  if (!robot) return static_cast<void>(std::fill(row, row + 3, kNaN));
   FillPlane(robot->GetActualVelocity(), row);
 }
 
 void FillSensedPose(const ModelPosition* robot, double* row) {
-  if (!robot) return static_cast<void>(std::fill(row, row + 3, kUnknown));
+  if (!robot) return static_cast<void>(std::fill(row, row + 3, kNaN));
   FillPlane(robot->GetSensedPose(), row);
 }
 
 void FillSensedTime(const ModelPosition* robot, double* time) {
-  *time = robot ? static_cast<double>(robot->GetSensedTime()) / 1e6 : kUnknown;
+  *time = robot ? static_cast<double>(robot->GetSensedTime()) / 1e6 : kNaN;
 }
 
 void FillStalled(const ModelPosition* robot, bool* row) { *row = robot && robot->Stalled(); }
 
 void FillEnergy(const ModelPosition* robot, double* row) {
   const PowerPack* const pack = robot ? robot->FindPowerPack() : nullptr;
-  *row = pack ? pack->GetStored() : kUnknown;
+  *row = pack ? pack->GetStored() : kNaN;
 }
 
 void FillTime(World* world, double* time) {
-  *time = world ? static_cast<double>(world->SimTimeNow()) / 1e6 : kUnknown;
+  *time = world ? static_cast<double>(world->SimTimeNow()) / 1e6 : kNaN;
 }
 
 void FillEnded(World* world, bool* ended) { *ended = !world || world->TestQuit(); }
@@ -73,62 +73,63 @@ void FillEnded(World* world, bool* ended) { *ended = !world || world->TestQuit()
 Crowd::Crowd(std::weak_ptr<Source> source, std::vector<ModelKey> robots, size_t worlds, bool single)
     : source_(std::move(source)), robots_(std::move(robots)), single_(single), members_(worlds) {
   const std::shared_ptr<Source> held = source_.lock();
-  for (size_t world = 0; world < worlds; world++) Renew(held.get(), world);
+  for (size_t world = 0; world < worlds; world++) MembersOf(held.get(), world);
 }
 
 /// Flushes pending commands: they stay in force after the array is garbage-collected.
 Crowd::~Crowd() {
   if (!commands_.exists()) return;
-  if (const std::shared_ptr<Source> source = source_.lock()) source->LetGo(this);
+  if (const std::shared_ptr<Source> source = source_.lock()) source->OnCrowdDestroyed(this);
 }
 
 /// The members of a world, looked up again if its models have changed; a null `source` has none.
-const Members& Crowd::Renew(const Source* source, size_t index) {
+const Members& Crowd::MembersOf(const Source* source, size_t index) {
   STAGE_ASSERT(index < members_.size());
   Members& members = members_[index];
   World* const world = source ? source->WorldAt(index) : nullptr;
-  const uint64_t changes = world ? world->host().family_changes : 0;
-  if (world && world == members.world && changes == members.family_changes) return members;
+  const uint64_t changes = world ? world->host().topology_version : 0;
+  if (world && world == members.world && changes == members.topology_version) return members;
   members.world = world;
-  members.family_changes = changes;
+  members.topology_version = changes;
   members.robots.clear();
   for (const ModelKey& key : robots_)
     members.robots.push_back(world ? dynamic_cast<ModelPosition*>(source->Find(index, key))
                                    : nullptr);
   STAGE_ASSERT(members.robots.size() == robots_.size());
-  for (const Named& named : parts_) named.part->Find(index, members);
+  for (const Named& named : groups_) named.group->Find(index, members);
   return members;
 }
 
 void Crowd::Gather(const Source& source, size_t world) {
-  const Members& members = Renew(&source, world);
-  for (const Named& named : parts_) GatherPart(named.part.get(), world, members);
+  const Members& members = MembersOf(&source, world);
+  for (const Named& named : groups_) FillGroup(named.group.get(), world, members);
 }
 
 /// Fills a part for one world, on the world's workers, whose caches hold the robots' data.
-void Crowd::GatherPart(Part* part, size_t world, const Members& members) {
+void Crowd::FillGroup(ArrayGroup* group, size_t world, const Members& members) {
   constexpr size_t kTooFew = 200, kGrain = 32;
-  part->GetReady(world);
+  group->Prepare(world);
   const size_t count = members.robots.size();
-  if (!members.world || count < kTooFew) return part->Fill(world, members, 0, count);
+  if (!members.world || count < kTooFew) return group->Fill(world, members, 0, count);
   members.world->engine().workers()->Run(count, kGrain, [&](size_t begin, size_t end, unsigned) {
-    part->Fill(world, members, begin, end);
+    group->Fill(world, members, begin, end);
   });
 }
 
 /// Fills a part for all worlds, after a lookup of their robots.
-void Crowd::GatherPart(const Source& source, Part* part) {
-  for (size_t world = 0; world < worlds(); world++) GatherPart(part, world, Renew(&source, world));
+void Crowd::FillGroup(const Source& source, ArrayGroup* group) {
+  for (size_t world = 0; world < worlds(); world++)
+    FillGroup(group, world, MembersOf(&source, world));
 }
 
 void Crowd::Command(const Source& source, size_t world) {
   if (!commands_.exists()) return;
-  const Members& members = Renew(&source, world);
+  const Members& members = MembersOf(&source, world);
   for (size_t i = 0; i < members.robots.size(); i++) {
     ModelPosition* const robot = members.robots[i];
     const double* const row = commands_.Row<double>(world, i);
     if (!robot || std::isnan(row[0]) || std::isnan(row[1]) || std::isnan(row[2])) continue;
-    KeepRunning(robot);
+    EnsureSubscribed(robot);
     robot->SetSpeed(row[0], row[1], row[2]);
   }
 }
@@ -144,7 +145,7 @@ void Crowd::SetCommands(size_t world, const double* rows) {
 }
 
 void Crowd::Teleport(const Source& source, size_t world, const double* poses, const bool* which) {
-  const Members& members = Renew(&source, world);
+  const Members& members = MembersOf(&source, world);
   for (size_t i = 0; i < members.robots.size(); i++) {
     ModelPosition* const robot = members.robots[i];
     if (!robot || (which && !which[i])) continue;
@@ -169,21 +170,21 @@ nb::object Crowd::View(const Array& array, bool writable) {
 
 /// The part called `name`; creates and fills it if it does not exist.
 template <typename T, typename... Arguments>
-T& Crowd::PartOf(const Source& source, const std::string& name, Arguments... arguments) {
-  for (const Named& named : parts_)
-    if (named.name == name) return static_cast<T&>(*named.part);
-  for (size_t world = 0; world < worlds(); world++) Renew(&source, world);
-  auto part = std::make_unique<T>(members_, arguments...);
-  T& made = *part;
-  parts_.push_back({name, std::move(part)});
-  GatherPart(source, &made);
+T& Crowd::GroupOf(const Source& source, const std::string& name, Arguments... arguments) {
+  for (const Named& named : groups_)
+    if (named.name == name) return static_cast<T&>(*named.group);
+  for (size_t world = 0; world < worlds(); world++) MembersOf(&source, world);
+  auto group = std::make_unique<T>(members_, arguments...);
+  T& made = *group;
+  groups_.push_back({name, std::move(group)});
+  FillGroup(source, &made);
   return made;
 }
 
 /// Keeps the source alive and holds a Use of it. Throws Failure if the source is closed.
-class Crowd::Hold {
+class Crowd::SourceLock {
  public:
-  explicit Hold(const Crowd& crowd) : source_(crowd.source_.lock()) {
+  explicit SourceLock(const Crowd& crowd) : source_(crowd.source_.lock()) {
     if (source_) use_.emplace(source_.get());
     if (!source_ || !source_->is_open())
       throw Failure{Kind::kGone, "the world of these robots is gone"};
@@ -198,8 +199,8 @@ class Crowd::Hold {
 template <typename T>
 nb::object Crowd::BodyArray(const char* name, size_t width,
                             void (*fill)(const ModelPosition* robot, T* row), bool runs) {
-  const Hold hold(*this);
-  return View(PartOf<BodyPart<T>>(hold.source(), name, width, fill, runs).array);
+  const SourceLock hold(*this);
+  return View(GroupOf<RobotArray<T>>(hold.source(), name, width, fill, runs).array);
 }
 
 nb::object Crowd::PoseArray() { return BodyArray("pose", 3, FillPose); }
@@ -217,17 +218,17 @@ nb::object Crowd::StalledArray() { return BodyArray("stalled", 0, FillStalled); 
 nb::object Crowd::EnergyArray() { return BodyArray("energy", 0, FillEnergy); }
 
 nb::object Crowd::TimeArray() {
-  const Hold hold(*this);
-  return View(PartOf<WorldPart<double>>(hold.source(), "time", FillTime).array);
+  const SourceLock hold(*this);
+  return View(GroupOf<WorldArray<double>>(hold.source(), "time", FillTime).array);
 }
 
 nb::object Crowd::EndedArray() {
-  const Hold hold(*this);
-  return View(PartOf<WorldPart<bool>>(hold.source(), "ended", FillEnded).array);
+  const SourceLock hold(*this);
+  return View(GroupOf<WorldArray<bool>>(hold.source(), "ended", FillEnded).array);
 }
 
 nb::object Crowd::CommandArray() {
-  const Hold hold(*this);
+  const SourceLock hold(*this);
   if (!commands_.exists()) commands_.Make<double>({worlds(), size(), 3});
   return View(commands_, true);
 }
@@ -236,78 +237,79 @@ namespace {
 
 /// The array called `what`. Throws Failure if there is none.
 template <typename T, size_t n>
-Array& Choose(T* part, const std::string& what,
+Array& Choose(T* group, const std::string& what,
               const std::pair<const char*, Array T::*> (&all)[n]) {
   for (const auto& [name, member] : all)
-    if (what == name) return part->*member;
+    if (what == name) return group->*member;
   throw Failure{Kind::kStage, "there is no array " + what};
 }
 
-std::string Numbered(const char* type, size_t index, size_t most = 0) {
-  return std::string(type) + " " + std::to_string(index) + " " + std::to_string(most);
+std::string Numbered(const char* type, size_t index, size_t max_count = 0) {
+  return std::string(type) + " " + std::to_string(index) + " " + std::to_string(max_count);
 }
 
 }  // namespace
 
 nb::object Crowd::RangerArray(size_t ranger, const std::string& what) {
-  const Hold hold(*this);
-  RangerPart& part = PartOf<RangerPart>(hold.source(), Numbered("ranger", ranger), ranger);
-  Array& array = Choose(&part, what,
-                        {{"ranges", &RangerPart::ranges},
-                         {"intensities", &RangerPart::intensities},
-                         {"bearings", &RangerPart::bearings},
-                         {"origins", &RangerPart::origins},
-                         {"time", &RangerPart::time}});
+  const SourceLock hold(*this);
+  RangerArrays& group = GroupOf<RangerArrays>(hold.source(), Numbered("ranger", ranger), ranger);
+  Array& array = Choose(&group, what,
+                        {{"ranges", &RangerArrays::ranges},
+                         {"intensities", &RangerArrays::intensities},
+                         {"bearings", &RangerArrays::bearings},
+                         {"origins", &RangerArrays::origins},
+                         {"time", &RangerArrays::time}});
   if (!array.exists()) {
-    std::vector<size_t> shape = part.Shape(part.samples);
-    if (&array == &part.origins) shape.push_back(2);
+    std::vector<size_t> shape = group.Shape(group.samples);
+    if (&array == &group.origins) shape.push_back(2);
     array.Make<double>(shape);
-    GatherPart(hold.source(), &part);
+    FillGroup(hold.source(), &group);
   }
   return View(array);
 }
 
-nb::object Crowd::FiducialArray(size_t finder, size_t most, const std::string& what) {
-  const Hold hold(*this);
-  FiducialPart& part =
-      PartOf<FiducialPart>(hold.source(), Numbered("fiducial", finder, most), finder, most);
-  return View(Choose(&part, what,
-                     {{"count", &FiducialPart::count},
-                      {"id", &FiducialPart::id},
-                      {"range", &FiducialPart::range},
-                      {"bearing", &FiducialPart::bearing},
-                      {"heading", &FiducialPart::heading},
-                      {"time", &FiducialPart::time}}));
+nb::object Crowd::FiducialArray(size_t finder, size_t max_count, const std::string& what) {
+  const SourceLock hold(*this);
+  FiducialArrays& group = GroupOf<FiducialArrays>(
+      hold.source(), Numbered("fiducial", finder, max_count), finder, max_count);
+  return View(Choose(&group, what,
+                     {{"count", &FiducialArrays::count},
+                      {"id", &FiducialArrays::id},
+                      {"range", &FiducialArrays::range},
+                      {"bearing", &FiducialArrays::bearing},
+                      {"heading", &FiducialArrays::heading},
+                      {"time", &FiducialArrays::time}}));
 }
 
-nb::object Crowd::BlobArray(size_t finder, size_t most, const std::string& what) {
-  const Hold hold(*this);
-  BlobPart& part =
-      PartOf<BlobPart>(hold.source(), Numbered("blobfinder", finder, most), finder, most);
-  return View(Choose(&part, what,
-                     {{"count", &BlobPart::count},
-                      {"color", &BlobPart::color},
-                      {"box", &BlobPart::box},
-                      {"range", &BlobPart::range},
-                      {"time", &BlobPart::time}}));
+nb::object Crowd::BlobArray(size_t finder, size_t max_count, const std::string& what) {
+  const SourceLock hold(*this);
+  BlobArrays& group = GroupOf<BlobArrays>(hold.source(), Numbered("blobfinder", finder, max_count),
+                                          finder, max_count);
+  return View(Choose(&group, what,
+                     {{"count", &BlobArrays::count},
+                      {"color", &BlobArrays::color},
+                      {"box", &BlobArrays::box},
+                      {"range", &BlobArrays::range},
+                      {"time", &BlobArrays::time}}));
 }
 
 nb::object Crowd::CameraArray(size_t camera, const std::string& what) {
-  const Hold hold(*this);
-  CameraPart& part = PartOf<CameraPart>(hold.source(), Numbered("camera", camera), camera);
-  Array& array = Choose(
-      &part, what,
-      {{"color", &CameraPart::color}, {"depth", &CameraPart::depth}, {"time", &CameraPart::time}});
+  const SourceLock hold(*this);
+  CameraArrays& group = GroupOf<CameraArrays>(hold.source(), Numbered("camera", camera), camera);
+  Array& array = Choose(&group, what,
+                        {{"color", &CameraArrays::color},
+                         {"depth", &CameraArrays::depth},
+                         {"time", &CameraArrays::time}});
   if (!array.exists()) {
-    part.Make(&array);
-    GatherPart(hold.source(), &part);
+    group.Make(&array);
+    FillGroup(hold.source(), &group);
   }
   return View(array);
 }
 
 nb::object Crowd::BumperArray(size_t bumper) {
-  const Hold hold(*this);
-  return View(PartOf<BumperPart>(hold.source(), Numbered("bumper", bumper), bumper).hit);
+  const SourceLock hold(*this);
+  return View(GroupOf<BumperArrays>(hold.source(), Numbered("bumper", bumper), bumper).hit);
 }
 
 }  // namespace Stg::python

@@ -26,18 +26,18 @@ namespace Stg::python {
 /// The robots of one world; null for a robot that is gone.
 struct Members {
   World* world = nullptr;
-  uint64_t family_changes = 0;  ///< the world's counter of topology changes at the last lookup
+  uint64_t topology_version = 0;  ///< the world's counter of topology changes at the last lookup
   std::vector<ModelPosition*> robots;
 };
 
 /// A group of arrays that are filled together, such as all arrays of one sensor.
-class Part {
+class ArrayGroup {
  public:
-  virtual ~Part() = default;
+  virtual ~ArrayGroup() = default;
   /// Called when the members of a world have changed: looks up the sensors again.
   virtual void Find(size_t /*world*/, const Members&) {}
   /// Called before the arrays of a world are filled, on one thread; it may change the world.
-  virtual void GetReady(size_t /*world*/) {}
+  virtual void Prepare(size_t /*world*/) {}
   /// Fills the rows of robots [begin, end) of a world. Several threads may call it at the same time
   /// with disjoint ranges.
   virtual void Fill(size_t world, const Members& members, size_t begin, size_t end) = 0;
@@ -66,8 +66,8 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   nb::object EnergyArray();
   nb::object CommandArray();  ///< writable
   nb::object RangerArray(size_t ranger, const std::string& what);
-  nb::object FiducialArray(size_t finder, size_t most, const std::string& what);
-  nb::object BlobArray(size_t finder, size_t most, const std::string& what);
+  nb::object FiducialArray(size_t finder, size_t max_count, const std::string& what);
+  nb::object BlobArray(size_t finder, size_t max_count, const std::string& what);
   nb::object BumperArray(size_t bumper);
   nb::object CameraArray(size_t camera, const std::string& what);
   /// One element per world: its time in seconds, and whether it has ended.
@@ -92,27 +92,27 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   void ClearCommands(size_t world);
 
  private:
-  class Hold;
+  class SourceLock;
   /// A NumPy view of the array, which keeps this crowd alive.
   nb::object View(const Array& array, bool writable = false);
   template <typename T>
   nb::object BodyArray(const char* name, size_t width,
                        void (*fill)(const ModelPosition* robot, T* row), bool runs = false);
   template <typename T, typename... Arguments>
-  T& PartOf(const Source& source, const std::string& name, Arguments... arguments);
-  const Members& Renew(const Source* source, size_t world);
-  void GatherPart(const Source& source, Part* part);
-  static void GatherPart(Part* part, size_t world, const Members& members);
+  T& GroupOf(const Source& source, const std::string& name, Arguments... arguments);
+  const Members& MembersOf(const Source* source, size_t world);
+  void FillGroup(const Source& source, ArrayGroup* group);
+  static void FillGroup(ArrayGroup* group, size_t world, const Members& members);
 
   struct Named {
     std::string name;
-    std::unique_ptr<Part> part;
+    std::unique_ptr<ArrayGroup> group;
   };
   const std::weak_ptr<Source> source_;
   const std::vector<ModelKey> robots_;
   const bool single_;
   std::vector<Members> members_;  // one entry per world
-  std::vector<Named> parts_;
+  std::vector<Named> groups_;
   Array commands_;
 };
 

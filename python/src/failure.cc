@@ -15,7 +15,7 @@ namespace Stg::python {
 
 namespace {
 
-thread_local Complaints* innermost = nullptr;
+thread_local ErrorCollector* current_collector = nullptr;
 
 struct Message {
   LogLevel level;
@@ -23,20 +23,20 @@ struct Message {
 };
 /// Guards the queue of messages. Threads without the GIL cannot log, so they queue messages here.
 std::mutex mutex;
-std::vector<Message>& Waiting() {
+std::vector<Message>& Queue() {
   static std::vector<Message>& waiting = *new std::vector<Message>;  // leaked for late threads
   return waiting;
 }
-std::atomic<bool> any_waiting{false};
-constexpr size_t kMost = 1000;
+std::atomic<bool> has_messages{false};
+constexpr size_t kMaxQueued = 1000;
 
-void TakeMessage(LogLevel level, const std::string& line) {
+void OnMessage(LogLevel level, const std::string& line) {
   if (level == LogLevel::kProgress) return;
-  if (innermost && (level == LogLevel::kError || innermost->warnings))
-    return innermost->lines.push_back(line);
+  if (current_collector && (level == LogLevel::kError || current_collector->warnings))
+    return current_collector->lines.push_back(line);
   const std::lock_guard<std::mutex> lock(mutex);
-  if (Waiting().size() < kMost) Waiting().push_back({level, line});
-  any_waiting = true;
+  if (Queue().size() < kMaxQueued) Queue().push_back({level, line});
+  has_messages = true;
 }
 
 const char* NameOf(Kind kind) {
@@ -62,17 +62,17 @@ void Translate(const std::exception_ptr& thrown, void*) {
 
 }  // namespace
 
-Complaints::Complaints(bool with_warnings)
-    : warnings(with_warnings), outer_(std::exchange(innermost, this)) {}
-Complaints::~Complaints() { innermost = outer_; }
+ErrorCollector::ErrorCollector(bool with_warnings)
+    : warnings(with_warnings), outer_(std::exchange(current_collector, this)) {}
+ErrorCollector::~ErrorCollector() { current_collector = outer_; }
 
 void LogMessages() {
-  if (!any_waiting.load(std::memory_order_relaxed)) return;
+  if (!has_messages.load(std::memory_order_relaxed)) return;
   std::vector<Message> messages;
   {
     const std::lock_guard<std::mutex> lock(mutex);
-    messages.swap(Waiting());
-    any_waiting = false;
+    messages.swap(Queue());
+    has_messages = false;
   }
   const nb::object logger = nb::module_::import_("logging").attr("getLogger")("stagesim");
   for (const Message& message : messages)
@@ -80,7 +80,7 @@ void LogMessages() {
 }
 
 void BindFailures(nb::module_&) {
-  SetLogSink(TakeMessage);
+  SetLogSink(OnMessage);
   nb::register_exception_translator(Translate);
 }
 

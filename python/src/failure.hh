@@ -29,13 +29,13 @@ void BindFailures(nb::module_& module);
 
 /// Collects the errors that this thread logs while the object lives, for use in an exception. If
 /// several are nested, the innermost one gets them.
-class Complaints {
+class ErrorCollector {
  public:
   /// `warnings`: collect warnings, too.
-  explicit Complaints(bool warnings = false);
-  ~Complaints();
-  Complaints(const Complaints&) = delete;
-  Complaints& operator=(const Complaints&) = delete;
+  explicit ErrorCollector(bool warnings = false);
+  ~ErrorCollector();
+  ErrorCollector(const ErrorCollector&) = delete;
+  ErrorCollector& operator=(const ErrorCollector&) = delete;
 
   /// The last line, which names the cause of the failure; `otherwise` if there is none.
   std::string Last(const std::string& otherwise) const {
@@ -45,7 +45,7 @@ class Complaints {
   const bool warnings;
 
  private:
-  Complaints* outer_;
+  ErrorCollector* outer_;
 };
 
 /// Passes the messages since the last call to Python's logger. The caller holds the GIL.

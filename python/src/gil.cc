@@ -17,7 +17,7 @@ namespace nb = nanobind;
 
 namespace {
 
-constexpr double kPatience = 10;  // seconds that the exit of the program waits for running steps
+constexpr double kExitTimeout = 10;  // seconds that the exit of the program waits for running steps
 constexpr std::chrono::milliseconds kPause(1);
 
 std::atomic<bool> g_ending{false};
@@ -44,7 +44,7 @@ void EndThreads() {
   g_ender = pthread_self();
   g_ending = true;
   PyThreadState* const state = PyEval_SaveThread();
-  const double end = threads::WallClock() + kPatience;
+  const double end = threads::WallClock() + kExitTimeout;
   while (g_releases > t_releases && threads::WallClock() < end) std::this_thread::sleep_for(kPause);
   PyEval_RestoreThread(state);
 }

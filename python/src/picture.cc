@@ -223,7 +223,7 @@ void DrawWorld(World& world, const View& view, bool data, uint8_t* pixels) {
 }
 
 View FittedView(World& world, int width, int height) {
-  constexpr double kMargin = 1.04, kLeast = 0.1;  // a factor; metres
+  constexpr double kMargin = 1.04, kMinSide = 0.1;  // a factor; metres
   Bounds x(HUGE_VAL, -HUGE_VAL), y = x;
   for (const Model* model : world.host().models) {
     const Frame frame(BodyFrame(*model));
@@ -235,8 +235,8 @@ View FittedView(World& world, int width, int height) {
   }
   if (x.max < x.min) x = y = Bounds(-1, 1);
   return {width, height, (x.min + x.max) / 2, (y.min + y.max) / 2,
-          std::min(width / std::max(kMargin * (x.max - x.min), kLeast),
-                   height / std::max(kMargin * (y.max - y.min), kLeast))};
+          std::min(width / std::max(kMargin * (x.max - x.min), kMinSide),
+                   height / std::max(kMargin * (y.max - y.min), kMinSide))};
 }
 
 }  // namespace Stg::python

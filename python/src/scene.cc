@@ -164,11 +164,11 @@ Pose PlaceAtScan(const Model& thing, const ModelRanger& ranger) {
 
 /// Returns false if the scan has more than `*room` samples.
 bool AddScan(const ModelRanger& ranger, const ModelRanger::Sensor& sensor, const Model& thing,
-             size_t* room, Words* words) {
+             size_t* capacity, Words* words) {
   const size_t count = sensor.ranges.size();
   if (count == 0 || sensor.bearings.size() != count) return true;
-  if (count > *room) return false;
-  *room -= count;
+  if (count > *capacity) return false;
+  *capacity -= count;
   const Pose frame = ranger.SensorFrame(ranger.GetScanPose());
   const Pose origin = ModelRanger::OriginOf(sensor, frame, SinCos(frame.a));
   const Pose place = PlaceAtScan(thing, ranger);
@@ -185,12 +185,12 @@ bool AddScan(const ModelRanger& ranger, const ModelRanger::Sensor& sensor, const
   return true;
 }
 
-bool AddScans(const Model& model, const Model& thing, size_t* room, Words* words) {
+bool AddScans(const Model& model, const Model& thing, size_t* capacity, Words* words) {
   if (const auto* const ranger = dynamic_cast<const ModelRanger*>(&model))
     for (const ModelRanger::Sensor& sensor : ranger->GetSensors())
-      if (!AddScan(*ranger, sensor, thing, room, words)) return false;
+      if (!AddScan(*ranger, sensor, thing, capacity, words)) return false;
   for (const Model* child : model.GetChildren())
-    if (!IsThing(*child) && !AddScans(*child, thing, room, words)) return false;
+    if (!IsThing(*child) && !AddScans(*child, thing, capacity, words)) return false;
   return true;
 }
 
@@ -227,11 +227,11 @@ void PlacesOf(World& world, const uint32_t* ids, size_t count, float* places, bo
   }
 }
 
-std::string ScansOf(World& world, const uint32_t* ids, size_t count, size_t most) {
+std::string ScansOf(World& world, const uint32_t* ids, size_t count, size_t max_samples) {
   Words words;
   for (size_t i = 0; i < count; i++)
     if (const Model* const model = world.FindModel(ids[i]))
-      if (!AddScans(*model, *model, &most, &words)) break;
+      if (!AddScans(*model, *model, &max_samples, &words)) break;
   return std::move(words.bytes());
 }
 

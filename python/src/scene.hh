@@ -49,8 +49,9 @@ void PlacesOf(World& world, const uint32_t* ids, size_t count, float* places, bo
 /// it sensed, in microseconds (two words, the low one first). Then floats, in metres and radians:
 /// x, y and heading of the thing at that instant (NaN if nobody has noted them), the same of the
 /// sensor's origin, field of view and maximum range; the range of each sample; the bearing of each
-/// sample. Poses are global. Stops before a sensor that would raise the samples above `most`.
-std::string ScansOf(World& world, const uint32_t* ids, size_t count, size_t most);
+/// sample. Poses are global. Stops before a sensor that would raise the samples above
+/// `max_samples`.
+std::string ScansOf(World& world, const uint32_t* ids, size_t count, size_t max_samples);
 
 }  // namespace Stg::python
 

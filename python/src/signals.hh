@@ -17,7 +17,7 @@ class SignalChecks {
  public:
   /// Call it often; it is cheap. Throws the exception that a handler raises, such as
   /// KeyboardInterrupt. Parks the thread if the program is exiting.
-  void Look() {
+  void Poll() {
     GilRelease::ParkIfEnding();
     const double now = threads::WallClock();
     if (now < next_) return;

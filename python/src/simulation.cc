@@ -7,8 +7,8 @@
 
 #include "crowd.hh"
 #include "gil.hh"
+#include "models/exception_origin.hh"
 #include "models/host.hh"
-#include "models/thrown.hh"
 #include "signals.hh"
 #include "world/copy_source.hh"
 
@@ -51,19 +51,19 @@ void Simulation::Load(const std::function<bool(World&)>& load, const std::string
   const Use use(this);
   World& own = world();
   const GilRelease no_gil;
-  const Complaints complaints;
+  const ErrorCollector collector;
   try {
-    if (!load(own)) throw Failure{Kind::kWorld, complaints.Last(what + " can't be loaded")};
+    if (!load(own)) throw Failure{Kind::kWorld, collector.Last(what + " can't be loaded")};
   } catch (const Failure&) {
     throw;
   } catch (...) {
-    throw Failure{Kind::kWorld, what + " can't be loaded: " + DescribeThrown()};
+    throw Failure{Kind::kWorld, what + " can't be loaded: " + DescribeCurrentException()};
   }
-  Settle();
+  FinishLoading();
 }
 
 /// Finishes loading. Moves the quit time out of the world: Python decides how long it runs.
-void Simulation::Settle() {
+void Simulation::FinishLoading() {
   World& own = world();
   quit_time_ = own.GetQuitTime();
   own.SetQuitTime(0);
@@ -99,13 +99,13 @@ uint64_t Simulation::Step(uint64_t steps) {
     try {
       for (; made < steps; made++) {
         if (!StepOnce()) break;
-        if (made + 1 < steps) signals.Look();
+        if (made + 1 < steps) signals.Poll();
       }
     } catch (const nb::python_error&) {
       refresh_at_end();
       throw;
     } catch (...) {
-      const std::string thrown = DescribeThrown();
+      const std::string thrown = DescribeCurrentException();
       refresh_at_end();
       throw Failure{Kind::kStage, thrown};
     }
@@ -120,30 +120,30 @@ void Simulation::Reset(uint64_t seed) {
   World& own = world();
   const GilRelease no_gil;
   resets_++;
-  if (!beginning_ || !own.BeginAgain(*beginning_, seed)) LoadAgain(seed);
+  if (!initial_state_ || !own.RestartFrom(*initial_state_, seed)) Reload(seed);
   for (const std::weak_ptr<Crowd>& known : crowds_)
     if (const std::shared_ptr<Crowd> crowd = known.lock()) crowd->ClearCommands(0);
   Refresh();
 }
 
-void Simulation::LoadAgain(uint64_t seed) {
+void Simulation::Reload(uint64_t seed) {
   World& own = world();
-  const Complaints complaints;
+  const ErrorCollector collector;
   if (!own.Reset(seed))
-    throw Failure{Kind::kWorld, complaints.Last("the world can't be loaded again")};
-  Settle();
-  if (std::exchange(looked_for_beginning_, true)) return;
-  beginning_ = own.TakeBeginning();
+    throw Failure{Kind::kWorld, collector.Last("the world can't be loaded again")};
+  FinishLoading();
+  if (std::exchange(tried_initial_state_, true)) return;
+  initial_state_ = own.CaptureInitialState();
 }
 
 Snapshot Simulation::Take(bool lean) {
   const Use use(this);
   const World& own = world();
   const GilRelease no_gil;
-  const Complaints complaints;
+  const ErrorCollector collector;
   Snapshot snapshot;
   if (!own.Take(&snapshot, lean ? Snapshot::kLean : Snapshot::kFull))
-    throw Failure{Kind::kStage, complaints.Last("no snapshot can be taken")};
+    throw Failure{Kind::kStage, collector.Last("no snapshot can be taken")};
   return snapshot;
 }
 
@@ -151,9 +151,9 @@ void Simulation::Restore(const Snapshot& from) {
   const Use use(this);
   World& own = world();
   const GilRelease no_gil;
-  const Complaints complaints;
+  const ErrorCollector collector;
   if (!own.Restore(from))
-    throw Failure{Kind::kStage, complaints.Last("the snapshot doesn't fit this world")};
+    throw Failure{Kind::kStage, collector.Last("the snapshot doesn't fit this world")};
   Refresh();
 }
 
@@ -161,25 +161,25 @@ std::shared_ptr<Simulation> Simulation::Fork() {
   const Use use(this);
   const std::shared_ptr<Simulation> fork = CopyOf(world());
   fork->quit_time_ = quit_time_;
-  fork->beginning_ = beginning_;
-  fork->looked_for_beginning_ = looked_for_beginning_;
+  fork->initial_state_ = initial_state_;
+  fork->tried_initial_state_ = tried_initial_state_;
   return fork;
 }
 
 std::shared_ptr<Simulation> Simulation::CopyOf(const World& world) {
   const GilRelease no_gil;
-  const Complaints complaints;
+  const ErrorCollector collector;
   const CopySource source(world, true);
   RunOptions options = source.options();
   options.threads = world.options().threads;
   Snapshot now;
   std::unique_ptr<World> loaded;
   if (!source.empty() && world.Take(&now)) loaded = source.Make(options);
-  if (!loaded) throw Failure{Kind::kStage, complaints.Last("the world can't be copied")};
+  if (!loaded) throw Failure{Kind::kStage, collector.Last("the world can't be copied")};
   const auto copy = std::make_shared<Simulation>(std::move(loaded));
-  copy->Settle();
+  copy->FinishLoading();
   if (!copy->world().Restore(now))
-    throw Failure{Kind::kStage, complaints.Last("the copy can't take the state")};
+    throw Failure{Kind::kStage, collector.Last("the copy can't take the state")};
   return copy;
 }
 
@@ -190,12 +190,12 @@ uint64_t Simulation::StateHash() {
   return own.StateHash();
 }
 
-void Simulation::Follow(const std::shared_ptr<Crowd>& crowd) {
+void Simulation::Register(const std::shared_ptr<Crowd>& crowd) {
   std::erase_if(crowds_, [](const std::weak_ptr<Crowd>& known) { return known.expired(); });
   crowds_.push_back(crowd);
 }
 
-void Simulation::LetGo(Crowd* crowd) noexcept try {
+void Simulation::OnCrowdDestroyed(Crowd* crowd) noexcept try {
   With([this, crowd](World&) { crowd->Command(*this, 0); });
 } catch (...) {  // if the world is closed or in use, the commands are dropped
 }

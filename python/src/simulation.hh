@@ -13,7 +13,7 @@
 
 #include "source.hh"
 #include "stage.hh"
-#include "world/beginning.hh"
+#include "world/initial_state.hh"
 #include "world/world_handle.hh"
 
 namespace Stg::python {
@@ -44,7 +44,7 @@ class Simulation : public Source, public std::enable_shared_from_this<Simulation
   uint64_t StateHash();
 
   /// Registers a crowd, whose arrays are then updated with this world.
-  void Follow(const std::shared_ptr<Crowd>& crowd);
+  void Register(const std::shared_ptr<Crowd>& crowd);
   /// Updates the arrays of all crowds. Call it after every change of the world.
   void Refresh();
 
@@ -63,20 +63,21 @@ class Simulation : public Source, public std::enable_shared_from_this<Simulation
   bool is_open() const override { return WorldAt(0) != nullptr; }
   World* WorldAt(size_t index) const override;
   Model* Find(size_t index, const ModelKey& key) const override;
-  void LetGo(Crowd* crowd) noexcept override;
+  void OnCrowdDestroyed(Crowd* crowd) noexcept override;
 
  private:
   void Load(const std::function<bool(World&)>& load, const std::string& what);
-  void Settle();
+  void FinishLoading();
   bool StepOnce();
   void Command();
 
-  void LoadAgain(uint64_t seed);
+  void Reload(uint64_t seed);
 
   WorldHandle world_;  // null: closed, or deleted by a controller
   bool closed_ = false;
-  std::shared_ptr<const WorldBeginning> beginning_;  // initial state for Reset(); null: load again
-  bool looked_for_beginning_ = false;
+  std::shared_ptr<const InitialState>
+      initial_state_;  // initial state for Reset(); null: load again
+  bool tried_initial_state_ = false;
   uint32_t loaded_models_ = 0;
   uint32_t resets_ = 0;
   usec_t quit_time_ = 0;

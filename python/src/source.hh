@@ -37,7 +37,7 @@ class Source {
   virtual Model* Find(size_t index, const ModelKey& key) const = 0;
 
   /// Called by the destructor of a crowd: applies its pending commands.
-  virtual void LetGo(Crowd*) noexcept {}
+  virtual void OnCrowdDestroyed(Crowd*) noexcept {}
 
   /// Exclusive access to the source; every binding that reads or changes the worlds holds one. The
   /// constructor throws if one is held, which is possible because long calls release the GIL.

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-MOST_SEED = 2**64 - 1
-MOST_THREADS = 1024
+MAX_SEED = 2**64 - 1
+MAX_THREADS = 1024
 
 
 def integer(value: Any, name: str, least: int, most: int | None = None) -> int:
@@ -34,7 +34,7 @@ def integer(value: Any, name: str, least: int, most: int | None = None) -> int:
 
 def seed(value: Any) -> int:
     """Converts the value to a seed, 0 to 2**64 - 1. Raises TypeError or ValueError."""
-    return integer(value, "a seed", 0, MOST_SEED)
+    return integer(value, "a seed", 0, MAX_SEED)
 
 
 def seeds(values: Iterable[Any], n: int) -> list[int]:
@@ -49,7 +49,7 @@ def seeds(values: Iterable[Any], n: int) -> list[int]:
 
 def threads(value: Any) -> int:
     """Converts the value to a number of threads, 1 to 1024. Raises TypeError or ValueError."""
-    return integer(value, "the number of threads", 1, MOST_THREADS)
+    return integer(value, "the number of threads", 1, MAX_THREADS)
 
 
 def steps(value: Any) -> int:

@@ -16,7 +16,7 @@ from .fleet import Bools, Crowd, Floats
 from .pictures import Pixels
 from .world import Recipe, Settings, World, rendered
 
-MOST_WORLDS = 2**31
+MAX_WORLDS = 2**31
 #: State of a batch: a snapshot per world, the failures by index, and the commands or None.
 _States = tuple[list[Snapshot], Mapping[int, str], Union[Floats, None]]
 #: Selects worlds: None for all, indices, or a boolean mask of shape (n,).
@@ -67,7 +67,7 @@ class Batch(Crowd):
 
     def _begin(self, prototype: World, n: int, seeds: Iterable[int] | None, threads: int | None,
                robots: str | None) -> None:
-        n = _checks.integer(n, "the number of worlds", 1, MOST_WORLDS)
+        n = _checks.integer(n, "the number of worlds", 1, MAX_WORLDS)
         ids, names = prototype._choose(robots)
         threads = _core.count_processors() if threads is None else _checks.threads(threads)
         core = _core.Batch(prototype._core, _checks.seeds(range(n) if seeds is None else seeds, n), threads, ids)
@@ -103,7 +103,7 @@ class Batch(Crowd):
         return copied
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _batch_again, (type(self), self._recipe, self.seeds, self.threads, self._ids, self._states())
+        return _unpickle_batch, (type(self), self._recipe, self.seeds, self.threads, self._ids, self._states())
 
     @property
     def time(self) -> Floats:
@@ -269,7 +269,7 @@ class Batch(Crowd):
                         center, scale, data)
 
     def _index(self, index: int) -> int:
-        i = _checks.integer(index, "the number of a world", -MOST_WORLDS)
+        i = _checks.integer(index, "the number of a world", -MAX_WORLDS)
         if not -self.n <= i < self.n:
             raise IndexError(f"found the number of a world {i}, expected {-self.n} to {self.n - 1}")
         return i % self.n
@@ -291,7 +291,7 @@ class Batch(Crowd):
         return f"<Batch of {self.n} worlds of {len(self)} robots>"
 
 
-def _batch_again(cls: type[Batch], recipe: Recipe, seeds: list[int], threads: int, ids: list[int],
+def _unpickle_batch(cls: type[Batch], recipe: Recipe, seeds: list[int], threads: int, ids: list[int],
                  states: _States) -> Batch:
     """Unpickles a batch."""
     prototype = World._from_recipe(recipe._replace(options={**recipe.options, "threads": 1}), 1)

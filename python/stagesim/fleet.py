@@ -81,7 +81,7 @@ class Ranger(_Views):
         return self._array("origins")
 
 
-class _Sights(_Views):
+class _Detections(_Views):
     """Common arrays of Fiducials and Blobs: the number of detections and the first few of them."""
 
     def __init__(self, make: Callable[[str], object]) -> None:
@@ -108,7 +108,7 @@ class _Sights(_Views):
         return self._array("time")
 
 
-class Fiducials(_Sights):
+class Fiducials(_Detections):
     """One fiducial finder of each robot: the first `most` fiducials that it sees, in the order of creation.
 
     Arrays are live: shape (n, most), or (worlds, n, most) for a batch. Unused entries are NaN, and 0 in `id`.
@@ -130,7 +130,7 @@ class Fiducials(_Sights):
         return self._array("heading")
 
 
-class Blobs(_Sights):
+class Blobs(_Detections):
     """One blobfinder of each robot: the first `most` blobs that it sees, from right to left in the image.
 
     Arrays are live: shape (n, most, ...), or (worlds, n, most, ...) for a batch. Unused entries are NaN, and 0

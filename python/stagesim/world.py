@@ -147,7 +147,7 @@ class World:
         return self.fork()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _world_again, (type(self), self._recipe, self.seed, self.snapshot(), self.state_hash())
+        return _unpickle_world, (type(self), self._recipe, self.seed, self.snapshot(), self.state_hash())
 
     # ---- running ----
 
@@ -451,7 +451,7 @@ class World:
             return "<World, in use by another thread>"
 
 
-def _world_again(cls: type[World], recipe: Recipe, seed: int, state: Snapshot, state_hash: str) -> World:
+def _unpickle_world(cls: type[World], recipe: Recipe, seed: int, state: Snapshot, state_hash: str) -> World:
     """Unpickles a world. Raises WorldError if its world file has changed."""
     world = cls._from_recipe(recipe, seed)
     misfit = f"found another world file in {recipe.path} than the world was made from, expected the same"

@@ -49,7 +49,7 @@ class ControllerCalls : public cli_testing::CliTest {
   }
 };
 
-TEST_F(ControllerCalls, WhatInitThrowsIsSaidInOneLine) {
+TEST_F(ControllerCalls, ReportsExceptionOfInitInOneLine) {
   const std::pair<const char*, const char*> kWhat[] = {
       {"throw_number", "the number 42"},
       {"throw_text", "the text \"some text\""},
@@ -66,7 +66,7 @@ TEST_F(ControllerCalls, WhatInitThrowsIsSaidInOneLine) {
   }
 }
 
-TEST_F(ControllerCalls, WhatInitThrowsWhenAProgramCallsIt) {
+TEST_F(ControllerCalls, ReportsExceptionOfInitToCallingProgram) {
   const auto world = LoadText("model( name \"m\" )");
   Model* m = Find(*world, "m");
   m->LoadControllerModule((Unruly() + " throw_number").c_str());
@@ -113,14 +113,14 @@ TEST_F(ControllerCalls, InitReloadsSavesAndDeletes) {
   }
 }
 
-TEST_F(ControllerCalls, AWorldThatLoadsItselfForEverIsLoadedAFewTimes) {
+TEST_F(ControllerCalls, EndlessReloadingInInitIsLimited) {
   Write("self.world", WorldWith(Unruly() + " load_itself"));
   const auto result = Stage({"-g", "--duration", "1", Path("self.world")});
   EXPECT_EQ(result.status, 0);
   EXPECT_TRUE(cli_testing::Contains(result.err, "nested loads of worlds")) << result.err;
 }
 
-TEST_F(ControllerCalls, TheProgramSurvivesAll) {
+TEST_F(ControllerCalls, ProgramSurvivesAllControllers) {
   for (const char* argument : {"throw_number", "unload", "delete_world"}) {
     Write("t.world", WorldWith(Unruly() + " " + argument));
     const auto result = Stage({"-g", "--duration", "1", Path("t.world")});
@@ -135,7 +135,7 @@ TEST_F(ControllerCalls, TheProgramSurvivesAll) {
 
 // ---- files that are no controllers --------------------------------------------------------------
 
-TEST_F(ControllerCalls, WhatIsNoFileIsRefused) {
+TEST_F(ControllerCalls, RefusesPathsThatAreNotRegularFiles) {
   ASSERT_EQ(mkfifo(Path("pipe.so").c_str(), 0600), 0);
   ExpectBad(Path("pipe.so").string(), "found a pipe");
   fs::create_directory(Path("folder.so").string());
@@ -147,7 +147,7 @@ TEST_F(ControllerCalls, WhatIsNoFileIsRefused) {
   ExpectBad(Path("missing.so").string(), "No such file");
 }
 
-TEST_F(ControllerCalls, FoldersThatAreLookedIntoAreNoDifferent) {
+TEST_F(ControllerCalls, RefusesNonFilesInAllSearchedFolders) {
   ASSERT_EQ(mkfifo(Path("pipe.so").c_str(), 0600), 0);
   for (const char* variable : {"STAGEPATH", "LD_LIBRARY_PATH"}) {
     setenv(variable, Path("").c_str(), 1);
@@ -156,13 +156,13 @@ TEST_F(ControllerCalls, FoldersThatAreLookedIntoAreNoDifferent) {
   }
 }
 
-TEST_F(ControllerCalls, AFileThatMayNotBeReadIsRefused) {
+TEST_F(ControllerCalls, RefusesUnreadableFile) {
   if (geteuid() == 0) GTEST_SKIP() << "root may read everything";
   chmod(CopyOf("secret.so", ~uintmax_t{0}).c_str(), 0);
   ExpectBad(Path("secret.so").string(), "Permission denied");
 }
 
-TEST_F(ControllerCalls, AFileThatWasCutShortIsRefusedWhereverItEnds) {
+TEST_F(ControllerCalls, RefusesFileTruncatedAnywhere) {
   std::string bytes;
   CopyOf("whole.so", ~uintmax_t{0}, &bytes);
   EXPECT_TRUE(TryToLoad(WorldWith(Path("whole.so").string())).loaded);
@@ -178,7 +178,7 @@ TEST_F(ControllerCalls, AFileThatWasCutShortIsRefusedWhereverItEnds) {
   }
 }
 
-TEST_F(ControllerCalls, AnotherProcessorsLibraryIsRefused) {
+TEST_F(ControllerCalls, RefusesLibraryForOtherProcessor) {
   std::string bytes;
   CopyOf("good.so", 0, &bytes);
   constexpr size_t kClass = 4, kMachine = 18;

@@ -147,7 +147,7 @@ double MeanDistanceToTheNearest(const std::vector<Stg::ModelPosition*>& robots) 
 }
 
 // Walls used to press a crowd together in the middle, to 0.7 of the distance.
-TEST_F(ControllerRun, DisperseLeavesACrowdThatIsSpread) {
+TEST_F(ControllerRun, DisperseKeepsADispersedCrowd) {
   std::string text = kBox;
   for (int i = 0; i < 16; i++) {
     const int column = i % 4, row = i / 4;
@@ -163,14 +163,14 @@ TEST_F(ControllerRun, DisperseLeavesACrowdThatIsSpread) {
   EXPECT_GT(MeanDistanceToTheNearest(robots), before);
 }
 
-TEST_F(ControllerRun, DisperseFillsThePlaceFromACorner) {
+TEST_F(ControllerRun, DisperseFillsTheRoomFromACorner) {
   Load(Crowd(kLaser));
   RunUntil(180);
   // Spread evenly, the 16 robots are 2.4 m apart.
   EXPECT_GT(MeanDistanceToTheNearest(RobotsOf(world_)), 0.8 * 2.4);
 }
 
-TEST_F(ControllerRun, DisperseTakesItsArguments) {
+TEST_F(ControllerRun, DisperseObeysItsArguments) {
   Load(std::string(kBox) + "position( name \"r\" pose [-4 0 0 0] size [0.3 0.3 0.3]" +
        " ctrl \"disperse speed=0.1 horizon=8\" " + kLaser + " )");
   RunUntil(5);

@@ -40,7 +40,7 @@ TEST(ArgumentsTest, SplitsAtBlanksAndTabs) {
   EXPECT_TRUE(ctrl::SplitWords("").empty());
 }
 
-TEST(ArgumentsTest, ReadsWhatIsGivenAndKeepsTheRest) {
+TEST(ArgumentsTest, ReadsGivenValuesAndKeepsDefaults) {
   double speed = 0.4, gain = 0.5;
   EXPECT_EQ(ReadTwo("disperse", &speed, &gain), "");
   EXPECT_EQ(speed, 0.4);
@@ -52,7 +52,7 @@ TEST(ArgumentsTest, ReadsWhatIsGivenAndKeepsTheRest) {
   EXPECT_EQ(gain, 0.1);
 }
 
-TEST(ArgumentsTest, RefusesWhatItDoesNotKnow) {
+TEST(ArgumentsTest, RefusesUnknownArguments) {
   double speed = 0.4, gain = 0.5;
   EXPECT_EQ(ReadTwo("d sped=1", &speed, &gain),
             "found the argument \"sped=1\", expected speed=NUMBER, gain=NUMBER");
@@ -61,7 +61,7 @@ TEST(ArgumentsTest, RefusesWhatItDoesNotKnow) {
   EXPECT_EQ(speed, 0.4);
 }
 
-TEST(ArgumentsTest, RefusesWhatIsNoNumberWithinTheBounds) {
+TEST(ArgumentsTest, RefusesNumbersOutOfRange) {
   double speed = 0.4, gain = 0.5;
   EXPECT_EQ(ReadTwo("d speed=fast", &speed, &gain),
             "found \"speed=fast\", expected a number from 0.000000 to 10.000000");
@@ -93,7 +93,7 @@ TEST(WanderTest, DoesNothingWithoutRanges) {
   EXPECT_FALSE(Avoid({}, &state));
 }
 
-TEST(WanderTest, CruisesWhereTheWayIsFree) {
+TEST(WanderTest, CruisesOnAFreePath) {
   ObstacleState state;
   const auto command = Avoid(std::vector<double>(9, 1.0), &state);
   EXPECT_EQ(command->forward, 0.4);
@@ -109,7 +109,7 @@ TEST(WanderTest, OnlyTheMiddleThirdIsAhead) {
   }
 }
 
-TEST(WanderTest, StopsForWhatIsVeryNearAnywhere) {
+TEST(WanderTest, StopsForVeryNearObstacles) {
   for (size_t i = 0; i < 9; i++) {
     ObstacleState state;
     const auto command = Avoid(NineWith(i, 0.29), &state);
@@ -246,9 +246,9 @@ TEST(DisperseTest, KeepsTheNearestReadingOfEachSector) {
         if (ranges[i] < least) at = 0.3 + bearings[i];
         least = std::min(least, ranges[i]);
       }
-      const ctrl::Sight& sight = seen.sectors[sector];
+      const ctrl::SectorReading& sight = seen.sectors[sector];
       EXPECT_EQ(sight.seen, any) << sector;
-      EXPECT_EQ(sight.range, least < 6 ? least : ctrl::kFarthest) << sector;
+      EXPECT_EQ(sight.range, least < 6 ? least : ctrl::kUnlimited) << sector;
       const double sine = least < 6 ? sight.Direction().sine : std::sin(at);
       EXPECT_NEAR(sine, std::sin(at), 1e-12);
     }
@@ -277,19 +277,19 @@ TEST(DisperseTest, FreePathCountsFromTheRobotNotTheSensor) {
   const double range = 2;
   Surroundings seen;
   ctrl::LimitFreePath(table, &range, {0.5, 0.3, kRadius}, &seen);
-  EXPECT_EQ(seen.free_path, ctrl::kFarthest) << "0.3 m aside";
+  EXPECT_EQ(seen.free_path, ctrl::kUnlimited) << "0.3 m aside";
   ctrl::LimitFreePath(table, &range, {0.5, 0.2, kRadius}, &seen);
   EXPECT_EQ(seen.free_path, 2.5);
 }
 
-TEST(DisperseTest, RestsWhereAllDirectionsAreAlike) {
+TEST(DisperseTest, RestsIfAllDirectionsAreEqual) {
   const auto rests = [](const Drive& drive) { return drive.forward == 0 && drive.turn == 0; };
   for (const double fov : {30.0, 180.0, 270.0, 350.0, 360.0})
     EXPECT_TRUE(rests(DriveWith(fov, 350, {1, 0, 0}))) << fov;
   EXPECT_TRUE(rests(DriveWith(360, 350, {-180, 180, 2})));
 }
 
-TEST(DisperseTest, LeavesWhatIsBehind) {
+TEST(DisperseTest, DrivesAwayFromObstaclesBehind) {
   for (const double fov : {350.0, 360.0}) {
     const Drive drive = DriveWith(fov, 350, {140, 160, 1});
     EXPECT_GT(drive.forward, 0.2) << fov;
@@ -304,7 +304,7 @@ TEST(DisperseTest, TurnsAwayFromASideWithAnyFieldOfView) {
   }
 }
 
-TEST(DisperseTest, WhatIsBeyondTheHorizonIsNothing) {
+TEST(DisperseTest, IgnoresObstaclesBeyondTheHorizon) {
   EXPECT_GT(DriveWith(350, 350, {148, 152, 4.9}).forward, 0);
   EXPECT_EQ(DriveWith(350, 350, {148, 152, 5.1}).forward, 0);
 }
@@ -335,7 +335,7 @@ TEST(DisperseTest, AWallIsAMirror) {
   EXPECT_LT(FindGoal(Look(table, BetweenWalls(2, 2)), kRadius, 5.0).imbalance, 0.01);
 }
 
-TEST(DisperseTest, ABlindAreaCountsAsAverage) {
+TEST(DisperseTest, BlindSectorsGetTheAverage) {
   // The laser sees only a wall ahead; directions outside its view are assumed to be more open.
   const std::vector<double> bearings = Bearings(180, 180);
   std::vector<double> ranges;
@@ -346,14 +346,14 @@ TEST(DisperseTest, ABlindAreaCountsAsAverage) {
   EXPECT_EQ(std::fabs(drive.turn), DisperseRule().max_turn);
 }
 
-TEST(DisperseTest, TheMountingAngleTurnsAll) {
+TEST(DisperseTest, MountingAngleRotatesAllSectors) {
   // The laser points back, so an obstacle in the middle of its view is behind the robot.
   const Drive drive = DriveWith(180, 181, {-5, 5, 1}, M_PI);
   EXPECT_GT(drive.forward, 0.1);
   EXPECT_NEAR(drive.turn, 0, 0.3);
 }
 
-TEST(DisperseTest, DrivesNoFartherThanThePathIsFree) {
+TEST(DisperseTest, StopsAtTheEndOfTheFreePath) {
   const std::vector<double> bearings = Bearings(350, 350);
   std::vector<double> ranges(350, 8.0);
   ranges[0] = 1;  // behind
@@ -385,7 +385,7 @@ TEST(DisperseTest, SurvivesOddReadings) {
   EXPECT_EQ(blind.turn, 0);
 }
 
-TEST(DisperseTest, RobotsOfAKindShareATable) {
+TEST(DisperseTest, EqualRobotsShareATable) {
   const std::vector<double> bearings = Bearings(350, 350);
   const RayTable* table = ctrl::FindRayTable(0.1, 6, bearings);
   EXPECT_EQ(ctrl::FindRayTable(0.1, 6, bearings), table);

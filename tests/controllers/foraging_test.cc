@@ -66,14 +66,14 @@ TEST(PathPlannerTest, GoesFromTheGoalBackToTheStartCellByCell) {
   }
 }
 
-TEST(PathPlannerTest, KeepsItsPlans) {
+TEST(PathPlannerTest, CachesPlans) {
   ctrl::PathPlanner planner = Walled(20);
   const ctrl::Path* path = planner.Plan(At(-5.5, -5.5), At(5.5, -5.5));
   EXPECT_EQ(planner.Plan(At(-5.9, -5.1), At(5.1, -5.9)), path) << "the same cells";
   EXPECT_NE(planner.Plan(At(-4.5, -5.5), At(5.5, -5.5)), path);
 }
 
-TEST(PathPlannerTest, NoWayNoPath) {
+TEST(PathPlannerTest, ReturnsNoPathIfTheGoalIsUnreachable) {
   ctrl::PathPlanner closed = Walled(31);
   EXPECT_TRUE(closed.Plan(At(-5, -5), At(5, -5))->empty());
   ctrl::PathPlanner open = Walled(20);

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "gui/draw/painter.hh"
-#include "gui/draw/scene.hh"
+#include "gui/draw/render_scene.hh"
 #include "gui/draw/screen_writer.hh"
 #include "support/mapper.hh"
 #include "support/model_testing.hh"
@@ -34,7 +34,7 @@ class DataTest : public testing::Test {
 
   view::ViewState view_;
   std::unique_ptr<World> world_;
-  Scene scene_;
+  RenderScene scene_;
 };
 
 size_t CountColor(const std::vector<Vertex>& vertices, const Rgba& color) {
@@ -154,8 +154,8 @@ TEST_F(DataTest, ScansLieOnTheWallsWhileTheRobotTurns) {
         strikes.Add(Pose(double{v.x}, double{v.y}, 0, 0), 0, 0);
       for (const FanGroup& group : scene_.frame().fans)
         for (const FanInstance& fan : group.fans)
-          for (size_t i = 0; i < group.tips; i++) {
-            const Tip& tip = scene_.frame().tips[fan.first + i];
+          for (size_t i = 0; i < group.ray_ends; i++) {
+            const RayEnd& tip = scene_.frame().ray_ends[fan.first + i];
             areas.Add(Pose(double{fan.x}, double{fan.y}, 0, double{fan.a}),
                       std::atan2(double{tip.y}, double{tip.x}),
                       std::hypot(double{tip.x}, double{tip.y}));

@@ -9,8 +9,8 @@
 #include <cstdlib>
 #include <new>
 
-#include "gui/draw/figures.hh"
-#include "gui/draw/scene.hh"
+#include "gui/draw/performance_overlay.hh"
+#include "gui/draw/render_scene.hh"
 #include "models/block.hh"
 #include "support/model_testing.hh"
 
@@ -43,7 +43,7 @@ constexpr int kWidth = 400, kHeight = 300;  // at 15 pixels per metre: 26.7 x 20
 
 struct Onlooker {
   view::ViewState view;
-  Scene scene;
+  RenderScene scene;
   Selection selection;
 
   const Frame& Look(World& world) {
@@ -96,7 +96,7 @@ TEST(SceneTest, EqualBodiesShareAShape) {
   EXPECT_NEAR(AreaOfTops(*frame.bodies[1].shape), 2, 1e-6);
 }
 
-TEST(SceneTest, WhatIsOutOfViewIsLeftOut) {
+TEST(SceneTest, OmitsModelsOutOfView) {
   const auto world = LoadText("model ( pose [0 0 0 0] ) model ( pose [100 0 0 0] )");
   Onlooker onlooker;
   EXPECT_EQ(Solid(onlooker.Look(*world)), 1u);
@@ -109,7 +109,7 @@ TEST(SceneTest, WhatIsOutOfViewIsLeftOut) {
   EXPECT_EQ(Solid(onlooker.Look(*world)), 2u);
 }
 
-TEST(SceneTest, BodiesCanBeHiddenAndSeenThrough) {
+TEST(SceneTest, BodiesCanBeHiddenOrTransparent) {
   const auto world = LoadText(
       "model ( color_rgba [1 0 0 0.5] ) model ( color_rgba [1 0 0 0] pose [2 0 0 0] )"
       "model ( pose [4 0 0 0] )");
@@ -219,13 +219,14 @@ TEST(SceneTest, FansAreOfSubscribedRangersInView) {
   ASSERT_EQ(onlooker.scene.fans_in_view(), 1u);
   const ModelRanger::Sensor& sensor = eye->GetSensors()[0];
   ASSERT_LT(sensor.ranges[3], 5);  // the other robot
-  ASSERT_EQ(frame.tips.size(), frame.fans[0].tips);
-  ASSERT_GE(frame.tips.size(), 7u);  // none lies on a line between others, so none is omitted
+  ASSERT_EQ(frame.ray_ends.size(), frame.fans[0].ray_ends);
+  ASSERT_GE(frame.ray_ends.size(), 7u);  // none lies on a line between others, so none is omitted
   for (size_t i = 0; i < 7; i++) {
-    EXPECT_NEAR(frame.tips[i].x, sensor.ranges[i] * std::cos(sensor.bearings[i]), 1e-5);
-    EXPECT_NEAR(frame.tips[i].y, sensor.ranges[i] * std::sin(sensor.bearings[i]), 1e-5);
+    EXPECT_NEAR(frame.ray_ends[i].x, sensor.ranges[i] * std::cos(sensor.bearings[i]), 1e-5);
+    EXPECT_NEAR(frame.ray_ends[i].y, sensor.ranges[i] * std::sin(sensor.bearings[i]), 1e-5);
   }
-  for (size_t i = 7; i < frame.tips.size(); i++) EXPECT_EQ(frame.tips[i].y, frame.tips[6].y);
+  for (size_t i = 7; i < frame.ray_ends.size(); i++)
+    EXPECT_EQ(frame.ray_ends[i].y, frame.ray_ends[6].y);
   onlooker.view.options.Set(Show::kRangerArea, false);
   onlooker.Look(*world);
   EXPECT_EQ(onlooker.scene.fans_in_view(), 0u);
@@ -269,7 +270,7 @@ TEST(SceneTest, RaysOfTheSelectedRobotShowHitsAndLeaps) {
   EXPECT_TRUE(stopped);
 }
 
-TEST(SceneTest, RaysOfASensorThatNobodyListensToAreDrawnToTheirEnds) {
+TEST(SceneTest, DrawsFullRaysOfUnsubscribedSensors) {
   const auto world = LoadText(kRangers);
   Step(*world, 3);
   ASSERT_TRUE(Find<ModelRanger>(*world, "b.ranger:0")->GetSensors()[0].ranges.empty());
@@ -307,7 +308,7 @@ TEST(SceneTest, FootprintsGetFainterWithAge) {
     EXPECT_EQ(prints[i].z, 0);
     EXPECT_GT(prints[i].color.a, prints[i - 1].color.a);
   }
-  EXPECT_EQ(prints.back().color.a, Rgba::Part(4 * 0.5 / 5));
+  EXPECT_EQ(prints.back().color.a, Rgba::ToByte(4 * 0.5 / 5));
   EXPECT_EQ(onlooker.scene.frame().solid.lines.size(), 4u * 3 * 2);  // arrows
 }
 
@@ -411,12 +412,12 @@ TEST(SceneTest, SteadyFramesAllocateNothing) {
   EXPECT_EQ(allocations - before, 0u);
 }
 
-TEST(FiguresTest, ToldAtOnceAndForEachPeriod) {
+TEST(FiguresTest, ReportsAtOnceAndThenOncePerPeriod) {
   const auto world = LoadText("position ( name \"r\" ranger ( sensor () name \"e\" ) )");
   Find<>(*world, "r")->Subscribe();
   Find<>(*world, "r.e")->Subscribe();
   Step(*world, 5);
-  Figures figures;
+  PerformanceOverlay figures;
   figures.Update(*world, 100.0);
   ASSERT_FALSE(figures.lines().empty());
   EXPECT_NE(figures.lines()[0].find("1 robots, r_ACC"), std::string::npos) << figures.lines()[0];

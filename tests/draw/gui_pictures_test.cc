@@ -125,7 +125,7 @@ struct Example {
 
 class WorldPicturesTest : public PicturesTest, public testing::WithParamInterface<Example> {};
 
-TEST_P(WorldPicturesTest, LooksAsItDid) {
+TEST_P(WorldPicturesTest, MatchesStoredPicture) {
   const Example& example = GetParam();
   const fs::path made = folder_ / "made.png";
   const Outcome outcome = Stage(folder_, "--screenshot made.png" + std::string(example.arguments) +
@@ -159,7 +159,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Example{"cells", "tests/data/pictures/cells.world", "@1 --size 400x300"}),
     [](const auto& example) { return std::string(example.param.name); });
 
-TEST_F(PicturesTest, TheComparisonNoticesWhatIsMissing) {
+TEST_F(PicturesTest, ComparisonDetectsMissingParts) {
   const Outcome shown =
       Stage(folder_, "--screenshot a.png@5 --size 320x320 " + World("simple.world"));
   ASSERT_EQ(shown.status, 0) << shown.errors;
@@ -168,7 +168,7 @@ TEST_F(PicturesTest, TheComparisonNoticesWhatIsMissing) {
   EXPECT_GT(Difference(Read(folder_ / "a.png"), Read(folder_ / "b.png")), 2 * kTolerance);
 }
 
-TEST_F(PicturesTest, AreTheSameEachTime) {
+TEST_F(PicturesTest, AreReproducible) {
   for (const char* name : {"a.png@3", "b.png@3"})
     ASSERT_EQ(Stage(folder_, std::string("--screenshot ") + name + " --size 200x150 " +
                                  World("simple.world"))
@@ -177,7 +177,7 @@ TEST_F(PicturesTest, AreTheSameEachTime) {
   EXPECT_EQ(Difference(Read(folder_ / "a.png"), Read(folder_ / "b.png")), 0);
 }
 
-TEST_F(PicturesTest, ChangeNothingInTheRun) {
+TEST_F(PicturesTest, DoNotChangeTheRun) {
   const auto hash = [this](const std::string& options) {
     const std::string arguments = options + " --state-hash --duration 3 " + World("simple.world");
     EXPECT_EQ(Stage(folder_, arguments).status, 0);
@@ -261,7 +261,7 @@ TEST_F(VideoTest, FramesGoThroughFfmpeg) {
   EXPECT_NE(arguments.find("yuv420p"), std::string::npos) << arguments;
 }
 
-TEST_F(VideoTest, WhatFfmpegComplainsOfIsTold) {
+TEST_F(VideoTest, ReportsErrorsOfFfmpeg) {
   WriteFfmpeg("echo 'first line' >&2; echo 'no such codec' >&2; exit 1\n");
   const Outcome outcome = Record("--record a.mp4 --duration 30");
   EXPECT_EQ(outcome.status, 1);
@@ -271,7 +271,7 @@ TEST_F(VideoTest, WhatFfmpegComplainsOfIsTold) {
   EXPECT_TRUE(Files().empty());
 }
 
-TEST_F(VideoTest, WithoutFfmpegItSaysWhatToDo) {
+TEST_F(VideoTest, SuggestsInstallingFfmpeg) {
   const Outcome outcome = Stage(folder_, "--record a.MP4 t.world", "PATH=/nowhere");
   EXPECT_EQ(outcome.status, 2);
   EXPECT_NE(outcome.errors.find("a.MP4 needs the program ffmpeg, which is not on PATH: install"),
@@ -280,7 +280,7 @@ TEST_F(VideoTest, WithoutFfmpegItSaysWhatToDo) {
   EXPECT_TRUE(Files().empty());
 }
 
-TEST_F(VideoTest, NothingIsReplaced) {
+TEST_F(VideoTest, DoesNotOverwriteOtherFiles) {
   WriteFfmpeg("for last; do :; done; cat > \"${last#file:}\"\n");
   std::ofstream(folder_ / "a.mp4") << "mine";
   const Outcome outcome = Record("--record a.mp4 --duration 1");
@@ -294,7 +294,7 @@ TEST_F(VideoTest, NothingIsReplaced) {
 
 /// After Ctrl-C the film contains the run so far. The script interrupts the program, its parent, as
 /// soon as it has received the first bytes of a picture.
-TEST_F(VideoTest, AnInterruptedRunHasAFilm) {
+TEST_F(VideoTest, InterruptedRunLeavesAFilm) {
   WriteFfmpeg(
       "for last; do :; done; f=\"${last#file:}\"; head -c 9 > \"$f\"; kill -INT $PPID; cat >> "
       "\"$f\"\n");
@@ -318,7 +318,7 @@ TEST_F(VideoTest, ARunThatEndsWhileItLoadsLeavesNoFile) {
 }
 
 /// Runs with the real ffmpeg where it is installed.
-TEST_F(VideoTest, TheTrueProgramMakesAVideo) {
+TEST_F(VideoTest, RealFfmpegMakesAVideo) {
   if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "there is no ffmpeg";
   const Outcome outcome = Record("--record a.mp4 --duration 1");
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
@@ -336,7 +336,7 @@ void ExpectOneLine(const Outcome& outcome, int status, const std::string& part) 
   EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1) << outcome.errors;
 }
 
-TEST_F(PicturesTest, MistakesAreToldInALine) {
+TEST_F(PicturesTest, ReportsMistakesInOneLine) {
   WriteWorld("model ()");
   constexpr int kUsage = 2;
   ExpectOneLine(Stage(folder_, "--screenshot a.jpg t.world"), kUsage,
@@ -366,7 +366,7 @@ TEST_F(PicturesTest, ARunThatEndsTooSoonIsAFailure) {
 }
 
 /// A limit on file sizes simulates a full disk: writing starts, then fails.
-TEST_F(PicturesTest, NothingIsLeftOfAPictureThatCannotBeWritten) {
+TEST_F(PicturesTest, FailedPictureLeavesNoFile) {
   Image image{100, 100, std::vector<uint8_t>(40000)};
   uint32_t noise = 1;
   for (uint8_t& byte : image.pixels) byte = static_cast<uint8_t>((noise *= 1664525u) >> 24);
@@ -376,12 +376,12 @@ TEST_F(PicturesTest, NothingIsLeftOfAPictureThatCannotBeWritten) {
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
   const rlimit little{5000, before.rlim_max};
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &little), 0);
-  const int problem = WritePng(file, image, Existing::kReplace);
+  const int problem = WritePng(file, image, IfExists::kReplace);
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
   EXPECT_EQ(PngProblem(file, problem), file + " can't be written: " + std::strerror(EFBIG));
   EXPECT_TRUE(fs::is_empty(folder_));
-  EXPECT_EQ(WritePng(file, image, Existing::kReplace), 0);
+  EXPECT_EQ(WritePng(file, image, IfExists::kReplace), 0);
 }
 
 }  // namespace

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "gui/draw/render_scene.hh"
 #include "gui/draw/renderer.hh"
-#include "gui/draw/scene.hh"
 #include "gui/offscreen/context.hh"
 #include "models/block.hh"
 #include "models/robot_marks.hh"
@@ -55,7 +55,7 @@ TEST(NoseTest, PointsAheadAndStaysInTheBody) {
   }
 }
 
-TEST(NoseTest, BodiesWithoutAMiddleHaveNone) {
+TEST(NoseTest, BodiesWithoutACenterHaveNone) {
   const auto world = LoadText("position ( name \"r\" size [0 0 0] )");
   EXPECT_FALSE(NoseOfRobot(*world));
 }
@@ -72,7 +72,7 @@ TEST(NoseTest, StandsOutFromTheBody) {
 
 struct Onlooker {
   view::ViewState view;
-  Scene scene;
+  RenderScene scene;
 
   const Frame& Look(World& world) {
     scene.Update(world, view, kSide, kSide);
@@ -106,7 +106,7 @@ TEST(RobotsTest, HaveNosesUnlessTheFileSaysOtherwise) {
   EXPECT_FLOAT_EQ(noses[1].y, 3);
 }
 
-TEST(RobotsTest, NosesLieOnTopOfWhatIsCarriedThere) {
+TEST(RobotsTest, NosesAreOnTopOfCarriedModels) {
   const auto world = LoadText(
       "position ( pose [-3 0 0 0] size [1 1 0.5] model ( pose [0.2 0 0 0] size [0.3 0.3 0.4] ) )"
       "position ( pose [3 0 0 0] size [1 1 0.5] model ( pose [-1 0 0 0] size [0.3 0.3 0.4] ) )");
@@ -146,7 +146,7 @@ std::string Crowd(int side) {
          text;
 }
 
-TEST(RobotsTest, DotsAreSmallerWhereThereAreMany) {
+TEST(RobotsTest, DotsAreSmallerInLargeCrowds) {
   const auto few = LoadText(Crowd(10)), many = LoadText(Crowd(33));
   Onlooker onlooker;
   onlooker.view.flat.setScale(1);
@@ -182,7 +182,7 @@ class RobotPicturesTest : public testing::Test {
 
   std::unique_ptr<offscreen::Context> context_;
   view::ViewState view_;
-  Scene scene_;
+  RenderScene scene_;
   Renderer renderer_;
   offscreen::Image image_;
 };

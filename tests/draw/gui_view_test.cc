@@ -25,7 +25,7 @@ std::unique_ptr<Worldfile> FileOf(const std::string& text) {
   return file;
 }
 
-TEST(ViewOptionsTest, DefaultsAreStages) {
+TEST(ViewOptionsTest, HasTheDefaultsOfStage) {
   const ViewOptions options;
   for (const Show on : {Show::kBlocks, Show::kFlags, Show::kClock, Show::kGrid, Show::kStatus,
                         Show::kRanger, Show::kRangerArea, Show::kFiducials, Show::kWifi})
@@ -71,7 +71,7 @@ TEST(ViewOptionsTest, VisualizersShareOptionsByMenuName) {
 TEST(ViewOptionsTest, FilterOffersWhatTheWorldHasByName) {
   const auto world = LoadText("position ( name \"r\" ranger ( sensor () ) ) fiducial ()");
   ViewOptions options;
-  options.OfferFor(*world);
+  options.OfferSwitchesFor(*world);
   std::vector<std::string> names;
   for (const size_t i : options.Filter()) names.push_back(options.all()[i].menu_name);
   const std::vector<std::string> expected = {
@@ -111,16 +111,16 @@ TEST(ViewStateTest, DefaultsWithoutASection) {
   EXPECT_EQ(view.interval, 40);
 }
 
-TEST(ViewStateTest, NonsenseIsPutRight) {
+TEST(ViewStateTest, CorrectsInvalidValues) {
   ViewState view;
   view.Load(FileOf("window ( size [-1 3] interval -5 screenshot_skip 0 )").get());
   EXPECT_EQ(view.width, -1);
-  EXPECT_EQ(view.height, ViewState::kLeastSize);
+  EXPECT_EQ(view.height, ViewState::kMinSize);
   EXPECT_EQ(view.interval, 1);
   EXPECT_EQ(view.screenshot_skip, 1);
 }
 
-TEST(ViewStateTest, SavingChangesOnlyWhatIsThere) {
+TEST(ViewStateTest, SavingChangesOnlyExistingProperties) {
   const auto file = FileOf("window ( scale 10 show_data 0 )");
   ViewState view;
   view.Load(file.get());
@@ -203,7 +203,7 @@ ViewState RandomView(RandomStream* random) {
   return view;
 }
 
-TEST(ProjectionTest, FloorPointsComeBack) {
+TEST(ProjectionTest, FloorPointsRoundTrip) {
   RandomStream random(1);
   for (int i = 0; i < 400; i++) {
     ViewState view = RandomView(&random);
@@ -221,7 +221,7 @@ TEST(ProjectionTest, FloorPointsComeBack) {
   }
 }
 
-TEST(ProjectionTest, WhatIsInThePictureIsSeen) {
+TEST(ProjectionTest, PointsInThePictureAreNotCulled) {
   RandomStream random(2);
   int in = 0, culled = 0;
   for (int i = 0; i < 4000; i++) {

@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "gui/draw/gl_helpers.hh"
+#include "gui/draw/render_scene.hh"
 #include "gui/draw/renderer.hh"
-#include "gui/draw/scene.hh"
 #include "gui/offscreen/context.hh"
 #include "support/model_testing.hh"
 
@@ -115,7 +115,7 @@ class VisualizersTest : public testing::Test {
   std::unique_ptr<offscreen::Context> context_;
   std::unique_ptr<DrawnWorld> world_;
   Square square_;
-  draw::Scene scene_;
+  draw::RenderScene scene_;
   draw::Renderer renderer_;
   offscreen::Image image_;
 };

@@ -85,7 +85,7 @@ void ExpectRefusal(const Call& call, double value) {
   EXPECT_EQ(things.world->StateHash(), untouched.world->StateHash()) << value;
 }
 
-TEST_P(Refused, WhatIsNotFinite) {
+TEST_P(Refused, NonFiniteArguments) {
   for (const double value : {kNaN, kInfinity, -kInfinity}) ExpectRefusal(GetParam(), value);
 }
 
@@ -103,7 +103,7 @@ void SetConfig(Things& t, ModelGripper::config_t config) {
   t.Part<ModelGripper>("gripper")->SetConfig(config);
 }
 
-const Call kRefused[] = {
+const Call kRejected[] = {
     {"SetPoseX", [](Things& t, double v) { t.wall->SetPose(Pose(v, 0, 0, 0)); }},
     {"SetPoseY", [](Things& t, double v) { t.wall->SetPose(Pose(0, v, 0, 0)); }},
     {"SetPoseZ", [](Things& t, double v) { t.wall->SetPose(Pose(0, 0, v, 0)); }},
@@ -147,7 +147,7 @@ const Call kRefused[] = {
        SetConfig(t, config);
      }},
 };
-INSTANTIATE_TEST_SUITE_P(Api, Refused, testing::ValuesIn(kRefused), NameOf);
+INSTANTIATE_TEST_SUITE_P(Api, Refused, testing::ValuesIn(kRejected), NameOf);
 
 /// Calls that refuse NaN, but accept infinity: see the tests Infinity below.
 const Call kNotANumber[] = {
@@ -170,7 +170,7 @@ INSTANTIATE_TEST_SUITE_P(Api, NotANumber, testing::ValuesIn(kNotANumber), NameOf
 
 // ---- what infinity means ------------------------------------------------------------------------
 
-TEST(Infinity, OfACommandIsClippedToTheBounds) {
+TEST(Infinity, CommandsAreClippedToTheBounds) {
   Things things;
   things.robot->SetSpeed(kInfinity, -kInfinity, kInfinity);
   things.Part<ModelActuator>("arm")->SetSpeed(kInfinity);
@@ -181,14 +181,14 @@ TEST(Infinity, OfACommandIsClippedToTheBounds) {
   EXPECT_GT(things.robot->FindPowerPack()->GetStored(), 900) << "only the work done is charged";
 }
 
-TEST(Infinity, OfAnAccelerationIsClippedToo) {
+TEST(Infinity, AccelerationsAreClippedToTheBounds) {
   Things things;
   things.robot->SetAcceleration(kInfinity, -kInfinity, 0);
   Step(*things.world, 2);
   ExpectPose(things.robot->GetVelocity(), 0.2, -0.2, 0, 0);
 }
 
-TEST(Infinity, WithoutBoundsIsAStall) {
+TEST(Infinity, CommandsWithoutBoundsStall) {
   Things things;
   ModelPosition& robot = *things.robot;
   const auto expect_stall = [&](const std::function<void()>& command) {
@@ -312,7 +312,7 @@ TEST_P(Fields, AcceptAnyNumberAndStayFinite) {
 
 INSTANTIATE_TEST_SUITE_P(Api, Fields, testing::ValuesIn(kFields), NameOf);
 
-TEST(SensorNoise, ThatIsNotFiniteCountsAsNone) {
+TEST(SensorNoise, NonFiniteNoiseCountsAsZero) {
   using Sensor = ModelRanger::Sensor;
   Things untouched;
   Step(*untouched.world, 5);
@@ -349,12 +349,12 @@ TEST(Samples, BeyondTheLimitAreCutWithOneMessage) {
 
 // ---- everything at once -------------------------------------------------------------------------
 
-TEST(Everything, AtOnceAndTheWorldGoesOn) {
+TEST(Everything, WorldSurvivesAllCallsTogether) {
   for (const double value : {kNaN, kInfinity, -kInfinity}) {
     Things things;
     testing::internal::CaptureStderr();
     for (int round = 0; round < 10; round++) {
-      for (const Call& call : kRefused) call.make(things, value);
+      for (const Call& call : kRejected) call.make(things, value);
       for (const Call& call : kNotANumber) call.make(things, value);
       for (const Call& call : kFields) call.make(things, value);
       things.world->Raytrace(Pose(value, value, value, value), value, Anything, nullptr, nullptr,
@@ -372,7 +372,7 @@ TEST(Everything, AtOnceAndTheWorldGoesOn) {
 
 // ---- rays ---------------------------------------------------------------------------------------
 
-TEST(Rays, FromNowhereHitNothing) {
+TEST(Rays, FromNonFinitePosesHitNothing) {
   Things t;
   for (const double v : {kNaN, kInfinity, -kInfinity})
     for (const Pose& from :
@@ -383,7 +383,7 @@ TEST(Rays, FromNowhereHitNothing) {
     }
 }
 
-TEST(Rays, OverAFieldOfViewThatIsNoneLookAhead) {
+TEST(Rays, WithNonFiniteFieldOfViewLookAhead) {
   Things t;
   for (const double fov : {kNaN, kInfinity, -kInfinity}) {
     std::vector<RaytraceResult> results(3);
@@ -394,7 +394,7 @@ TEST(Rays, OverAFieldOfViewThatIsNoneLookAhead) {
 
 // ---- pictures ----------------------------------------------------------------------------------
 
-TEST(Pictures, OfCellsWithoutASizeStayEmpty) {
+TEST(Pictures, WithNonFiniteCellSizesStayEmpty) {
   Things t;
   for (const double v : {kNaN, kInfinity, -kInfinity, 0.0, 5e-324}) {
     uint8_t data[4] = {0, 0, 0, 0};
@@ -408,7 +408,7 @@ TEST(Pictures, OfCellsWithoutASizeStayEmpty) {
 // ---- far away -----------------------------------------------------------------------------------
 
 /// Sensors and targets are so far away that adjacent doubles are metres apart.
-TEST(FarOut, SensorsGoOn) {
+TEST(FarOut, SensorsKeepWorking) {
   for (const double far : {1e9, 1e15, 4e16, 1e17, 1e100, 1e300}) {
     Things t;
     t.robot->SetPose(Pose(far, 1000, 0, 1));

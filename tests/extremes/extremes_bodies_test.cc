@@ -57,7 +57,7 @@ double Distance(World* world, const Pose& from) {
 
 // ---- thin ---------------------------------------------------------------------------------------
 
-TEST(Thin, WallsAreSeenAndStopRobotsWhereverTheyLieInTheirCells) {
+TEST(Thin, WallsAreSeenAndStopRobotsAtAnyOffsetInTheirCells) {
   for (const double thickness : {0.005, 1e-4, 1e-9, 1e-300, 0.0})
     for (double offset = 0; offset < kCell; offset += 0.003) {
       const std::unique_ptr<World> world = WorldOfCells(kCell);
@@ -69,7 +69,7 @@ TEST(Thin, WallsAreSeenAndStopRobotsWhereverTheyLieInTheirCells) {
     }
 }
 
-TEST(Thin, NoRayAndNoRobotSlipsThroughATurnedWall) {
+TEST(Thin, RotatedWallsStopAllRaysAndRobots) {
   test::RandomSource random(7);
   Worst error;
   for (double heading = 0.05; heading < 3.1; heading += 0.31) {
@@ -143,7 +143,7 @@ TEST(Flat, BlocksOfEqualPointsAreACellOrNothing) {
   EXPECT_FALSE(Find(*nothing, "a")->HasCollision());
 }
 
-TEST(Flat, ASizeOfZeroIsACellAndNotForGood) {
+TEST(Flat, ZeroSizeIsACellAndCanBeUndone) {
   const std::unique_ptr<World> world = WorldOfCells(kCell);
   Model* model = AddBox(world.get(), Size(0, 0, 0), Pose(0.01, 0.01, 0, 0));
   EXPECT_NEAR(Distance(world.get(), Pose(-1, 0.01, 0, 0)), 1, kStraightFace * kCell);
@@ -166,7 +166,7 @@ TEST(Flat, NegativeSizesMirrorTheBody) {
 
 // ---- many corners -------------------------------------------------------------------------------
 
-TEST(Crossing, OutlinesThatCrossThemselvesCountWhereTheyAre) {
+TEST(Crossing, SelfIntersectingOutlinesAreSolid) {
   // The body is a bow tie with its waist at the center.
   const auto world = LoadText(ModelOf({{0, 0}, {2, 2}, {2, 0}, {0, 2}}, "[2 2 1]"));
   for (const double y : {-0.81, -0.33, 0.35, 0.77}) {
@@ -179,7 +179,7 @@ TEST(Crossing, OutlinesThatCrossThemselvesCountWhereTheyAre) {
   ExpectStop(world.get(), -1, 0.4);
 }
 
-TEST(Crossing, EdgesThatAreDrawnTwiceAreTakenAwayTwice) {
+TEST(Crossing, EdgesRasterizedTwiceAreRemovedTwice) {
   const auto world = LoadText(ModelOf({{0, 0}, {2, 0}, {0, 0}, {2, 0}, {2, 2}}, "[2 2 1]"));
   Model* model = Find(*world, "a");
   for (int i = 0; i < 10; i++) {
@@ -206,7 +206,7 @@ std::vector<point_t> Turned(std::vector<point_t> corners, double angle, double s
 }
 
 /// The orientation must be exact: a sum of angles that is 0 may be rounded to another value.
-TEST(Order, OfPointsTakesNoRounding) {
+TEST(Order, OrientationIsExact) {
   const std::vector<point_t> left = {{0, 0}, {4, 1}, {5, 5}, {2, 2}, {1, 3}};
   const std::vector<point_t> right(left.rbegin(), left.rend());
   const std::vector<point_t> bow_tie = {{0, 0}, {2, 2}, {2, 0}, {0, 2}};
@@ -226,7 +226,7 @@ TEST(Order, OfPointsTakesNoRounding) {
   }
 }
 
-TEST(Order, OfPointsOnALineIsReversed) {
+TEST(Order, CollinearPointsCountAsReversed) {
   for (int x = -30; x <= 30; x++)
     for (int y = -30; y <= 30; y++) {
       if (x == 0 && y == 0) continue;
@@ -254,7 +254,7 @@ TEST(Many, TenThousandCornersMakeACircle) {
 
 // ---- heights ------------------------------------------------------------------------------------
 
-TEST(Height, OfZeroIsMetAtThatHeightAlone) {
+TEST(Height, ZeroHeightCollidesOnlyAtThatHeight) {
   for (const char* z : {"[0 0]", "[0 1]"}) {
     const std::vector<point_t> square = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     const auto world = LoadText(ModelOf(square, z[3] == '0' ? "[1 1 1]" : "[1 1 0]", z));
@@ -272,7 +272,7 @@ TEST(Height, OfZeroIsMetAtThatHeightAlone) {
   }
 }
 
-TEST(Height, OfZeroAboveTheFloorStaysWhereItIs) {
+TEST(Height, ZeroHeightAboveTheFloorStaysThere) {
   const std::vector<point_t> square = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   for (const double height : {0.5, 0.25, 7.0}) {
     const std::string at = std::to_string(height);
@@ -310,7 +310,7 @@ Size Island() { return Size(1e6, 1e6, 1); }  // 200 million cells
 }
 
 /// It runs in a separate process with 2 GB of memory; the island would need ten times as much.
-TEST(Large, BodiesThatNoMemoryHoldsAreRefused) {
+TEST(Large, BodiesTooLargeForMemoryAreRefused) {
   if (kSanitized) GTEST_SKIP() << "sanitizers need more memory than the limit allows";
   testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(MakeAnIslandIn2GB(), testing::ExitedWithCode(0),
@@ -326,7 +326,7 @@ TEST(Large, BodiesInFilesAreRefused) {
   EXPECT_NE(outcome.errors.find("more than 16001000 cells"), std::string::npos) << outcome.errors;
 }
 
-TEST(Large, BodiesAreNotDrawnWithOneMessageForEachSize) {
+TEST(Large, RefusedBodiesGetOneMessagePerSize) {
   const std::unique_ptr<World> world = WorldOfCells(kCell);
   AddBox(world.get(), Size(1, 1, 1), Pose(5, 0, 0, 0));
   Model* model = AddBox(world.get(), Size(1, 1, 1), Pose());
@@ -362,24 +362,24 @@ TEST(Large, BodiesCountTogether) {
   Model* model = AddBox(world.get(), Size(1, 1, 1), Pose());
   Model* other = AddBox(world.get(), Size(1, 1, 1), Pose(0, 3, 0, 0));
   grid::Grid& grid = world->engine().scene.grid;
-  EXPECT_EQ(grid.drawn_cells(), 400);
+  EXPECT_EQ(grid.rasterized_cells(), 400);
   // Pretend that only 100 cells are left: bodies may move, but not grow.
   const int64_t others = 2 * (16'000'000 + 3 * 1000) - 500;
-  grid.PretendDrawn(others);
+  grid.AddRasterizedCells(others);
   EXPECT_EQ(ErrorsOf([&] { model->SetPose(Pose(1, 0, 0, 0)); }), "");
   EXPECT_EQ(ErrorsOf([&] { model->SetGeom(Geom(Pose(), Size(1.5, 1.5, 1))); }), "");
-  EXPECT_EQ(grid.drawn_cells(), others + 500);
+  EXPECT_EQ(grid.rasterized_cells(), others + 500);
   EXPECT_NE(ErrorsOf([&] { other->SetGeom(Geom(Pose(), Size(1.5, 1.5, 1))); }), "");
-  EXPECT_EQ(grid.drawn_cells(), others + 300);
+  EXPECT_EQ(grid.rasterized_cells(), others + 300);
   EXPECT_EQ(Distance(world.get(), Pose(-2, 3, 0.5, 0)), kInfinity);
   model->SetGeom(Geom(Pose(), Size(1, 1, 1)));  // frees cells
   other->SetPose(Pose(0, 4, 0, 0));
   EXPECT_NEAR(Distance(world.get(), Pose(-2, 4, 0.5, 0)), 1.25, kStraightFace * kCell);
-  EXPECT_EQ(grid.drawn_cells(), others + 500);
-  grid.PretendDrawn(-others);
+  EXPECT_EQ(grid.rasterized_cells(), others + 500);
+  grid.AddRasterizedCells(-others);
   delete model;
   delete other;
-  EXPECT_EQ(grid.drawn_cells(), 0);
+  EXPECT_EQ(grid.rasterized_cells(), 0);
 }
 
 }  // namespace

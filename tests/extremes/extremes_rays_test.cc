@@ -33,7 +33,7 @@ struct RangeScene {
   double reading, intensity;
 };
 
-TEST(Ranges, NothingInSightIsTheRangeItself) {
+TEST(Ranges, MissReadsTheMaximumRange) {
   for (const double range : kTinyRanges) EXPECT_EQ(RangeScene(range, kNaN).reading, range);
   for (const double range : kOtherRanges) EXPECT_EQ(RangeScene(range, kNaN).reading, range);
   for (const double range : kTinyRanges) {  // a post in the next cell is out of range
@@ -44,7 +44,7 @@ TEST(Ranges, NothingInSightIsTheRangeItself) {
   EXPECT_EQ(RangeScene(0, kNaN).reading, 0);
 }
 
-TEST(Ranges, WhatIsInSightIsHit) {
+TEST(Ranges, VisibleBodiesAreHit) {
   // Even the shortest ray hits a post in the ranger's own cell, and no reading exceeds the range.
   for (const double range : kTinyRanges) {
     const RangeScene scene(range, 0.01);
@@ -82,7 +82,7 @@ TEST(Ranges, NegativeAndNaNCastNoRay) {
 
 /// Walls perpendicular to the ray at known distances, up to the whole width of the grid. Rays
 /// longer than 16384 cells are walked in several legs.
-TEST(Ranges, FarWallsAreWhereTheyAre) {
+TEST(Ranges, FarWallsHaveTheRightRange) {
   Worst near_error, far_error;
   for (const double cells : {10000.0, 16384.0, 17000.0, 1e5, 3e6, 1e8, 1e9, 2e9})
     for (const double heading : {0.0, 0.3, M_PI / 4, 1.3, M_PI / 2}) {
@@ -168,7 +168,7 @@ TEST(Headings, AfterMillionsOfTurns) {
   EXPECT_LE(error.value(), kTurnedFace);
 }
 
-TEST(Headings, OfARobotThatTurnsAMillionSteps) {
+TEST(Headings, StayExactOverAMillionSteps) {
   constexpr int kSteps = kSanitized ? 100000 : 1000000;
   Worst drift;
   for (const double speed : {0.7, -3.0, 61.0}) {
@@ -241,7 +241,7 @@ void ExpectFan(Room& room, double fov, Worst* error) {
   }
 }
 
-TEST(Fans, OfAllSizesAndFields) {
+TEST(Fans, WorkForAllSizesAndFieldsOfView) {
   Worst error;
   for (const unsigned samples : {0u, 1u, 2u, 3u, 1081u, 100000u})
     for (const double degrees : {0.0, 1e-9, 90.0, 360.0, 720.0, -90.0, -720.0, 3.6e6}) {
@@ -253,14 +253,14 @@ TEST(Fans, OfAllSizesAndFields) {
   EXPECT_LE(error.value(), kStraightFace);
 }
 
-TEST(Fans, OfAFullCircleBeginAndEndAtTheSameRay) {
+TEST(Fans, FullCirclesBeginAndEndAtTheSameRay) {
   Room room(2 * M_PI, 5);
   EXPECT_EQ(room.sensor().ranges.front(), room.sensor().ranges.back());
   room.Change(-2 * M_PI, 5);
   EXPECT_EQ(room.sensor().ranges.front(), room.sensor().ranges.back());
 }
 
-TEST(Fans, OfMillionsOfDirectionsInTurn) {
+TEST(Fans, RebuildDirectionTables) {
   // There are so many kinds of fans that the direction tables are rebuilt several times. An
   // unchanged second sensor and a blobfinder must use the new tables.
   Room room(1, 100000);
@@ -290,7 +290,7 @@ TEST(Fans, OfMillionsOfDirectionsInTurn) {
 // ---- batches ------------------------------------------------------------------------------------
 
 /// A batch counts rays beyond 32 bits, where the ray indices of a device would overflow.
-TEST(Batches, OfMoreThan32BitsOfRaysAreCounted) {
+TEST(Batches, CountMoreThan32BitsOfRays) {
   sensing::RayBatch batch;
   batch.Add(sensing::Fan(), UINT32_MAX, sensing::SelfMask());
   EXPECT_EQ(batch.ray_count(), uint64_t{UINT32_MAX});

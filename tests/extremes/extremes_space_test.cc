@@ -34,7 +34,7 @@ std::vector<double> ReadingsAt(double x, double y, double cell, Worst* error) {
   return readings;
 }
 
-TEST(Far, ReadingsAreThoseOfTheOrigin) {
+TEST(Far, ReadingsEqualThoseAtTheOrigin) {
   Worst error, difference;
   for (const double cell : kSizes) {
     const std::vector<double> expected = ReadingsAt(0, 0, cell, &error);
@@ -72,7 +72,7 @@ TEST(Far, RangersSeeAndRobotsStop) {
 
 // ---- beyond the last cell -----------------------------------------------------------------------
 
-TEST(Beyond, BodiesAreNotDrawnAndComeBack) {
+TEST(Beyond, BodiesAreNotRasterizedAndComeBack) {
   const std::unique_ptr<World> world = WorldOfCells(kCell);
   Model* body = AddBox(world.get(), Size(1, 1, 1), Pose());
   Model* inner = AddBox(world.get(), Size(0.5, 3, 1), Pose(0, 5, 0, 0));
@@ -94,7 +94,7 @@ TEST(Beyond, BodiesAreNotDrawnAndComeBack) {
     }
 }
 
-TEST(Beyond, ABodyWithACornerThereIsNotDrawnAtAll) {
+TEST(Beyond, BodiesPartlyBeyondAreNotRasterized) {
   const std::unique_ptr<World> world = WorldOfCells(kCell);
   const double edge = (kLastCell + 1) * kCell;
   Model* body = AddBox(world.get(), Size(2, 2, 1), Pose(edge - 1.05, 0, 0, 0));
@@ -157,7 +157,7 @@ std::vector<double> ReadingsInCells(double cell) {
   return readings;
 }
 
-TEST(CellSizes, TheSameSceneGivesTheSameReadings) {
+TEST(CellSizes, DoNotChangeReadingsInCells) {
   Worst difference;
   const std::vector<double> expected = ReadingsInCells(1);
   for (const double cell : {1e-5, 1e-3, 0.02, 0.1, 1 / 3.0, 17.0, 1e3, 1e6}) {
@@ -173,7 +173,7 @@ TEST(CellSizes, TheSameSceneGivesTheSameReadings) {
   EXPECT_EQ(ReadingsInCells(0.25), expected) << "powers of two change nothing at all";
 }
 
-TEST(CellSizes, BeyondReasonAreRefused) {
+TEST(CellSizes, OutOfRangeAreRefused) {
   for (const char* size : {"0", "-0.02", "\"9e-7\"", "\"2e6\"", "\"1e-320\"", "\"nan\""}) {
     const LoadOutcome outcome = TryToLoad(std::string("resolution ") + size);
     EXPECT_FALSE(outcome.loaded) << size;
@@ -221,7 +221,7 @@ double WayToOutline(double along, double across, double sign) {
   return way;
 }
 
-TEST(Starts, OnBordersSeeWhatOthersSee) {
+TEST(Starts, OnBordersHaveConsistentReadings) {
   const std::unique_ptr<World> world = WorldOfCells(kCell);
   AddBox(world.get(), Size(1, 1, 1), Pose(1.5, 1.5, 0, 0));
   Worst error;
@@ -269,7 +269,7 @@ std::string WriteWorldOfStarts() {
   return path;
 }
 
-TEST(Starts, AreTheSameHoweverTheyRun) {
+TEST(Starts, GiveTheSameResultsInAllModes) {
   const std::string path = WriteWorldOfStarts();
   const auto run = [&](int threads, bool batch, bool device) {
     RunOptions options;

@@ -67,7 +67,7 @@ TEST(Steps, FromAMicrosecondToAnHour) {
   }
 }
 
-TEST(Steps, OfWholeMicrosecondsAreThose) {
+TEST(Steps, WholeMicrosecondsAreExact) {
   // In floating point, 1.001 * 1000 is less than 1001.
   for (const int us : {1, 999, 1001, 1003, 1019, 2007, 4011, 8191, 16387, 32771, 99999}) {
     const std::string text = std::to_string(us / 1000) + "." + std::to_string(1000 + us % 1000);
@@ -81,7 +81,7 @@ TEST(Steps, OfWholeMicrosecondsAreThose) {
   }
 }
 
-TEST(Steps, ThatNoClockCountsAreRefused) {
+TEST(Steps, UnrepresentableAreRefused) {
   for (const char* step : {"0", "-1", "0.0009", "\"2e16\"", "\"1e300\"", "\"inf\""}) {
     const LoadOutcome outcome = TryToLoad(std::string("interval_sim ") + step);
     EXPECT_FALSE(outcome.loaded) << step;
@@ -147,7 +147,7 @@ TEST(Speeds, FromTinyToHuge) {
   }
 }
 
-TEST(Speeds, BelowTheRoundingOfAPoseLeadNowhere) {
+TEST(Speeds, BelowTheRoundingOfAPoseDoNotMove) {
   const std::unique_ptr<World> world = EmptyWorld();
   ModelPosition* robot = AddRobot(world.get(), Pose(1e6, 0, 0, 0), Size(0.4, 0.4, 1));
   robot->SetSpeed(1e-10, 0, 0);  // 1e-11 m per step; doubles at 1e6 are 1e-10 apart
@@ -158,7 +158,7 @@ TEST(Speeds, BelowTheRoundingOfAPoseLeadNowhere) {
   EXPECT_NEAR(robot->GetPose().x, 1e6 + 1e-7, 1e-8);
 }
 
-TEST(Speeds, TooHugeForNumbersAreAStall) {
+TEST(Speeds, OverflowingPosesStall) {
   const std::unique_ptr<World> world = EmptyWorld();
   ModelPosition* robot = AddRobot(world.get(), Pose(), Size(0.4, 0.4, 1));
   for (const double speed : {1.7e308, kInfinity, -kInfinity}) {
@@ -190,14 +190,14 @@ bool WallStops(double start, double step, double heading) {
   return robot->Stalled();
 }
 
-TEST(Tunnelling, NoWallIsPassedInStepsShorterThanTheBody) {
+TEST(Tunnelling, IsImpossibleInStepsShorterThanTheBody) {
   for (const double step : {0.01, 0.1, 0.3, 0.35})
     for (const double heading : {0.0, 0.5, -1.0})
       for (double start = -2; start < -2 + step; start += step / 17)
         EXPECT_TRUE(WallStops(start, step, heading)) << step << " " << heading << " " << start;
 }
 
-TEST(Tunnelling, LongerStepsMayPassOne) {
+TEST(Tunnelling, IsPossibleInLongerSteps) {
   // Only the end position of a step is tested for collisions. From -2, steps of 1.3 end at -0.7 and
   // 0.6, both clear of the wall. From -1.4, a step ends at the wall.
   EXPECT_FALSE(WallStops(-2, 1.3, 0));
@@ -294,7 +294,7 @@ TEST(Energy, IsNeverBelowZeroNorAboveTheCapacity) {
   }
 }
 
-TEST(Energy, CapacitiesOfZeroInfinityAndBelow) {
+TEST(Energy, HandlesZeroInfiniteAndNegativeCapacities) {
   Energy e;
   e.pack.Add(5);
   EXPECT_EQ(e.pack.GetStored(), 0);

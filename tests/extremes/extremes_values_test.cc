@@ -110,7 +110,7 @@ TEST(NotFinite, WithoutQuotesIsRefusedToo) {
     }
 }
 
-TEST(NotFinite, ExemptionsAreTrue) {
+TEST(NotFinite, ExemptionsAreCurrent) {
   size_t exempt = 0;
   for (const Property& property : NumericProperties()) {
     if (!IsExempt(property)) continue;
@@ -120,7 +120,7 @@ TEST(NotFinite, ExemptionsAreTrue) {
   EXPECT_GT(exempt, std::size(kExempt));
 }
 
-TEST(NotFinite, EnergyBeyondTheNumbersIsRefusedToo) {
+TEST(NotFinite, OverflowingEnergyIsRefused) {
   for (const char* name : {"kjoules", "kjoules_capacity"}) {
     const std::string text = std::string("model( ") + name + " \"1e306\" )";
     const LoadOutcome outcome = TryToLoad(text);
@@ -172,7 +172,7 @@ TEST(HugeAndTiny, AreRefusedOrHarmless) {
   EXPECT_GT(refused, 50u);
 }
 
-TEST(HugeAndTiny, ActuatorsStopAtTheEndOfTheNumbers) {
+TEST(HugeAndTiny, ActuatorsStopAtTheLargestNumbers) {
   const auto world = LoadText(
       "actuator( name \"a\" pose [\"1e308\" 0 0 0] max_position \"1.7e308\""
       " max_speed \"1.7e308\" )\n");
@@ -189,7 +189,7 @@ TEST(HugeAndTiny, ActuatorsStopAtTheEndOfTheNumbers) {
   EXPECT_FALSE(arm->Stalled());
 }
 
-TEST(HugeAndTiny, MapsOfEnergyEndAtTheirOutermostSquares) {
+TEST(HugeAndTiny, EnergyMapsClampToTheirOutermostSquares) {
   joules_t greatest = 0;
   DissipationVis map(&greatest);
   for (const double far : {1e12, 1e300, kInfinity}) map.Accumulate(far, -far, 2);

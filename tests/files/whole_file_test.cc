@@ -55,7 +55,7 @@ class WholeFileTest : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(WholeFileTest, ReplacesWhatIsOursAlone) {
+TEST_F(WholeFileTest, ReplacesOnlyOwnFiles) {
   EXPECT_EQ(TryReplaceFile(Path("a"), BeginsWithOurs), 0);
   EXPECT_EQ(Count(), 0u);
   EXPECT_EQ(ReplaceFile(Path("a"), "ours 1", BeginsWithOurs), 0);
@@ -71,7 +71,7 @@ TEST_F(WholeFileTest, ReplacesWhatIsOursAlone) {
   EXPECT_EQ(Count(), 1u);
 }
 
-TEST_F(WholeFileTest, ReplacesWhatALinkPointsTo) {
+TEST_F(WholeFileTest, ReplacesTheTargetOfALink) {
   Write("real", "ours");
   fs::permissions(Path("real"), fs::perms(0604));
   fs::create_symlink("real", Path("link"));
@@ -81,7 +81,7 @@ TEST_F(WholeFileTest, ReplacesWhatALinkPointsTo) {
   EXPECT_EQ(fs::status(Path("real")).permissions(), fs::perms(0604));
 }
 
-TEST_F(WholeFileTest, AGrowingFileIsNotMadeWhereALinkPoints) {
+TEST_F(WholeFileTest, GrowingFileDoesNotFollowDanglingLinks) {
   fs::create_symlink(Path("nowhere"), Path("link"));
   GrowingFile file;
   ASSERT_EQ(file.Open(Path("link"), BeginsWithOurs), 0);
@@ -101,7 +101,7 @@ TEST_F(WholeFileTest, AGrowingFileIsNotMadeWhereALinkPoints) {
   EXPECT_EQ(Count(), 2u);
 }
 
-TEST_F(WholeFileTest, MakesOnlyWhatIsNotThere) {
+TEST_F(WholeFileTest, CreatesOnlyMissingFiles) {
   EXPECT_EQ(MakeFile(Path("a"), "first"), 0);
   EXPECT_EQ(MakeFile(Path("a"), "second"), EEXIST);
   EXPECT_EQ(Read("a"), "first");
@@ -112,7 +112,7 @@ TEST_F(WholeFileTest, MakesOnlyWhatIsNotThere) {
 }
 
 /// Several threads create files of the same names; each file is created exactly once.
-TEST_F(WholeFileTest, ManyMayMakeFilesAtOnce) {
+TEST_F(WholeFileTest, ManyThreadsCanCreateFiles) {
   constexpr int kThreads = 4, kFiles = 200;
   std::atomic<int> made{0};
   std::vector<std::thread> threads;
@@ -125,7 +125,7 @@ TEST_F(WholeFileTest, ManyMayMakeFilesAtOnce) {
   EXPECT_EQ(Count(), size_t{kFiles});
 }
 
-TEST_F(WholeFileTest, NothingIsLeftOfAFailure) {
+TEST_F(WholeFileTest, FailureLeavesNoFile) {
   Write("a", "ours");
   rlimit before;
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
@@ -142,7 +142,7 @@ TEST_F(WholeFileTest, NothingIsLeftOfAFailure) {
   EXPECT_EQ(Count(), 1u);
 }
 
-TEST_F(WholeFileTest, SaysWhatIsWrong) {
+TEST_F(WholeFileTest, ReportsErrors) {
   EXPECT_EQ(ReplaceFile(folder_, "x", AnyFile), EISDIR);
   EXPECT_EQ(ReplaceFile(Path("no/a"), "x", AnyFile), ENOENT);
   EXPECT_EQ(TryReplaceFile(Path("no/a"), AnyFile), ENOENT);
@@ -164,7 +164,7 @@ TEST_F(WholeFileTest, APipeIsWrittenTo) {
   EXPECT_TRUE(fs::is_fifo(Path("pipe")));
 }
 
-TEST_F(WholeFileTest, WhatIsOpenIsWrittenTo) {
+TEST_F(WholeFileTest, WritesToOpenDescriptors) {
   const int file = open(Path("a").c_str(), O_WRONLY | O_CREAT, 0600);
   ASSERT_GE(file, 0);
   const std::string name = "/dev/fd/" + std::to_string(file);

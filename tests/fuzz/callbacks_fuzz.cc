@@ -40,7 +40,7 @@ wifi( alwayson 1 model "simple" pose [1 1 0 0] )
 constexpr const char* kTypes[] = {"model",    "position", "ranger",       "gripper",
                                   "bumper",   "fiducial", "blobfinder",   "camera",
                                   "actuator", "wifi",     "blinkenlight", "lightindicator"};
-constexpr size_t kMostModels = 60;
+constexpr size_t kMaxModels = 60;
 
 /// One run, with the record of what happened.
 class Run {
@@ -145,7 +145,7 @@ class Run {
       const Model* top = model;
       while (top->Parent()) top = top->Parent();
       two_ways::Check(model->Root() == top, "the root is at the top");
-      two_ways::Check(model->Depth() <= Model::kDeepest, "models are not too deep");
+      two_ways::Check(model->Depth() <= Model::kMaxDepth, "models are not too deep");
     }
   }
 
@@ -203,7 +203,7 @@ class Run {
   }
 
   void Create(Model* parent) {
-    if (world_->GetAllModels().size() > kMostModels) return;
+    if (world_->GetAllModels().size() > kMaxModels) return;
     Model* made = world_->CreateModel(parent, kTypes[Next() % std::size(kTypes)]);
     if (made) made->SetPose(Pose(Length(), Length(), 0, Length()));
   }

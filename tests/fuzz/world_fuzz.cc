@@ -23,16 +23,16 @@ class Extent {
   /// Throws LoadError.
   explicit Extent(Stg::Worldfile* file) : file_(*file) {
     cell_ = file_.ReadFloat(0, "resolution", 0.02);
-    for (int entity = 1; entity < file_.GetEntityCount() && entity <= kMostEntities; entity++)
+    for (int entity = 1; entity < file_.GetEntityCount() && entity <= kMaxEntities; entity++)
       Add(entity);
   }
   bool IsSmall() const {
-    return file_.GetEntityCount() <= kMostEntities && cells_ < 1e5 && reach_ < 1e5 &&
-           rays_ < 3000 && pixels_ < 10000 && points_ < 1000;
+    return file_.GetEntityCount() <= kMaxEntities && cells_ < 1e5 && reach_ < 1e5 && rays_ < 3000 &&
+           pixels_ < 10000 && points_ < 1000;
   }
 
  private:
-  static constexpr int kMostEntities = 60;
+  static constexpr int kMaxEntities = 60;
 
   void Add(int entity) {
     double x = 0, y = 0;

@@ -19,10 +19,10 @@ TEST(Discs, KeepApartHoweverFarOut) {
 TEST(FreeFloor, IsFreeFarOut) {
   FreeFloor floor;
   floor.AddBody({{point_t(0, 0), point_t(1, 0), point_t(1, 1), point_t(0, 1)}});
-  floor.Finish(0.5);
-  EXPECT_FALSE(floor.IsFree(point_t(0.5, 0.5), 0.1));
+  floor.BuildIndex(0.5);
+  EXPECT_FALSE(floor.IsClear(point_t(0.5, 0.5), 0.1));
   for (const double far : {1e6, 1e19, 1e300, -1e19, -1e300})
-    EXPECT_TRUE(floor.IsFree(point_t(far, far), 0.1)) << far;
+    EXPECT_TRUE(floor.IsClear(point_t(far, far), 0.1)) << far;
 }
 
 }  // namespace

@@ -111,7 +111,7 @@ TEST(SinCos, StaysOnTheCircle) {
   }
 }
 
-TEST(SinCos, NoAngle) {
+TEST(SinCos, NonFiniteAnglesGiveNaN) {
   for (const double angle : {kNaN, kInfinity, -kInfinity}) {
     EXPECT_TRUE(std::isnan(SinCos(angle).sine));
     EXPECT_TRUE(std::isnan(SinCos(angle).cosine));
@@ -132,7 +132,7 @@ TEST(SinCos, SameBitsEverywhere) {
 
 // ---- angles -------------------------------------------------------------------------------------
 
-TEST(Normalize, LeavesWhatIsInRangeAlone) {
+TEST(Normalize, KeepsAnglesInRange) {
   RandomSource random(5);
   for (int i = 0; i < 100000; i++) {
     const double a = random.Real(-M_PI, M_PI);
@@ -172,7 +172,7 @@ TEST(Normalize, AroundWholeAndHalfTurns) {
   EXPECT_EQ(normalize(-4.0), -4.0 + 2 * M_PI);
 }
 
-TEST(Normalize, EndsForEveryArgument) {
+TEST(Normalize, TerminatesForEveryArgument) {
   for (const double a : {1e10, 1e16, 1e100, std::numeric_limits<double>::max()}) {
     EXPECT_LE(std::fabs(normalize(a)), M_PI);
     EXPECT_LE(std::fabs(normalize(-a)), M_PI);

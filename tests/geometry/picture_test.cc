@@ -264,7 +264,7 @@ void RepairChecksums(std::string& bytes) {
   }
 }
 
-TEST(Png, DeclaredSizeIsNotBelieved) {
+TEST(Png, DeclaredSizeAllocatesNoMemory) {
   const std::string bytes = MakePng({8, 8}, [](int, int, int) { return 0U; });
   const auto declare = [&bytes](std::uint32_t width, std::uint32_t height) {
     std::string changed = bytes;
@@ -287,7 +287,7 @@ TEST(Png, DeclaredSizeIsNotBelieved) {
   EXPECT_NE(declare(0xffffffff, 0xffffffff), "");
 }
 
-TEST(Png, LargeTextIsPassedOver) {
+TEST(Png, LargeTextIsSkipped) {
   std::string bytes = MakePng({2, 1}, [](int x, int, int) { return unsigned(x); });
   std::string text = std::string("\0\0\0\0tEXtComment\0", 16) + std::string(5000000, 'x') + "CRC!";
   WriteBigEndian(text, 0, std::uint32_t(text.size() - 12));

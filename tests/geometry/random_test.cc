@@ -59,13 +59,13 @@ TEST(ModelRandomTest, TheSeedChangesThemAll) {
   for (size_t i = 0; i < numbers.size(); i++) EXPECT_NE(numbers[i], others[i]) << i;
 }
 
-TEST(ModelRandomTest, NamesPlayNoPart) {
+TEST(ModelRandomTest, DoesNotDependOnNames) {
   std::string renamed = kRobots;
   renamed.replace(renamed.find("\"a\""), 3, "\"some other name\"");
   EXPECT_EQ(FirstNumbers(renamed), FirstNumbers(kRobots));
 }
 
-TEST(ModelRandomTest, ModelsOfOneNameDiffer) {
+TEST(ModelRandomTest, ModelsWithEqualNamesDiffer) {
   const std::vector<uint64_t> numbers =
       FirstNumbers("position( name \"a\" ranger( ) ) position( name \"a\" ranger( ) )");
   EXPECT_EQ(std::set<uint64_t>(numbers.begin(), numbers.end()).size(), numbers.size());
@@ -78,7 +78,7 @@ TEST(ModelRandomTest, ARobotsSensorsChangeNothingForOtherRobots) {
   EXPECT_EQ(First(one->GetModel("b")), First(other->GetModel("b")));
 }
 
-TEST(ModelRandomTest, AModelThatIsMadeAnewDrawsOtherNumbers) {
+TEST(ModelRandomTest, RecreatedModelHasNewNumbers) {
   const auto world = EmptyWorld();
   Model* first = world->CreateModel(nullptr, "position");
   const uint64_t number = First(first);
@@ -86,7 +86,7 @@ TEST(ModelRandomTest, AModelThatIsMadeAnewDrawsOtherNumbers) {
   EXPECT_NE(First(world->CreateModel(nullptr, "position")), number);
 }
 
-TEST(ModelRandomTest, OthersDrawsPlayNoPart) {
+TEST(ModelRandomTest, DoesNotDependOnOtherModels) {
   const auto quiet = LoadText(kRobots), busy = LoadText(kRobots);
   for (Model* child : busy->GetChildren())
     if (child->TokenStr() != "a") child->random().Next();
@@ -108,7 +108,7 @@ TEST(ModelRandomTest, ReloadedWorldsBeginAnew) {
 // ---- noise
 
 // Robots copied with their names used to have identical noise.
-TEST(NoiseTest, RangersOfOneNameDiffer) {
+TEST(NoiseTest, RangersWithEqualNamesDiffer) {
   const std::string robot =
       "] ranger( pose [0 0 -0.5 0] alwayson 1 sensor( range [0 8] samples 1 noise [0.1 0 0] ) ) "
       ")\n";
@@ -138,7 +138,7 @@ struct Draws {
   }
 };
 
-TEST(CurrentRandomTest, IsTheModelsInItsCallbacks) {
+TEST(CurrentRandomTest, IsTheModelsStreamInItsCallbacks) {
   const auto world = LoadText("model( name \"m\" alwayson 1 )");
   Model* model = world->GetModel("m");
   RandomStream expected(model->random());
@@ -149,7 +149,7 @@ TEST(CurrentRandomTest, IsTheModelsInItsCallbacks) {
   for (const Pose& pose : draws.poses) EXPECT_EQ(pose, Pose::Random(expected, 0, 1, 0, 1));
 }
 
-TEST(CurrentRandomTest, IsTheModelsInItsEvents) {
+TEST(CurrentRandomTest, IsTheModelsStreamInItsEvents) {
   const auto world = LoadText("model( name \"m\" )");
   RandomStream expected(world->GetModel("m")->random());
   Draws draws;
@@ -159,7 +159,7 @@ TEST(CurrentRandomTest, IsTheModelsInItsEvents) {
   EXPECT_EQ(draws.poses[0], Pose::Random(expected, 0, 1, 0, 1));
 }
 
-TEST(CurrentRandomTest, IsTheWorldsInItsCallbacks) {
+TEST(CurrentRandomTest, IsTheWorldsStreamInItsCallbacks) {
   const auto world = EmptyWorld();
   RandomStream expected(world->random());
   static Color drawn;
@@ -173,14 +173,14 @@ TEST(CurrentRandomTest, IsTheWorldsInItsCallbacks) {
   EXPECT_EQ(drawn, Color::RandomColor(expected));
 }
 
-TEST(CurrentRandomTest, ColoursInWorldFilesAreTheModels) {
+TEST(CurrentRandomTest, ColoursInWorldFilesUseTheModelsStream) {
   const auto world = LoadText("model( name \"a\" color \"random\" ) model( color \"random\" )");
   const auto alone = LoadText("model( name \"a\" color \"random\" )");
   EXPECT_EQ(world->GetModel("a")->GetColor(), alone->GetModel("a")->GetColor());
   EXPECT_NE(world->GetModel("a")->GetColor(), world->GetModel("model:2")->GetColor());
 }
 
-TEST(CurrentRandomTest, OutlivesTheModelThatACallbackDeletes) {
+TEST(CurrentRandomTest, SurvivesDeletionOfTheModelInACallback) {
   const auto world = LoadText("model( name \"m\" alwayson 1 )");
   RandomStream expected(world->random());
   static double drawn;
@@ -196,7 +196,7 @@ TEST(CurrentRandomTest, OutlivesTheModelThatACallbackDeletes) {
   EXPECT_EQ(drawn, expected.Uniform()) << "the world's";
 }
 
-TEST(CurrentRandomTest, IsTheThreadsOtherwise) {
+TEST(CurrentRandomTest, IsTheThreadsStreamOtherwise) {
   RandomStream::SeedThreads(5);
   uint64_t there = 0;
   std::thread([&] { there = RandomStream::Current().Next(); }).join();

@@ -41,14 +41,14 @@ class Checked {
 
   void AddBody(bool exact) { drawn_[grid_.AddBody(MakeBody(&random_, exact))] = {exact, {}}; }
   Grid& grid() { return grid_; }
-  void Use(Grid grid) { grid_.Become(grid); }
+  void Use(Grid grid) { grid_.AssignCopy(grid); }
 
   /// Redraws a random body far away, nearby, or nowhere.
   void RedrawOne() {
     auto [id, drawn] = Pick();
-    std::vector<TilePart> parts;
+    std::vector<CellSet> sets;
     if (!random_.OneIn(10)) {
-      PartsMaker maker(&parts);
+      CellSetBuilder maker(&sets);
       const int32_t x = random_.Int(-30, 30), y = random_.Int(-30, 30);
       for (int rows = random_.Int(1, 20); rows > 0; rows--) {
         const int32_t first = x + random_.Int(0, 9), last = first + random_.Int(-1, 20);
@@ -56,17 +56,17 @@ class Checked {
       }
       maker.Finish();
     }
-    grid_.Redraw(id, drawn->parts, parts);
-    drawn->parts = parts;
+    grid_.Rasterize(id, drawn->sets, sets);
+    drawn->sets = sets;
   }
   void ChangeOne() {
     auto [id, drawn] = Pick();
-    grid_.ChangeBody(id, MakeBody(&random_, drawn->exact), drawn->parts);
+    grid_.ChangeBody(id, MakeBody(&random_, drawn->exact), drawn->sets);
   }
   void EraseAll() {
     for (auto& [id, drawn] : drawn_) {
-      grid_.Redraw(id, drawn.parts, {});
-      drawn.parts.clear();
+      grid_.Rasterize(id, drawn.sets, {});
+      drawn.sets.clear();
     }
   }
 
@@ -74,14 +74,14 @@ class Checked {
     std::map<Tile, std::map<BodyId, std::pair<uint64_t, uint32_t>>> outlines;
     std::map<Tile, uint64_t> tiles;
     for (const auto& [id, drawn] : drawn_)
-      for (const TilePart& part : drawn.parts) {
-        tiles[{part.x, part.y}] |= part.cells;
-        if (drawn.exact) outlines[{part.x, part.y}][id] = {part.cells, part.edges};
+      for (const CellSet& set : drawn.sets) {
+        tiles[{set.x, set.y}] |= set.cells;
+        if (drawn.exact) outlines[{set.x, set.y}][id] = {set.cells, set.edges};
       }
     for (const auto& [tile, cells] : tiles) {
       std::map<BodyId, std::pair<uint64_t, uint32_t>> found;
-      grid_.ForEachOutline(grid_.OutlinesIn(SlotOf(tile)), [&](const OutlinePart& part) {
-        ASSERT_TRUE(found.emplace(part.id, std::pair(part.cells, part.edges)).second);
+      grid_.ForEachOutline(grid_.OutlinesIn(SlotOf(tile)), [&](const OutlineFragment& set) {
+        ASSERT_TRUE(found.emplace(set.id, std::pair(set.cells, set.edges)).second);
       });
       ASSERT_EQ(found, outlines[tile]);
     }
@@ -92,7 +92,7 @@ class Checked {
  private:
   struct Drawn {
     bool exact;
-    std::vector<TilePart> parts;
+    std::vector<CellSet> sets;
   };
   std::pair<BodyId, Drawn*> Pick() {
     auto& [id, drawn] =
@@ -108,7 +108,7 @@ class Checked {
     std::map<uint32_t, uint64_t> expected;
     for (const auto& [id, drawn] : drawn_)
       if ((grid_.body(id).layers >> layer & 1) != 0)
-        for (const TilePart& part : drawn.parts) expected[SlotOf({part.x, part.y})] |= part.cells;
+        for (const CellSet& set : drawn.sets) expected[SlotOf({set.x, set.y})] |= set.cells;
     const std::span<const uint64_t> words = grid_.occupancy(layer).tiles();
     for (uint32_t slot = 0; slot < words.size(); slot++) {
       const auto found = expected.find(slot);
@@ -133,7 +133,7 @@ TEST(GridOutlines, RandomChangesKeepListsAndLayersRight) {
       if (step == 500) checked.grid().RangerLayer(0, false, true);
       if (step % 400 == 399) {  // continue with a copy
         Grid shared(checked.grid());
-        shared.MakeShareable();
+        shared.Freeze();
         checked.Use(shared);
       }
       if (random.OneIn(8))
@@ -153,8 +153,8 @@ TEST(GridOutlines, RandomChangesKeepListsAndLayersRight) {
 TEST(GridOutlines, RowsHaveAllTheirCells) {
   RandomSource random(5);
   for (int round = 0; round < 2000; round++) {
-    std::vector<TilePart> rows, cells;
-    PartsMaker by_row(&rows), by_cell(&cells);
+    std::vector<CellSet> rows, cells;
+    CellSetBuilder by_row(&rows), by_cell(&cells);
     for (int i = random.Int(1, 6); i > 0; i--) {
       const int32_t y = random.Int(-20, 20), first = random.Int(-20, 20);
       const int32_t last = first + random.Int(-1, 30);

@@ -88,19 +88,19 @@ class Checked {
     entries_.pop_back();
   }
   /// Erases the body where it was drawn last and draws it in the cells of `to`.
-  void Redraw(BodyId body, const std::set<Cell>& to) {
+  void Rasterize(BodyId body, const std::set<Cell>& to) {
     Drawn& drawn = drawn_[body];
-    std::vector<TilePart> parts;
-    PartsMaker maker(&parts);
+    std::vector<CellSet> sets;
+    CellSetBuilder maker(&sets);
     for (const auto& [x, y] : to) maker.Add(x, y);
     maker.Finish();
-    grid_.Redraw(body, drawn.parts, parts);
+    grid_.Rasterize(body, drawn.sets, sets);
     for (const Cell& cell : drawn.cells) {
       std::erase(lists_[cell], body);
       if (lists_[cell].empty()) lists_.erase(cell);
     }
     for (const Cell& cell : to) lists_[cell].push_back(body);
-    drawn = {to, parts};
+    drawn = {to, sets};
   }
   /// Number of cells that bodies were redrawn in, one for each body and cell.
   int64_t CountRedrawn() const {
@@ -109,11 +109,11 @@ class Checked {
     return static_cast<int64_t>(cells);
   }
   void Change(BodyId body, const Body& to) {
-    if (drawn_.count(body) > 0) return grid_.ChangeBody(body, to, drawn_[body].parts);
+    if (drawn_.count(body) > 0) return grid_.ChangeBody(body, to, drawn_[body].sets);
     std::vector<CellRef> cells;
     for (const Entry& entry : entries_)
       if (entry.body == body) cells.push_back(entry.ref);
-    grid_.ChangeBody(body, to, test::PartsOf(grid_, cells));
+    grid_.ChangeBody(body, to, test::CellSetsOf(grid_, cells));
   }
 
   void Verify() {
@@ -137,9 +137,9 @@ class Checked {
     for (const auto& [cell, list] : lists_) {
       ASSERT_NE(grid_.FindRegion(cell.first, cell.second), 0u);
       ASSERT_EQ(list, test::BodiesAt(grid_, cell.first, cell.second));
-      TilePart part = test::PartOfCell(cell.first, cell.second);
-      ASSERT_TRUE(grid_.FindSlots(std::span(&part, 1)));
-      ASSERT_EQ(grid_.Crowded(part) != 0, list.size() > 1);
+      CellSet set = test::CellSetOf(cell.first, cell.second);
+      ASSERT_TRUE(grid_.FindSlots(std::span(&set, 1)));
+      ASSERT_EQ(grid_.Crowded(set) != 0, list.size() > 1);
     }
     for (const Entry& entry : entries_) {
       Cell at;
@@ -190,7 +190,7 @@ class Checked {
 
   struct Drawn {
     std::set<Cell> cells;
-    std::vector<TilePart> parts;
+    std::vector<CellSet> sets;
   };
 
   Grid grid_;
@@ -291,21 +291,21 @@ TEST(Grid, RedrawnBodiesAreTheLastInTheirLists) {
       const bool vanishes = random.OneIn(12);
       if (random.OneIn(10))
         checked.Change(body, MakeBody(random.Int(0, 3), random.Int(3, 6), !random.OneIn(4)));
-      checked.Redraw(body, vanishes ? std::set<Cell>() : RandomOutline(&random, place));
-      ASSERT_EQ(checked.grid().drawn_cells(), checked.CountRedrawn());
+      checked.Rasterize(body, vanishes ? std::set<Cell>() : RandomOutline(&random, place));
+      ASSERT_EQ(checked.grid().rasterized_cells(), checked.CountRedrawn());
       if (step % 50 == 0) {
         ASSERT_NO_FATAL_FAILURE(checked.Verify());
       }
     }
     ASSERT_NO_FATAL_FAILURE(checked.Verify());
-    for (const BodyId body : checked.bodies()) checked.Redraw(body, {});
+    for (const BodyId body : checked.bodies()) checked.Rasterize(body, {});
     ASSERT_NO_FATAL_FAILURE(checked.Verify());
     EXPECT_EQ(checked.grid().statistics().tiles, 0u);
-    EXPECT_EQ(checked.grid().drawn_cells(), 0);
+    EXPECT_EQ(checked.grid().rasterized_cells(), 0);
   }
 }
 
-TEST(Grid, AnyStopsAtTheFirstThatIsWanted) {
+TEST(Grid, AnyStopsAtTheFirstMatch) {
   Grid grid;
   CellRef cell = 0;
   for (int i = 0; i < 5; i++) cell = DrawCell(&grid, 7, -7, grid.AddBody(MakeBody(0, 1)));
@@ -355,7 +355,7 @@ TEST(Grid, ManySuperregionsFarApart) {
   }
 }
 
-TEST(Grid, TheStructureVersionTellsOfNewRegions) {
+TEST(Grid, StructureVersionChangesWithNewRegions) {
   Grid grid;
   const BodyId body = grid.AddBody(MakeBody(0, 1));
   DrawCell(&grid, 0, 0, body);
@@ -383,7 +383,7 @@ TEST(Grid, TheExtentIsThatOfSuperregions) {
 
 // ---- memory -------------------------------------------------------------------------------------
 
-TEST(GridMemory, AWandererLeavesNothingBehind) {
+TEST(GridMemory, MovingBodyLeavesNoMemoryBehind) {
   Grid grid;
   const BodyId body = grid.AddBody(MakeBody(0, 1));
   grid.RangerLayer(0.5, true);
@@ -405,7 +405,7 @@ TEST(GridMemory, AWandererLeavesNothingBehind) {
   EXPECT_GT(grid.occupied().min_x, 10000000);
 }
 
-TEST(GridMemory, WhatWasDroppedCanBeUsedAgain) {
+TEST(GridMemory, DroppedRegionsCanBeReused) {
   Checked checked;
   checked.AddBody(MakeBody(0, 1));
   for (int round = 0; round < 3; round++) {
@@ -417,7 +417,7 @@ TEST(GridMemory, WhatWasDroppedCanBeUsedAgain) {
   }
 }
 
-TEST(GridMemory, ACrowdInOneCellTakesNoMoreThanItsList) {
+TEST(GridMemory, CrowdInOneCellNeedsOnlyItsList) {
   Grid grid;
   std::vector<BodyId> bodies(1000);
   for (BodyId& body : bodies) body = grid.AddBody(MakeBody(0, 1));
@@ -495,7 +495,7 @@ TEST(GridLayers, HeightsIncludeTheirEnds) {
   EXPECT_TRUE(ShowsCell(grid, grid.RangerLayer(77, false), 0, 0));
 }
 
-TEST(GridLayers, AskingAgainGivesTheSameLayer) {
+TEST(GridLayers, AreReusedForEqualHeights) {
   Grid grid;
   const LayerIndex any = grid.RangerLayer(1, false);
   EXPECT_EQ(grid.RangerLayer(2, false), any);
@@ -510,7 +510,7 @@ TEST(GridLayers, BodiesChangeWhatTheyShow) {
   Grid grid;
   const LayerIndex low = grid.RangerLayer(0.5, true), high = grid.RangerLayer(5, true);
   const BodyId id = grid.AddBody(MakeBody(0, 1));
-  const std::vector<TilePart> cells = test::PartsOf(grid, {DrawCell(&grid, 0, 0, id)});
+  const std::vector<CellSet> cells = test::CellSetsOf(grid, {DrawCell(&grid, 0, 0, id)});
   grid.ChangeBody(id, MakeBody(4, 6), cells);
   EXPECT_FALSE(ShowsCell(grid, low, 0, 0));
   EXPECT_TRUE(ShowsCell(grid, high, 0, 0));
@@ -536,7 +536,7 @@ TEST(GridLayers, TooManyHeightsShareOneLayer) {
   EXPECT_LE(grid.layer_count(), kMaxLayers);
 }
 
-TEST(GridLayers, HeightsThatNobodyAsksForGiveWay) {
+TEST(GridLayers, UnusedHeightsAreReplaced) {
   Grid grid;
   const BodyId body = grid.AddBody(MakeBody(0, 1));
   DrawCell(&grid, 0, 0, body);
@@ -544,9 +544,9 @@ TEST(GridLayers, HeightsThatNobodyAsksForGiveWay) {
   for (uint32_t i = 0; i < heights; i++) grid.RangerLayer(i, true);
   const LayerIndex kept = grid.RangerLayer(0, true);
   const LayerIndex unused = grid.RangerLayer(1, true);
-  const uint64_t made = grid.occupancy(unused).made();
+  const uint64_t id = grid.occupancy(unused).id();
   for (int i = 0; i < 3000; i++) {
-    grid.AgeLayers();
+    grid.ExpireLayers();
     EXPECT_EQ(grid.RangerLayer(0, true), kept);
   }
   EXPECT_TRUE(ShowsCell(grid, kept, 0, 0));
@@ -558,7 +558,7 @@ TEST(GridLayers, HeightsThatNobodyAsksForGiveWay) {
   for (const LayerIndex layer : layers) {
     EXPECT_TRUE(ShowsCell(grid, layer, 0, 0));
     if (layer == unused) {
-      EXPECT_NE(grid.occupancy(layer).made(), made);
+      EXPECT_NE(grid.occupancy(layer).id(), id);
     }
   }
 }
@@ -568,13 +568,13 @@ TEST(GridLayers, UnusedLayersFollowTheGridsGrowth) {
   checked.AddBody(MakeBody(0, 1));
   Grid& grid = checked.grid();
   grid.RangerLayer(0.5, true);
-  for (int i = 0; i < 2000; i++) grid.AgeLayers();
+  for (int i = 0; i < 2000; i++) grid.ExpireLayers();
   for (int32_t i = 0; i < 100; i++) checked.Insert({i * 1000, i}, 0);
   checked.ExpectLayer(grid.RangerLayer(0.25, true), {LayerRule::kHeight, 0.25});
   checked.Verify();
 }
 
-TEST(GridLayers, ANaNHeightMeetsEverythingAndTakesOneLayer) {
+TEST(GridLayers, NaNHeightHitsEverythingInOneLayer) {
   Grid grid;
   DrawCell(&grid, 0, 0, grid.AddBody(MakeBody(0, 1)));
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -645,7 +645,7 @@ TEST(GridChanges, ExactlyTheChangedTilesAreListed) {
   }
 }
 
-TEST(GridChanges, AddUpUntilTheyAreForgotten) {
+TEST(GridChanges, AccumulateUntilTheyAreCleared) {
   Grid grid;
   const BodyId body = grid.AddBody(MakeBody(0, 1));
   DrawCell(&grid, 0, 0, body);

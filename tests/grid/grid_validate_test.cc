@@ -25,12 +25,14 @@ class GridTamperer {
 
   Grid::TileCells& Tile(uint32_t slot) { return grid_.tiles_[slot]; }
   BodyList& ListOf(uint32_t slot, uint32_t bit) {
-    return grid_.lists_[Tile(slot).bodies & ~Grid::kSeveral][bit];
+    return grid_.lists_[Tile(slot).bodies & ~Grid::kListFlag][bit];
   }
   Grid::Node& FirstNode(uint32_t slot, uint32_t bit) {
-    return grid_.nodes_[ListOf(slot, bit) & ~Grid::kSeveral];
+    return grid_.nodes_[ListOf(slot, bit) & ~Grid::kListFlag];
   }
-  OutlinePart& Outline(uint32_t slot) { return grid_.outline_parts_[grid_.outlines_[slot]]; }
+  OutlineFragment& Outline(uint32_t slot) {
+    return grid_.outline_fragments_[grid_.outlines_[slot]];
+  }
   Body& BodyOf(BodyId id) { return grid_.bodies_[id]; }
   uint64_t& StampOf(BodyId id) { return grid_.stamps_[id]; }
   Grid::Region& RegionOf(uint32_t slot) { return grid_.regions_[slot / kTilesPerRegion]; }
@@ -40,7 +42,7 @@ class GridTamperer {
   }
   CellBox& Occupied() { return grid_.occupied_; }
   Grid::Edit& OwnEdit() { return grid_.own_edit_; }
-  int64_t& DrawnCells() { return grid_.own_edit_.drawn_cells; }
+  int64_t& DrawnCells() { return grid_.own_edit_.rasterized_cells; }
   int64_t& EmptyRegions() { return grid_.own_edit_.empty_regions; }
   CellBox& Extent() { return grid_.own_edit_.extent; }
   std::vector<ray_super_t>& Directory() { return grid_.directory_; }
@@ -48,10 +50,10 @@ class GridTamperer {
   std::vector<uint32_t>& FreeRegions() { return grid_.free_regions_; }
   /// Frees the node or the cell lists although they are in use.
   void FreeNode(uint32_t slot, uint32_t bit) {
-    grid_.nodes_.Give(ListOf(slot, bit) & ~Grid::kSeveral);
+    grid_.nodes_.Give(ListOf(slot, bit) & ~Grid::kListFlag);
   }
-  void FreeLists(uint32_t slot) { grid_.lists_.Give(Tile(slot).bodies & ~Grid::kSeveral); }
-  void FreeOutline(uint32_t slot) { grid_.outline_parts_.Give(grid_.outlines_[slot]); }
+  void FreeLists(uint32_t slot) { grid_.lists_.Give(Tile(slot).bodies & ~Grid::kListFlag); }
+  void FreeOutline(uint32_t slot) { grid_.outline_fragments_.Give(grid_.outlines_[slot]); }
   /// Sets a bit of a layer's tile map alone.
   void FlipTileMap(LayerIndex layer, uint32_t slot) {
     const auto& maps = grid_.layers_[layer].cells.tile_maps();
@@ -81,12 +83,12 @@ Body MakeBody(bool exact = false) {
   return body;
 }
 
-std::vector<TilePart> Row(int32_t x, int32_t y, int32_t length, uint32_t edges = 0) {
-  std::vector<TilePart> parts;
-  PartsMaker maker(&parts);
+std::vector<CellSet> Row(int32_t x, int32_t y, int32_t length, uint32_t edges = 0) {
+  std::vector<CellSet> sets;
+  CellSetBuilder maker(&sets);
   maker.AddRow(y, x, x + length - 1, edges);
   maker.Finish();
-  return parts;
+  return sets;
 }
 
 /// A grid with two bodies that share cell 0 of a tile, one of which also has cell 1, a third one
@@ -105,12 +107,12 @@ struct Example {
     grid.RangerLayer(0.5, true);
     grid.RangerLayer(0.5, true, true);
     grid.EverythingLayer(true);
-    std::vector<TilePart> one = Row(0, 0, 1), two = Row(0, 0, 2), far = Row(200, 100, 5);
-    std::vector<TilePart> outline = Row(0, 0, 3, 1);
-    grid.Redraw(older, {}, one);
-    grid.Redraw(newer, {}, two);
-    grid.Redraw(alone, {}, far);
-    grid.Redraw(exact, {}, outline);
+    std::vector<CellSet> one = Row(0, 0, 1), two = Row(0, 0, 2), far = Row(200, 100, 5);
+    std::vector<CellSet> outline = Row(0, 0, 3, 1);
+    grid.Rasterize(older, {}, one);
+    grid.Rasterize(newer, {}, two);
+    grid.Rasterize(alone, {}, far);
+    grid.Rasterize(exact, {}, outline);
     grid.RemoveBody(removed);
     shared_slot = one[0].slot;
     alone_slot = far[0].slot;
@@ -157,7 +159,7 @@ std::vector<Corruption> AllCorruptions() {
       {"a ring of one node",
        [](T* t, const Example& e) {
          auto& node = t->FirstNode(e.shared_slot, 0);
-         node.next = node.previous = t->ListOf(e.shared_slot, 0) & ~Grid::kSeveral;
+         node.next = node.previous = t->ListOf(e.shared_slot, 0) & ~Grid::kListFlag;
        },
        "a list of a single body"},
       {"a link back", [](T* t, const Example& e) { t->FirstNode(e.shared_slot, 0).previous = 99; },
@@ -245,27 +247,27 @@ TEST(GridValidateTest, FindsNoFaultWhileRandomBodiesMove) {
   Grid grid;
   struct Drawn {
     BodyId id;
-    std::vector<TilePart> parts;
+    std::vector<CellSet> sets;
   };
   std::vector<Drawn> drawn;
   for (int i = 0; i < 300; i++) {
     const bool exact = random.OneIn(3);
     if (drawn.size() < 20) drawn.push_back({grid.AddBody(MakeBody(exact)), {}});
     Drawn& body = drawn[static_cast<size_t>(random.Int(0, static_cast<int>(drawn.size()) - 1))];
-    std::vector<TilePart> to;
+    std::vector<CellSet> to;
     const int reach = random.OneIn(4) ? 3000 : 20;
     if (!random.OneIn(4))
       to = Row(random.Int(-reach, reach), random.Int(-reach, reach), random.Int(1, 20),
                grid.body(body.id).exact());
-    grid.Redraw(body.id, body.parts, to);
-    body.parts = to;
+    grid.Rasterize(body.id, body.sets, to);
+    body.sets = to;
     if (random.OneIn(20)) grid.RangerLayer(random.Real(0, 2), true, random.OneIn(2));
-    if (random.OneIn(10) && body.parts.empty()) {
+    if (random.OneIn(10) && body.sets.empty()) {
       grid.RemoveBody(body.id);
       std::swap(body, drawn.back());
       drawn.pop_back();
     }
-    grid.AgeLayers();
+    grid.ExpireLayers();
     ASSERT_EQ(grid.Validate(), "") << "after change " << i;
     if (i % 30 == 0) {
       ASSERT_EQ(Grid(grid).Validate(), "") << "of a copy after change " << i;
@@ -283,8 +285,8 @@ TEST(GridMistakesTest, ABodyIsRemovedWithoutErasingItsCells) {
   EXPECT_EQ(example.grid.Validate().substr(0, 19), "a body that is none");
   const BodyId reused = example.grid.AddBody(MakeBody());  // gets the same index
   ASSERT_EQ(reused, example.alone);
-  std::vector<TilePart> there = Row(200, 100, 5);
-  example.grid.Redraw(reused, {}, there);
+  std::vector<CellSet> there = Row(200, 100, 5);
+  example.grid.Rasterize(reused, {}, there);
   if (test::kAssertions) {
     EXPECT_NE(failed.Text().find("libstage/grid/grid.cc"), std::string::npos) << failed.Text();
     EXPECT_NE(failed.Text().find("tile.bodies != id + 1"), std::string::npos) << failed.Text();
@@ -297,9 +299,9 @@ TEST(GridMistakesTest, ABitOfATileMapIsOffByOne) {
   GridTamperer(&example.grid).FlipTileMap(kEverything, example.alone_slot + 1);
   EXPECT_EQ(example.grid.Validate().substr(0, 29), "a wrong bit in the tile map o");
   const test::FailedAssertions failed;
-  std::vector<TilePart> from = Row(200, 100, 5);
+  std::vector<CellSet> from = Row(200, 100, 5);
   from[0].slot = example.alone_slot;
-  example.grid.Redraw(example.alone, from, {});
+  example.grid.Rasterize(example.alone, from, {});
   if (test::kAssertions) {
     EXPECT_NE(failed.Text().find("libstage/grid/occupancy.cc"), std::string::npos) << failed.Text();
   }
@@ -309,16 +311,16 @@ TEST(GridMistakesTest, MovesThatShareATileAreMadeInTheWrongOrder) {
   Example example;
   Grid& grid = example.grid;
   const BodyId first = grid.AddBody(MakeBody()), second = grid.AddBody(MakeBody());
-  std::vector<TilePart> cell = Row(0, 0, 1);
+  std::vector<CellSet> cell = Row(0, 0, 1);
   grid.MakeSlots(cell);
   std::vector<Grid::Edit> edits(2);
   const test::FailedAssertions failed;
-  grid.BeginSharedEdit({.parts = 2, .cells = 2, .bodies = 2}, &edits);
+  grid.BeginConcurrentEdit({.sets = 2, .cells = 2, .bodies = 2}, &edits);
   edits[1].Follow(1);
-  grid.Redraw(second, {}, cell, &edits[1]);
+  grid.Rasterize(second, {}, cell, &edits[1]);
   edits[0].Follow(0);
-  grid.Redraw(first, {}, cell, &edits[0]);
-  grid.EndSharedEdit(&edits);
+  grid.Rasterize(first, {}, cell, &edits[0]);
+  grid.EndConcurrentEdit(&edits);
   EXPECT_EQ(grid.Validate().substr(0, 19), "a list out of order");
   if (test::kAssertions) {
     EXPECT_NE(failed.Text().find("stamps_[LastOf(*list)] < stamps_[id]"), std::string::npos)

@@ -78,7 +78,7 @@ TEST(Outline, ATriangleHasItsEdges) {
   EXPECT_EQ(OutlineCells({{0, 0}, {5, 2}, {3, 6}}), expected);
 }
 
-TEST(Outline, ASquareIsDrawnOnceAround) {
+TEST(Outline, SquareHasEachBorderCellOnce) {
   EXPECT_EQ(OutlineCells({{0, 0}, {2, 0}, {2, 2}, {0, 2}}),
             (Cells{{0, 0}, {1, 0}, {2, 0}, {2, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}));
 }
@@ -95,7 +95,7 @@ TEST(Outline, LinesAndPointsAreNoBodies) {
   EXPECT_EQ(OutlineCells({{0, 0}, {2, 0}}), (Cells{{0, 0}, {1, 0}, {2, 0}, {1, 0}}));
 }
 
-TEST(Outline, AThinBodyIsDrawnThereAndBack) {
+TEST(Outline, ThinBodyHasEachCellTwice) {
   EXPECT_EQ(OutlineCells({{0, 0}, {3, 0}, {3, 0}, {0, 0}}),
             (Cells{{0, 0}, {1, 0}, {2, 0}, {3, 0}, {2, 0}, {1, 0}}));
 }

@@ -92,14 +92,14 @@ TEST_F(FilesTest, ReadsTheFile) {
   EXPECT_EQ(world_->w(), 500);
   EXPECT_EQ(world_->h(), 430);
   EXPECT_EQ(world_->speedup, 2);
-  EXPECT_EQ(parts().view.flat.scale(), 30);
+  EXPECT_EQ(state().view.flat.scale(), 30);
 }
 
 TEST_F(FilesTest, ObeysPaused) {
   world_ = std::make_unique<Stg::WorldGui>(400, 300, "test");
   ASSERT_TRUE(world_->Load("w.world"));
   EXPECT_TRUE(world_->Paused());
-  parts().Load("w.world");
+  state().Load("w.world");
   Run(0.4);
   EXPECT_TRUE(world_->Paused());
   EXPECT_EQ(world_->UpdateCount(), 0u);
@@ -111,10 +111,10 @@ TEST_F(FilesTest, RefusesABadSection) {
   testing::internal::CaptureStderr();
   EXPECT_FALSE(world_->Load("bad.world"));
   EXPECT_NE(testing::internal::GetCapturedStderr().find("bad.world:1:"), std::string::npos);
-  EXPECT_FALSE(parts().loaded);
+  EXPECT_FALSE(state().loaded);
 }
 
-TEST_F(FilesTest, SavesOnlyWhatIsInTheFile) {
+TEST_F(FilesTest, SavesOnlyExistingProperties) {
   OpenFile("w.world");
   Type("d");
   Type("l");
@@ -134,26 +134,26 @@ TEST_F(FilesTest, SavesOnlyWhatIsInTheFile) {
             "robot( name \"r0\" pose [ 2 1 0 0 ] )\n");
   EXPECT_EQ(ReadFile("part.inc"), "define robot position( size [ 0.6 0.4 0.5 ] )\n");
 
-  parts().Load("w.world");
+  state().Load("w.world");
   EXPECT_EQ(world_->GetModel("r0")->GetPose().x, 2);
-  EXPECT_TRUE(parts().view.options[Show::kData]);
-  EXPECT_FALSE(parts().view.options[Show::kFlags]);
-  EXPECT_NEAR(parts().view.flat.x(), 1.0 / 3, 1e-6);
+  EXPECT_TRUE(state().view.options[Show::kData]);
+  EXPECT_FALSE(state().view.options[Show::kFlags]);
+  EXPECT_NEAR(state().view.flat.x(), 1.0 / 3, 1e-6);
 }
 
 TEST_F(FilesTest, LoadsAnotherWorld) {
   OpenFile("w.world");
   world_->Start();
   EXPECT_TRUE(RunUntil([&] { return world_->UpdateCount() > 2; }));
-  parts().Load("other.world");
+  state().Load("other.world");
   Settle();
   EXPECT_EQ(world_->SimTimeNow(), 0u);
-  EXPECT_EQ(parts().view.flat.x(), 3);
-  EXPECT_EQ(parts().view.flat.scale(), 15);
-  EXPECT_TRUE(parts().selection.empty());
+  EXPECT_EQ(state().view.flat.x(), 3);
+  EXPECT_EQ(state().view.flat.scale(), 15);
+  EXPECT_TRUE(state().selection.empty());
   TypeLater(0.5, {"Return"});
-  parts().Load("absent.world");  // shows an alert
-  EXPECT_FALSE(parts().loaded);
+  state().Load("absent.world");  // shows an alert
+  EXPECT_FALSE(state().loaded);
   Run(0.3);
 }
 
@@ -178,7 +178,7 @@ TEST_F(FilesTest, AsksBeforeItQuits) {
   EXPECT_TRUE(world_->shown());
   EXPECT_GT(world_->UpdateCount(), steps + 5) << "the world stood still under the question";
 
-  parts().confirm_on_quit = false;
+  state().confirm_on_quit = false;
   TheHand().Close(WindowId(world_.get()));
   EXPECT_TRUE(RunUntil([&] { return world_->TestQuit(); }));
   EXPECT_FALSE(world_->shown());
@@ -219,7 +219,7 @@ TEST_F(FilesTest, SaveAsAsksBeforeItReplaces) {
 
 TEST_F(FilesTest, RunEndsWhenTheWindowIsClosed) {
   OpenFile("w.world");
-  parts().confirm_on_quit = false;
+  state().confirm_on_quit = false;
   world_->Start();
   Fl::add_timeout(
       0.3, [](void* window) { TheHand().Close(WindowId(static_cast<Fl_Window*>(window))); },
@@ -243,7 +243,7 @@ int CloseWithinAStep(Stg::World* world, void* closed) {
 
 TEST_F(FilesTest, WindowMayBeClosedWithinAStep) {
   OpenFile("w.world");
-  parts().confirm_on_quit = false;
+  state().confirm_on_quit = false;
   bool closed = false;
   world_->AddUpdateCallback(CloseWithinAStep, &closed);
   world_->Start();
@@ -255,7 +255,7 @@ TEST_F(FilesTest, WindowMayBeClosedWithinAStep) {
 
 int LoadWithinAStep(Stg::World* world, void*) {
   auto* window = static_cast<Stg::WorldGui*>(world);
-  window->parts().load_later = "other.world";
+  window->state().load_later = "other.world";
   return 1;
 }
 
@@ -269,13 +269,13 @@ TEST_F(FilesTest, LoadingWaitsForTheEndOfAStep) {
 
 TEST_F(FilesTest, WritesScreenshots) {
   OpenFile("w.world");
-  parts().view.options.Set(Show::kScreenshots, true);
+  state().view.options.Set(Show::kScreenshots, true);
   world_->Start();
   Run(1);
   EXPECT_FALSE(fs::exists("stage-000030.png"));  // at most 25 per second
   // There are fewer on a busy machine or with sanitizers.
   EXPECT_TRUE(RunUntil([] { return fs::exists("stage-000005.png"); }));
-  parts().view.options.Set(Show::kScreenshots, false);
+  state().view.options.Set(Show::kScreenshots, false);
   for (const auto& entry : fs::directory_iterator("."))
     if (entry.path().extension() == ".png") {
       const std::string bytes = ReadFile(entry.path());
@@ -299,28 +299,28 @@ TEST_F(FilesTest, ScreenshotsReplaceNothing) {
     std::ofstream(names.emplace_back(name)) << "precious";
   }
   OpenFile("w.world");
-  parts().view.options.Set(Show::kScreenshots, true);
+  state().view.options.Set(Show::kScreenshots, true);
   world_->Start();
   const auto count = [] {
     return std::distance(fs::directory_iterator("."), fs::directory_iterator());
   };
   const auto before = count();
   EXPECT_TRUE(RunUntil([&] { return count() >= before + 15; }));
-  parts().view.options.Set(Show::kScreenshots, false);
+  state().view.options.Set(Show::kScreenshots, false);
   for (const std::string& name : names) EXPECT_EQ(ReadFile(name), "precious") << name;
 }
 
-TEST_F(FilesTest, ScreenshotsThatFailAreNoDisaster) {
+TEST_F(FilesTest, SurvivesFailingScreenshots) {
   OpenFile("w.world");
   fs::current_path(old_folder_);
   fs::remove_all(folder_);
   fs::create_directories(folder_);
   fs::current_path(folder_);
   fs::remove_all(folder_);  // so that the current directory can't be written
-  parts().view.options.Set(Show::kScreenshots, true);
+  state().view.options.Set(Show::kScreenshots, true);
   world_->Redraw();
   Settle();
-  EXPECT_FALSE(parts().view.options[Show::kScreenshots]);
+  EXPECT_FALSE(state().view.options[Show::kScreenshots]);
 }
 
 /// Checks the About window's logo: robot, wall, the area seen by the scan and that behind the wall.

@@ -30,20 +30,20 @@ TEST(StepPacer, CatchesUpWithLateSteps) {
   EXPECT_NEAR(pacer.UntilNext(10, period), 0.05, 1e-12);
   // After a step of 0.12 s, two more are due at once, then the pacer waits again.
   double now = 10.05;
-  pacer.Stepped(now += 0.12, period);
+  pacer.OnStepDone(now += 0.12, period);
   EXPECT_LT(pacer.UntilNext(now, period), 0);
-  pacer.Stepped(now, period);
+  pacer.OnStepDone(now, period);
   EXPECT_LT(pacer.UntilNext(now, period), 0);
-  pacer.Stepped(now, period);
+  pacer.OnStepDone(now, period);
   EXPECT_NEAR(pacer.UntilNext(now, period), 0.03, 1e-9);
 }
 
 TEST(StepPacer, DoesNotRaceAfterALongStop) {
   StepPacer pacer;
   pacer.Restart(0, 0.1);
-  pacer.Stepped(100, 0.1);
+  pacer.OnStepDone(100, 0.1);
   int steps = 0;
-  for (; pacer.UntilNext(100, 0.1) <= 0; steps++) pacer.Stepped(100, 0.1);
+  for (; pacer.UntilNext(100, 0.1) <= 0; steps++) pacer.OnStepDone(100, 0.1);
   EXPECT_EQ(steps, 6);
 }
 
@@ -61,7 +61,7 @@ TEST(FrameBudget, DrawingHasAnEighthOfTheTime) {
   double now = 0, drawing = 0;
   while (now < 1000) {
     now = std::max(now + 0.001, budget.Next(0.04, true));  // steps continue meanwhile
-    budget.Drawn(now, now + 0.3);
+    budget.OnFrameDrawn(now, now + 0.3);
     now += 0.3;
     drawing += 0.3;
   }
@@ -70,9 +70,9 @@ TEST(FrameBudget, DrawingHasAnEighthOfTheTime) {
 
 TEST(FrameBudget, QuickPicturesComeAtTheInterval) {
   FrameBudget budget;
-  budget.Drawn(1, 1.002);
+  budget.OnFrameDrawn(1, 1.002);
   EXPECT_DOUBLE_EQ(budget.Next(0.04, true), 1.04);
-  budget.Drawn(2, 2.1);
+  budget.OnFrameDrawn(2, 2.1);
   EXPECT_DOUBLE_EQ(budget.Next(0.04, false), 2.1);
   EXPECT_DOUBLE_EQ(budget.Next(0.04, true), 2.8);
 }
@@ -86,7 +86,7 @@ class IdleWorld : public World {
  public:
   bool Update() override {
     Spend(0.005);
-    runner->Stepped();
+    runner->OnStepDone();
     return false;
   }
   Runner* runner = nullptr;
@@ -100,7 +100,7 @@ class Canvas : public Fl_Widget {
     const double start = WallClock();
     Spend(0.02);
     clear_damage();
-    runner->Drawn(start, WallClock());
+    runner->OnFrameDrawn(start, WallClock());
     return WallClock() - start;
   }
 
@@ -109,7 +109,7 @@ class Canvas : public Fl_Widget {
 };
 
 /// An uncovered window is drawn out of turn, which must not start a second series of pictures.
-TEST(Runner, PicturesOutOfTurnAreNotAddedToTheOthers) {
+TEST(Runner, ExtraPicturesCountTowardsTheBudget) {
   IdleWorld world;
   Canvas canvas;
   Runner runner(world, canvas);
@@ -140,12 +140,12 @@ TEST(SpeedMeter, LeavesOutPauses) {
   SpeedMeter meter;
   EXPECT_EQ(meter.ratio(), 0);
   meter.Restart(0, 0);
-  for (int i = 1; i <= 30; i++) meter.Stepped(0.05 * i, static_cast<usec_t>(i) * 100000);
+  for (int i = 1; i <= 30; i++) meter.OnStepDone(0.05 * i, static_cast<usec_t>(i) * 100000);
   EXPECT_NEAR(meter.ratio(), 2, 1e-9);
   meter.Restart(100, 3000000);
   EXPECT_NEAR(meter.ratio(), 2, 1e-9) << "until there is something new";
   for (int i = 1; i <= 3; i++)
-    meter.Stepped(100 + 0.1 * i, 3000000 + static_cast<usec_t>(i) * 100000);
+    meter.OnStepDone(100 + 0.1 * i, 3000000 + static_cast<usec_t>(i) * 100000);
   EXPECT_NEAR(meter.ratio(), 1, 1e-9);
 }
 

@@ -35,8 +35,8 @@ class ReplayTest : public WindowTest {
     replay_ = std::make_unique<recording::Replay>((folder_ / "run.mcap").string());
     const recording::UnpackedFiles files(replay_->files());
     world_ = std::make_unique<WorldGui>(400, 300, "test");
-    parts().ShowLog({"run.mcap", 0, 30, [this](double seconds) {
-                       replay_->GoTo(static_cast<usec_t>(seconds * kSecond + 0.5));
+    state().ShowLog({"run.mcap", 0, 30, [this](double seconds) {
+                       replay_->SeekTo(static_cast<usec_t>(seconds * kSecond + 0.5));
                      }});
     ASSERT_TRUE(world_->Load(files.world_file()));
     world_->Stop();
@@ -102,7 +102,7 @@ TEST_F(ReplayTest, ShowsTheLogsName) {
 }
 
 TEST_F(ReplayTest, TheTimeLineGoesToAnyTime) {
-  const Fl_Slider& slider = parts().timeline->slider();
+  const Fl_Slider& slider = state().timeline->slider();
   TheHand().MoveTo(world_->x_root() + slider.x() + 8, world_->y_root() + slider.y() + 8);
   TheHand().Press(1);
   Settle();
@@ -129,7 +129,7 @@ TEST_F(ReplayTest, TheTimeLineFollowsTheReplayAndEndsWithIt) {
   ASSERT_TRUE(RunUntil([this] { return world_->Paused(); }));
   Settle();
   EXPECT_EQ(world_->SimTimeNow(), kLength);
-  EXPECT_NEAR(parts().timeline->slider().value(), 30, 1e-9);
+  EXPECT_NEAR(state().timeline->slider().value(), 30, 1e-9);
   Type("p");  // from the start
   ASSERT_TRUE(RunUntil([this] { return world_->Paused(); }));
   EXPECT_EQ(world_->SimTimeNow(), kLength);

@@ -118,9 +118,9 @@ int main(int argc, char* argv[]) {
   }
   setenv("DISPLAY", server->name().c_str(), 1);
   hand = std::make_unique<Hand>(server->name());
-  if (!hand->works() || !Stg::Canvas::Obstacle().empty()) {
+  if (!hand->works() || !Stg::Canvas::WhyUnavailable().empty()) {
     std::printf("skipped: %s\n", !hand->works() ? "the display has no XTest extension"
-                                                : Stg::Canvas::Obstacle().c_str());
+                                                : Stg::Canvas::WhyUnavailable().c_str());
     return kSkipped;
   }
   Stg::Init(&argc, &argv);

@@ -13,14 +13,14 @@
 #include <string>
 
 #include "gui/view/projection.hh"
-#include "gui/window/parts.hh"
+#include "gui/window/window_state.hh"
 #include "gui/x_server.hh"
 #include "stage.hh"
 #include "threads/wall_clock.hh"
 
 namespace gui_testing {
 
-using Stg::internal::window::Parts;
+using Stg::internal::window::WindowState;
 using Stg::threads::WallClock;
 
 /// Input to the display of these tests.
@@ -54,8 +54,8 @@ class WindowTest : public testing::Test {
   /// Canvas pixel of a pose in the world.
   Stg::point_t PlaceOf(const Stg::Pose& pose);
 
-  Parts& parts() { return world_->parts(); }
-  Stg::Canvas& canvas() { return *parts().canvas; }
+  WindowState& state() { return world_->state(); }
+  Stg::Canvas& canvas() { return *state().canvas; }
 
   std::unique_ptr<Stg::WorldGui> world_;
 };

@@ -66,7 +66,7 @@ class ToolbarTest : public WindowTest {
 
 TEST_F(ToolbarTest, RunsPausesAndSteps) {
   Open(kHall);
-  const auto& toolbar = parts().toolbar;
+  const auto& toolbar = state().toolbar;
   EXPECT_STREQ(toolbar.run().tooltip(), "Run (p)");
   Press(toolbar.step());
   EXPECT_EQ(world_->UpdateCount(), 1u);
@@ -84,21 +84,21 @@ TEST_F(ToolbarTest, BeginsAnew) {
   Open(kHall);
   auto* robot = dynamic_cast<Stg::ModelPosition*>(world_->GetModel("r0"));
   robot->SetPose(Pose(0, 0, 0, 0));
-  parts().selection.SelectOnly(robot);
-  parts().view.flat.setScale(55);
-  parts().SetSpeed(3);
+  state().selection.SelectOnly(robot);
+  state().view.flat.setScale(55);
+  state().SetSpeed(3);
   for (int i = 0; i < 5; i++) Type("period");
   for (const bool by_key : {false, true}) {
     if (by_key)
       Type("Home");
     else
-      Press(parts().toolbar.restart());
+      Press(state().toolbar.restart());
     EXPECT_EQ(world_->SimTimeNow(), 0u);
     EXPECT_EQ(world_->GetModel("r0")->GetPose().x, 1);
     EXPECT_TRUE(world_->Paused());
-    EXPECT_EQ(parts().view.flat.scale(), 55);
+    EXPECT_EQ(state().view.flat.scale(), 55);
     EXPECT_EQ(world_->speedup, 3);
-    EXPECT_EQ(parts().selection.last(), world_->GetModel("r0"));
+    EXPECT_EQ(state().selection.last(), world_->GetModel("r0"));
     Type("period");
     EXPECT_EQ(world_->UpdateCount(), 1u);
   }
@@ -130,7 +130,7 @@ TEST_F(ToolbarTest, ShowsTheSpeed) {
   EXPECT_EQ(SpeedText(20), "20 \u00d7");
   EXPECT_EQ(SpeedText(0), "max");
   Open(kHall);
-  const auto shown = [&] { return std::string(parts().toolbar.speed().label()); };
+  const auto shown = [&] { return std::string(state().toolbar.speed().label()); };
   EXPECT_EQ(shown(), SpeedText(1));
   Type("bracketright");
   EXPECT_EQ(shown(), SpeedText(1.2));
@@ -139,16 +139,16 @@ TEST_F(ToolbarTest, ShowsTheSpeed) {
   // The first entry of the list: a speed of 0.1.
   Fl::add_timeout(0.8, [](void*) { TheHand().Type("Down"); });  // while the list is open
   Fl::add_timeout(1.2, [](void*) { TheHand().Type("Return"); });
-  Press(parts().toolbar.speed());
+  Press(state().toolbar.speed());
   EXPECT_EQ(world_->speedup, 0.1);
   EXPECT_EQ(shown(), SpeedText(0.1));
 }
 
 TEST_F(ToolbarTest, KeysWorkOnTheButtonsAndAfterAClick) {
   Open(kHall);
-  const auto& toolbar = parts().toolbar;
+  const auto& toolbar = state().toolbar;
   Press(toolbar.step());
-  parts().view.flat.setPitch(30);
+  state().view.flat.setPitch(30);
   Type("space");  // the view from above, as on the canvas; must not press the button
   EXPECT_EQ(world_->UpdateCount(), 1u);
   EXPECT_TRUE(world_->IsTopView());
@@ -163,11 +163,11 @@ TEST_F(ToolbarTest, KeysWorkOnTheButtonsAndAfterAClick) {
 
 TEST_F(ToolbarTest, StaysInItsPlaceWhenTheWindowGrows) {
   Open(kHall);
-  const int x = parts().toolbar.speed().x(), width = parts().toolbar.run().w();
+  const int x = state().toolbar.speed().x(), width = state().toolbar.run().w();
   TheHand().Resize(WindowId(world_.get()), 1000, 700);
   EXPECT_TRUE(RunUntil([&] { return world_->w() == 1000; }));
-  EXPECT_EQ(parts().toolbar.speed().x(), x);
-  EXPECT_EQ(parts().toolbar.run().w(), width);
+  EXPECT_EQ(state().toolbar.speed().x(), x);
+  EXPECT_EQ(state().toolbar.run().w(), width);
   EXPECT_EQ(canvas().h(), 670);
 }
 
@@ -188,15 +188,15 @@ TEST_F(WindowTest, RunsAtTheWantedSpeed) {
   for (int i = 0; i < 8; i++) Type("bracketright");
   EXPECT_NEAR(world_->speedup, std::pow(1.2, 8), 1e-9);
   const auto runs_at = [&](double speed) {
-    return RunUntil([&] { return std::fabs(parts().runner.speed().ratio() - speed) < 0.05; });
+    return RunUntil([&] { return std::fabs(state().runner.speed().ratio() - speed) < 0.05; });
   };
-  EXPECT_TRUE(runs_at(4.3)) << parts().runner.speed().ratio();
+  EXPECT_TRUE(runs_at(4.3)) << state().runner.speed().ratio();
   EXPECT_NE(world_->ClockString().find("[4.3]"), std::string::npos) << world_->ClockString();
   Type("bracketleft");
   EXPECT_NEAR(world_->speedup, std::pow(1.2, 8) * 0.8, 1e-9);
   Type("braceleft");
   EXPECT_EQ(world_->speedup, 1);
-  EXPECT_TRUE(runs_at(1)) << parts().runner.speed().ratio();
+  EXPECT_TRUE(runs_at(1)) << state().runner.speed().ratio();
 }
 
 TEST_F(WindowTest, RunsAsFastAsPossible) {
@@ -230,7 +230,7 @@ TEST_F(WindowTest, SelectsAndDrags) {
   Model* robot = world_->GetModel("r0");
   const Stg::point_t place = PlaceOf(robot->GetPose());
   DragBy(place.x, place.y, 75, 0);
-  ASSERT_EQ(parts().selection.models(), std::vector<Model*>{robot});
+  ASSERT_EQ(state().selection.models(), std::vector<Model*>{robot});
   EXPECT_EQ(world_->RecentlySelectedModel(), robot);
   EXPECT_NEAR(robot->GetPose().x, 1 + 75 / kScale, 1e-9);
   EXPECT_NEAR(robot->GetPose().y, 0, 1e-9);
@@ -253,12 +253,12 @@ TEST_F(WindowTest, SelectsSeveral) {
   TheHand().HoldKey("Shift_L");
   Click(b.x, b.y);
   TheHand().ReleaseKey("Shift_L");
-  EXPECT_EQ(parts().selection.models(), (std::vector<Model*>{first, second}));
+  EXPECT_EQ(state().selection.models(), (std::vector<Model*>{first, second}));
   DragBy(a.x, a.y, 0, -37);
   EXPECT_NEAR(first->GetPose().y, 1, 1e-9);
   EXPECT_NEAR(second->GetPose().y, 0, 1e-9);
   Click(5, 5);
-  EXPECT_TRUE(parts().selection.empty());
+  EXPECT_TRUE(state().selection.empty());
   EXPECT_EQ(world_->RecentlySelectedModel(), first);
 }
 
@@ -266,8 +266,8 @@ TEST_F(WindowTest, WallsAreEmptySpace) {
   Open(kHall);
   const Stg::point_t place = PlaceOf(world_->GetModel("wall")->GetPose());
   DragBy(place.x, place.y, 37, 0);
-  EXPECT_TRUE(parts().selection.empty());
-  EXPECT_NEAR(parts().view.flat.x(), -1, 1e-9);
+  EXPECT_TRUE(state().selection.empty());
+  EXPECT_NEAR(state().view.flat.x(), -1, 1e-9);
   EXPECT_NEAR(world_->GetModel("wall")->GetPose().x, 0, 1e-9);
 }
 
@@ -291,7 +291,7 @@ TEST_F(WindowTest, ZoomsAboutThePointer) {
   MoveTo(500, 100);
   for (int i = 0; i < 4; i++) TheHand().Click(4);
   Settle();
-  EXPECT_NEAR(parts().view.flat.scale(), kScale * 1.4641, 1e-6);
+  EXPECT_NEAR(state().view.flat.scale(), kScale * 1.4641, 1e-6);
   const auto after = canvas().Projection().FloorPoint(500, 100);
   EXPECT_NEAR(before->x, after->x, 1e-6);
   EXPECT_NEAR(before->y, after->y, 1e-6);
@@ -304,27 +304,27 @@ TEST_F(WindowTest, TurnsTheCamera) {
   MoveTo(310, 220);
   TheHand().ReleaseKey("Control_L");
   Settle();
-  EXPECT_NEAR(parts().view.flat.yaw(), -5, 1e-9);
-  EXPECT_NEAR(parts().view.flat.pitch(), 40, 1e-9);
+  EXPECT_NEAR(state().view.flat.yaw(), -5, 1e-9);
+  EXPECT_NEAR(state().view.flat.pitch(), 40, 1e-9);
   EXPECT_FALSE(world_->IsTopView());
   Type("space");
   EXPECT_TRUE(world_->IsTopView());
-  parts().view.flat.setPose(100, 100);
+  state().view.flat.setPose(100, 100);
   Type("space", {"Control_L"});
-  EXPECT_NEAR(parts().view.flat.x(), 0, 0.01);
+  EXPECT_NEAR(state().view.flat.x(), 0, 0.01);
 }
 
 TEST_F(WindowTest, ArrowsMoveTheView) {
   Open(kHall);
   Type("Right");
   Type("Up");
-  EXPECT_NEAR(parts().view.flat.x(), 10 / kScale, 1e-9);
-  EXPECT_NEAR(parts().view.flat.y(), 10 / kScale, 1e-9);
+  EXPECT_NEAR(state().view.flat.x(), 10 / kScale, 1e-9);
+  EXPECT_NEAR(state().view.flat.y(), 10 / kScale, 1e-9);
   Type("r");
-  EXPECT_TRUE(parts().view.is_perspective());
-  const double x = parts().view.perspective.x();
+  EXPECT_TRUE(state().view.is_perspective());
+  const double x = state().view.perspective.x();
   Type("Left");
-  EXPECT_NEAR(parts().view.perspective.x(), x - 0.5, 1e-9);
+  EXPECT_NEAR(state().view.perspective.x(), x - 0.5, 1e-9);
 }
 
 TEST_F(WindowTest, FollowsTheLastSelected) {
@@ -333,13 +333,13 @@ TEST_F(WindowTest, FollowsTheLastSelected) {
   const Stg::point_t place = PlaceOf(robot->GetPose());
   Click(place.x, place.y);
   Type("f");
-  EXPECT_NEAR(parts().view.flat.x(), 1, 1e-9);
+  EXPECT_NEAR(state().view.flat.x(), 1, 1e-9);
   Click(5, 5);
-  EXPECT_TRUE(parts().selection.empty());
+  EXPECT_TRUE(state().selection.empty());
   robot->SetPose(Pose(-1, -1, 0, 0));
   world_->Redraw();
   Settle();
-  EXPECT_NEAR(parts().view.flat.x(), -1, 1e-9);
+  EXPECT_NEAR(state().view.flat.x(), -1, 1e-9);
   EXPECT_TRUE(world_->ClockString().ends_with(" [FOLLOW MODE]"));
 }
 
@@ -366,11 +366,11 @@ TEST_F(WindowTest, ShortcutsSwitchOptions) {
       {"r", {"Control_L"}, Show::kTrailBlocks},
   };
   for (const auto& c : kCases) {
-    const bool before = parts().view.options[c.option];
+    const bool before = state().view.options[c.option];
     Type(c.key, c.held);
-    EXPECT_NE(parts().view.options[c.option], before) << c.key;
+    EXPECT_NE(state().view.options[c.option], before) << c.key;
     Type(c.key, c.held);
-    EXPECT_EQ(parts().view.options[c.option], before) << c.key;
+    EXPECT_EQ(state().view.options[c.option], before) << c.key;
   }
 }
 

@@ -53,10 +53,10 @@ class PictureTest : public WindowTest {
     for (const auto& entry : fs::directory_iterator("."))
       if (entry.path().extension() == ".png") fs::remove(entry.path());
     MoveTo(2, 2);
-    parts().view.options.Set(Show::kScreenshots, true);
+    state().view.options.Set(Show::kScreenshots, true);
     world_->Redraw();
     Settle();
-    parts().view.options.Set(Show::kScreenshots, false);
+    state().view.options.Set(Show::kScreenshots, false);
     for (const auto& entry : fs::directory_iterator("."))
       if (entry.path().extension() == ".png") return ReadPicture(entry.path());
     return Picture();
@@ -119,17 +119,17 @@ TEST_P(WorldsTest, CanBeSeenAndDriven) {
   const Pose before = robot->GetPose();
   DragBy(place.x, place.y, 30, 30);
   EXPECT_EQ(world_->RecentlySelectedModel(), robot);
-  EXPECT_NEAR(robot->GetPose().x, before.x + 30 / parts().view.flat.scale(), 1e-6);
+  EXPECT_NEAR(robot->GetPose().x, before.x + 30 / state().view.flat.scale(), 1e-6);
   const Pose dragged = robot->GetPose();
   const std::string name = robot->TokenStr();
 
   Type("s", {"Control_L"});
-  parts().Load(file);
+  state().Load(file);
   world_->Stop();
   EXPECT_NEAR(world_->GetModel(name)->GetPose().x, dragged.x, 0.00051);
-  EXPECT_TRUE(parts().selection.empty());
+  EXPECT_TRUE(state().selection.empty());
 
-  parts().confirm_on_quit = false;
+  state().confirm_on_quit = false;
   TheHand().Close(WindowId(world_.get()));
   EXPECT_TRUE(RunUntil([&] { return world_->TestQuit(); }));
   world_->CancelQuitAll();
@@ -145,7 +145,7 @@ TEST_F(PictureTest, ThreadsOfTheSimulationBesideTheWindow) {
   std::ofstream("worlds/threads.world") << cave.rdbuf() << "\nthreads 4\nspeedup -1\n";
   OpenFile("worlds/threads.world");
   EXPECT_EQ(world_->statistics().threads, 4u);
-  parts().view.options.Set(Show::kData, true);
+  state().view.options.Set(Show::kData, true);
   world_->Start();
   EXPECT_TRUE(RunUntil([&] { return world_->UpdateCount() >= 20; }));
   world_->Stop();
@@ -165,11 +165,11 @@ TEST_F(PictureTest, ThreadsOfTheSimulationBesideTheWindow) {
 TEST_F(PictureTest, Perspective) {
   OpenFile("worlds/zoo.world");
   for (int i = 0; i < 40; i++) world_->Update();
-  parts().view.flat.setPitch(50);
-  parts().view.flat.setYaw(20);
+  state().view.flat.setPitch(50);
+  state().view.flat.setYaw(20);
   ExpectToSee("zoo_tilted");
   Type("r");
-  parts().view.perspective.setPose(0, -9, 6);
+  state().view.perspective.setPose(0, -9, 6);
   ExpectToSee("zoo_perspective");
 }
 

@@ -98,7 +98,7 @@ TEST(Summary, SubscribingMovesASensorToTheOthers) {
   EXPECT_EQ(s.layers, 3u);
 }
 
-TEST(Summary, LikeSensorsAreOneKind) {
+TEST(Summary, EqualSensorsAreOneKind) {
   std::string text = "interval_sim 100\n";
   for (int i = 0; i < 5; i++)
     text += "ranger( alwayson 1 sensor( samples " + std::string(i < 3 ? "7" : "9") + " ) )\n";
@@ -230,7 +230,7 @@ TEST(Summary, EnergyAndCallbacks) {
 
 // ---- measuring ----------------------------------------------------------------------------------
 
-TEST(StepCosts, AreMeasuredForWhatRuns) {
+TEST(StepCosts, AreMeasuredForRunningModels) {
   const auto world = LoadText(kScene);
   const SceneSummary s = world->Summary();
   const StepCosts costs = world->MeasureStepCosts(0.02);
@@ -283,7 +283,7 @@ TEST(StepCosts, NoCallbackIsCalled) {
   EXPECT_GT(calls, 0);
 }
 
-TEST(StepCosts, NothingIsLeftBehind) {
+TEST(StepCosts, MeasuringLeavesNoState) {
   const auto world = LoadText(kScene);
   auto* eye = Find<ModelRanger>(*world, "robot.eye");
   const Pose pose = Find(*world, "robot")->GetGlobalPose();
@@ -358,7 +358,7 @@ void ExpectUpdatesInTime(int first, int second, int late) {
   EXPECT_EQ(updates, expected) << first << ", " << second << ", " << late;
 }
 
-TEST(StepCosts, WhoSubscribesAfterwardsIsUpdatedInTime) {
+TEST(StepCosts, LaterSubscribersUpdateOnTime) {
   for (const int first : {100, 200, 300})
     for (const int second : {100, 200, 300})
       for (const int late : {100, 200, 300}) ExpectUpdatesInTime(first, second, late);

@@ -38,8 +38,8 @@ bool HasNoise(const ModelRanger::Sensor& sensor) {
 size_t CountAnswers(const RayRecord& record, Answer answer) {
   size_t count = 0;
   for (const RayRecord::PotentialHit& cell : record.potential_hits)
-    count += static_cast<size_t>(
-        std::ranges::count(cell.questions, answer, &RayRecord::Question::answer));
+    count +=
+        static_cast<size_t>(std::ranges::count(cell.tests, answer, &RayRecord::BodyTest::answer));
   return count;
 }
 
@@ -51,7 +51,7 @@ void ExpectConsistent(const RayExplanation& ray, const std::string& where) {
   if (!record.fan.exact) {
     EXPECT_LE(accepted, 1u) << where;
     if (accepted == 1) {  // the last body tested; the range ends at that cell
-      EXPECT_EQ(record.potential_hits.back().questions.back().answer, Answer::kAccepted) << where;
+      EXPECT_EQ(record.potential_hits.back().tests.back().answer, Answer::kAccepted) << where;
       EXPECT_EQ(record.potential_hits.back().middle, record.hit.range) << where;
     }
   }
@@ -124,7 +124,7 @@ int WatchRandomRays(World* world, uint64_t seed, int steps) {
   return seen;
 }
 
-TEST(RayWatch, TellsHowTheReadingCameAboutInEachWorld) {
+TEST(RayWatch, ExplainsTheReadingInEachWorld) {
   InitLibrary();
   constexpr int kSteps = kSanitized ? 5 : 30;
   int seen = 0;
@@ -155,7 +155,7 @@ constexpr char kWall[] = R"(
     ranger( name "eye" alwayson 1 sensor( pose [0 0 0.3 0] range [0 8] fov 0 samples 1 ) ) )
 )";
 
-TEST(RayWatch, NamesTheBodiesThatWereAsked) {
+TEST(RayWatch, NamesTheBodiesTested) {
   for (const RayModel model : {RayModel::kCell, RayModel::kExact}) {
     const std::unique_ptr<World> loaded = LoadText(kWall);
     World& world = *loaded;
@@ -176,7 +176,7 @@ TEST(RayWatch, NamesTheBodiesThatWereAsked) {
   }
 }
 
-TEST(RayWatch, HearsNothingOfSensorsThatDoNotUpdate) {
+TEST(RayWatch, IsSilentForSensorsThatDoNotUpdate) {
   const std::unique_ptr<World> world = LoadText(kWall);
   const ModelRanger& ranger = *RangersOf(*world)[0];
   const_cast<ModelRanger&>(ranger).Unsubscribe();

@@ -31,7 +31,7 @@ TEST(Printable, TextStaysAsItIs) {
     EXPECT_EQ(Printable(text), text);
 }
 
-TEST(Printable, WhatTerminalsObeyIsSpelledOut) {
+TEST(Printable, EscapesControlCharacters) {
   const std::pair<std::string, std::string> kCases[] = {
       {"\x1b[31mred", "\\x1b[31mred"},
       {"a\nb\rc\td", "a\\nb\\rc\\td"},
@@ -109,7 +109,7 @@ class Sink : public testing::Test {
   std::vector<std::pair<LogLevel, std::string>> lines_;
 };
 
-TEST_F(Sink, GetsWhatWouldGoToStandardError) {
+TEST_F(Sink, GetsMessagesForStandardError) {
   const auto world = EmptyWorld();
   const std::string errors = ErrorsOf([&] {
     EXPECT_EQ(world->GetModel("nobody\a"), nullptr);

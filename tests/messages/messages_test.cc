@@ -136,7 +136,7 @@ class Messages : public CliTest {
   int said_ = 0;
 };
 
-TEST_F(Messages, OfTextsThatTerminalsObey) {
+TEST_F(Messages, EscapeControlCharacters) {
   CheckAll({std::begin(kTexts), std::end(kTexts)}, kEvil);
   EXPECT_GT(said_, 100);
 }
@@ -189,14 +189,14 @@ TEST_F(Messages, OfOptions) {
   EXPECT_GT(said_, 15);
 }
 
-TEST_F(Messages, NamesComeThroughInJson) {
+TEST_F(Messages, KeepNamesInJson) {
   Write("w.world", "name \"w\" position( name \"" + kEvil + "\" alwayson 1 ranger( ) )");
   const Result r = Stage({"--explain=json", "w.world"});
   EXPECT_EQ(WhyUnfit(r.out, 10000, "\n"), "");
   EXPECT_FALSE(nlohmann::json::parse(r.out)["sensors"].empty());
 }
 
-TEST_F(Messages, AnEmptyNameIsSaidWithItsPlace) {
+TEST_F(Messages, ReportEmptyNamesWithTheirPlace) {
   for (const char* name : {"", "/"}) {
     Write("w.world", std::string("model(\n name \"") + name + "\" )");
     const Result r = Stage({"-g", "--duration", "0.1", "w.world"});

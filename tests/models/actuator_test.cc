@@ -90,7 +90,7 @@ TEST(Actuator, StartPositionIsAddedToThePose) {
   EXPECT_DOUBLE_EQ(k->GetPosition(), 0.5);
 }
 
-TEST(Actuator, IsSavedSoThatItComesBackWhereItIs) {
+TEST(Actuator, IsSavedWithItsPosition) {
   const std::string path = testing::TempDir() + "actuator.world";
   std::ofstream(path) << "actuator( name \"j\" pose [1 2 0 0] axis [0 1 0] start_position 0.25 )\n";
   const auto world = EmptyWorld();
@@ -107,7 +107,7 @@ TEST(Actuator, IsSavedSoThatItComesBackWhereItIs) {
   std::remove(path.c_str());
 }
 
-TEST(Actuator, LoadedAgainItGoesBackToItsStart) {
+TEST(Actuator, ReloadingRestoresTheStartPosition) {
   for (const std::string pose : {"pose [1 2 0 0]", ""}) {
     const auto world = LoadText("actuator( name \"j\" start_position 0.25 " + pose + " )");
     auto* joint = FindRunning<ModelActuator>(*world, "j");
@@ -168,7 +168,7 @@ TEST(Actuator, StopsAtItsLimitsBetweenUpdatesToo) {
   EXPECT_NEAR(joint.PositionAfter(80), 0.33, 1e-12);
 }
 
-TEST(Actuator, OutsideOfItsLimitsItMovesOnlyBack) {
+TEST(Actuator, OutsideItsLimitsMovesOnlyBack) {
   Joint joint("start_position 3");
   joint.actuator->SetSpeed(0.5);
   EXPECT_NEAR(joint.PositionAfter(5), 3, 1e-12);
@@ -261,7 +261,7 @@ TEST(Actuator, TheGroundStopsIt) {
   EXPECT_TRUE(joint.actuator->Stalled());
 }
 
-TEST(Actuator, IsDrawnWhereItIs) {
+TEST(Actuator, IsRasterizedAtItsPosition) {
   Joint joint("max_position 5",
               "ranger( name \"l\" pose [0 3 0.1 -90] alwayson 1 sensor( "
               "size [0 0 0] range [0 5] ) )");
@@ -296,7 +296,7 @@ TEST(Actuator, DrawsPowerWhileSubscribed) {
   EXPECT_NEAR(joint.actuator->FindPowerPack()->GetDissipated(), 0.6, 1e-9);
 }
 
-TEST(Actuator, IgnoresWhatIsNotANumber) {
+TEST(Actuator, IgnoresNaN) {
   Joint joint("");
   joint.actuator->SetSpeed(0.5);
   const std::string errors = ErrorsOf([&] {

@@ -32,16 +32,16 @@ constexpr char kHint[] =
     "cut off before the rest is stretched to size: that moves walls by up to 4 m; bitmap_frame "
     "\"picture\" keeps the margins, bitmap_frame \"dark\" silences this warning";
 
-TEST(BitmapFrame, IsTheDarkPartByDefaultWithAHint) {
+TEST(BitmapFrame, DefaultsToTheDarkPartWithAHint) {
   const auto world = EmptyWorld();
   const LoadOutcome outcome = TryToLoad(world.get(), Map(""));
   EXPECT_EQ(outcome.errors, "t.world:1:24: warning: " + std::string(kHint) + "\n");
   ExpectExtent(*world, -5, 5, -5, 5, 0.5);
-  ASSERT_EQ(world->Summary().doubts.size(), 1u);
-  EXPECT_EQ(world->Summary().doubts[0], "t.world:1:24: " + std::string(kHint));
+  ASSERT_EQ(world->Summary().load_warnings.size(), 1u);
+  EXPECT_EQ(world->Summary().load_warnings[0], "t.world:1:24: " + std::string(kHint));
 }
 
-TEST(BitmapFrame, DarkKeepsSilent) {
+TEST(BitmapFrame, ExplicitDarkGivesNoHint) {
   const auto world = EmptyWorld();
   EXPECT_EQ(TryToLoad(world.get(), Map("bitmap_frame \"dark\"")).errors, "");
   ExpectExtent(*world, -5, 5, -5, 5, 0.5);
@@ -59,14 +59,14 @@ TEST(BitmapFrame, PictureHasItsBoundaryAround) {
   EXPECT_NEAR(Look(*world, -4.9, 0, 0.5, 0).range, 3.9, 1.01 * kCell);
 }
 
-TEST(BitmapFrame, UnknownOnesAreWarnedOf) {
+TEST(BitmapFrame, WarnsOfUnknownValues) {
   const LoadOutcome outcome = TryToLoad(Map("bitmap_frame \"trimmed\""));
   EXPECT_EQ(outcome.errors.substr(outcome.errors.find("warning")),
             "warning: found \"trimmed\", expected \"dark\" or \"picture\"; using \"dark\"\n");
 }
 
 /// Margins of less than a cell have no effect.
-TEST(BitmapFrame, MarginsBelowACellAreNotMentioned) {
+TEST(BitmapFrame, GivesNoHintForMarginsBelowACell) {
   EXPECT_EQ(TryToLoad("resolution 5\n" + Map("")).errors, "");
 }
 

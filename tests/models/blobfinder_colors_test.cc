@@ -44,7 +44,7 @@ TEST(Colors, AListInTheWorldFile) {
   }
 }
 
-TEST(Colors, DoubtfulListsAreWarnedOf) {
+TEST(Colors, WarnsOfDoubtfulLists) {
   const auto errors = [](const std::string& properties) {
     return TryToLoad("blobfinder( " + properties + " )").errors;
   };
@@ -78,7 +78,7 @@ TEST(Colors, LoadingReplacesTheList) {
   EXPECT_EQ(Seen(&scene), "b");
 }
 
-TEST(Colors, RemovingTakesAllEqualOnesAndNoOthers) {
+TEST(Colors, RemovingRemovesAllEqualColors) {
   Scene scene(kThree);
   for (const Color& c : {Color::blue, Color::blue, Color::green, Color::blue, Color::blue})
     scene.finder->AddColor(c);

@@ -41,7 +41,7 @@ TEST(Reference, Defaults) {
                                        {"cyan", 0, 3, 18, 57, 0.573}});
 }
 
-TEST(Reference, WithoutBlobReturnAModelIsAsGoodAsAbsent) {
+TEST(Reference, IgnoresModelsWithoutBlobReturn) {
   ExpectBlobs(ReferenceBlobs("", "blob_return 0"), {{"yellow", 72, 25, 79, 35, 3.267},
                                                     {"blue", 57, 25, 70, 35, 3.064},
                                                     {"red", 34, 24, 45, 36, 2.803},
@@ -131,7 +131,7 @@ TEST(Blobfinder, SeesNothingWithoutSubscribers) {
   EXPECT_EQ(world->statistics().trace.rays, 0u);
 }
 
-TEST(Blobfinder, ForgetsItsBlobsAtShutdownForGood) {
+TEST(Blobfinder, DropsItsBlobsAtShutdown) {
   Scene scene(Box("blue"));
   EXPECT_EQ(scene.Blobs().size(), 1u);
   scene.finder->Unsubscribe();
@@ -142,7 +142,7 @@ TEST(Blobfinder, ForgetsItsBlobsAtShutdownForGood) {
   EXPECT_EQ(scene.Blobs().size(), 1u);
 }
 
-TEST(Blobfinder, RaysOnTheirWayAreForgottenAtShutdown) {
+TEST(Blobfinder, DropsPendingRaysAtShutdown) {
   Scene scene(Box("blue"));
   scene.world->Enqueue(
       0, 100000, scene.finder, [](Model* m, void*) { return m->Unsubscribe(), 0; }, nullptr);
@@ -176,7 +176,7 @@ TEST(Blobfinder, CallbacksSeeTheNewBlobs) {
   EXPECT_TRUE(scene.finder->GetBlobs().empty());
 }
 
-TEST(Blobfinder, MayBeDeletedWhileItsRaysAreOnTheirWay) {
+TEST(Blobfinder, CanBeDeletedWithPendingRays) {
   Scene scene(Box("blue") + "blobfinder( name \"c\" alwayson 1 )");
   scene.world->Enqueue(
       0, 100000, scene.finder, [](Model* m, void*) { return delete m, 0; }, nullptr);
@@ -188,7 +188,7 @@ TEST(Blobfinder, MayBeDeletedWhileItsRaysAreOnTheirWay) {
 
 // ---- what it sees -------------------------------------------------------------------------------
 
-TEST(Sight, ABlobIsWhereTheThingIs) {
+TEST(Sight, BlobIsAtThePositionOfTheModel) {
   Scene scene(Box("blue"));
   const Blob blob = scene.Blobs().at(0);
   // The face spans +-atan(1 / 2.5) = +-21.8 degrees; a pixel is 0.75 degrees.
@@ -218,7 +218,7 @@ TEST(Sight, TouchingBlobsLeaveAGapOfOnePixel) {
   EXPECT_EQ(blobs[0].left - blobs[1].right, 2u);
 }
 
-TEST(Sight, TheGapIsThereBesideColorsThatAreNotReported) {
+TEST(Sight, GapAlsoBesideUnreportedColors) {
   Scene scene(Neighbours("color \"blue\"", "color \"green\""));
   const unsigned edge = scene.Blobs().at(1).right;
   scene.finder->AddColor(Color::green);
@@ -226,7 +226,7 @@ TEST(Sight, TheGapIsThereBesideColorsThatAreNotReported) {
   EXPECT_EQ(scene.finder->GetBlobs()[0].right, edge);
 }
 
-TEST(Sight, ANeighbourOfOnePixelIsLost) {
+TEST(Sight, NeighbourOfOnePixelIsLost) {
   const std::string post = "model( color \"green\" pose [2.45 0 0 0] size [0.06 0.06 1] )\n";
   Scene alone(post, "fov 120");  // 64 mm per pixel at that distance
   ASSERT_EQ(alone.Blobs().size(), 1u);
@@ -250,14 +250,14 @@ TEST(Sight, OpacityMakesNoDifference) {
   EXPECT_EQ(scene.Blobs().size(), 1u);
 }
 
-TEST(Sight, ColorsThatDifferByMoreThanATraceAreOthers) {
+TEST(Sight, SlightlyDifferentColorsAreDistinct) {
   Scene same(Neighbours("color_rgba [0 0.5 1 1]", "color_rgba [0 0.500009 1 1]"));
   EXPECT_EQ(same.Blobs().size(), 1u);
   Scene other(Neighbours("color_rgba [0 0.5 1 1]", "color_rgba [0 0.50002 1 1]"));
   EXPECT_EQ(other.Blobs().size(), 2u);
 }
 
-TEST(Sight, TheOwnTreeIsLookedThrough) {
+TEST(Sight, OwnTreeIsTransparent) {
   const auto world = LoadText(
       "position( name \"r\" size [0.4 0.4 0.4] model( pose [0.4 0 -0.4 0] size [0.1 2 1]"
       " color \"yellow\" ) blobfinder( name \"b\" pose [0.1 0 0 0] ) )\n" +
@@ -280,7 +280,7 @@ TEST(Sight, OtherReturnsMakeNoDifference) {
   ExpectOneBlob(&scene, "blue");
 }
 
-TEST(Sight, ModelsWithoutBlobReturnDoNotStandInTheWay) {
+TEST(Sight, ModelsWithoutBlobReturnAreTransparent) {
   Scene scene(Box("blue", "blob_return 0") +
               "model( color \"green\" pose [5 0 0 0] size [1 2 1] )");
   ExpectOneBlob(&scene, "green");
@@ -328,7 +328,7 @@ TEST(Sight, RaysLeaveTheBodysOffset) {
   EXPECT_NEAR(blob.range, 2.58, kCell);
 }
 
-TEST(Sight, ItSeesWhatIsThereAtTheStartOfTheStep) {
+TEST(Sight, SeesTheWorldAtTheStartOfTheStep) {
   Scene scene(
       "position( name \"p\" color \"blue\" pose [3 0 0 0] size [1 2 1] velocity_bounds"
       " [-9 9 -9 9 -9 9 -90 90] acceleration_bounds [-99 99 -9 9 -9 9 -90 90] )");
@@ -404,7 +404,7 @@ TEST(EdgeCases, AllAround) {
   EXPECT_EQ(scene.finder->GetBlobs()[0].right, 80u);
 }
 
-TEST(EdgeCases, RangesThatAreNone) {
+TEST(EdgeCases, InvalidRanges) {
   for (const double range : {0.0, -1.0, kNaN}) {
     Scene scene("model( color \"blue\" size [0.1 0.1 1] )");
     scene.finder->range = range;
@@ -412,7 +412,7 @@ TEST(EdgeCases, RangesThatAreNone) {
   }
 }
 
-TEST(EdgeCases, PansThatAreNone) {
+TEST(EdgeCases, InvalidPans) {
   for (const double pan : {kNaN, kInfinity}) {
     Scene scene(Box("blue"));
     scene.finder->pan = pan;
@@ -422,7 +422,7 @@ TEST(EdgeCases, PansThatAreNone) {
 
 // ---- ways of tracing ----------------------------------------------------------------------------
 
-TEST(Tracing, ResultsDoNotDependOnHow) {
+TEST(Tracing, ResultsDoNotDependOnTheMethod) {
   const auto robot = [](int i) {
     const char* const colors[] = {"red", "green", "blue", "yellow", "cyan"};
     const int column = i % 8, row = i / 8;

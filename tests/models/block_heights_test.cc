@@ -26,13 +26,13 @@ void ExpectFull(World& world) {
   EXPECT_FALSE(SeenAt(world, 3.001));
 }
 
-TEST(BlockHeights, ABlockWithoutThemFillsTheModel) {
+TEST(BlockHeights, MissingRangeFillsTheModel) {
   ExpectFull(*WorldOf(Block("")));
   ExpectFull(*WorldOf(Block("") + Block("")));
 }
 
 /// Mixes blocks with and without height ranges, in both orders, with ranges in any unit.
-TEST(BlockHeights, ABlockWithoutThemFillsTheModelBesideOthers) {
+TEST(BlockHeights, MissingRangeFillsTheModelBesideOthers) {
   for (const char* z : {"[0 1]", "[0 0.2]", "[0 50]", "[0.1 0.2]", "[2 4]", "[0 0]", "[-1 0]"}) {
     for (const bool first : {true, false}) {
       const std::string other = Block(std::string("z ") + z), full = Block("");
@@ -44,7 +44,7 @@ TEST(BlockHeights, ABlockWithoutThemFillsTheModelBesideOthers) {
   }
 }
 
-TEST(BlockHeights, OthersKeepTheirShareOfTheHeight) {
+TEST(BlockHeights, OtherBlocksKeepTheirRelativeHeights) {
   const auto world = WorldOf(Block("") + Block("z [0 0.5]") + Block("z [0.5 2]"));
   const auto& blocks = Find(*world, "a")->body().blocks();
   EXPECT_EQ(blocks[1]->z_range().max, 0.75);
@@ -53,7 +53,7 @@ TEST(BlockHeights, OthersKeepTheirShareOfTheHeight) {
 }
 
 /// A ranger sees a robot of such a block, as in the benchmark against VMAS.
-TEST(BlockHeights, RangersSeeRobotsOfBlocksWithoutThem) {
+TEST(BlockHeights, RangersSeeBlocksWithoutRange) {
   const auto world =
       LoadText("position( name \"other\" pose [2 0 0 0] size [0.4 0.4 0.3]" + Block("") +
                " )\nposition( ranger( name \"eye\" pose [0 0 -0.2 0] alwayson 1 "

@@ -34,7 +34,7 @@ std::string Box(const std::string& pose, const std::string& more = "") {
   return "model( name \"box\" pose [" + pose + "] size [0.2 0.2 0.2] " + more + " )\n";
 }
 
-TEST(Bumper, WithoutCountThereAreNone) {
+TEST(Bumper, HasNoLinesWithoutBcount) {
   const auto world = LoadText("bumper( name \"b\" blength 0.3 bpose[0] [1 0 0 0] alwayson 1 )");
   const ModelBumper* bumper = Find<ModelBumper>(*world, "b");
   Step(*world, 2);
@@ -193,7 +193,7 @@ int Unsubscribe(Model* model, void*) {
   return 1;
 }
 
-TEST(Bumper, MayBeDeletedOrStoppedWhileItsRaysWait) {
+TEST(Bumper, CanBeDeletedOrStoppedWithPendingRays) {
   Robot robot(kAhead, Box("0.3 0.1 0 0"));
   robot.world->Enqueue(0, 100000, robot.bumper, Unsubscribe, nullptr);
   Step(*robot.world);
@@ -205,7 +205,7 @@ TEST(Bumper, MayBeDeletedOrStoppedWhileItsRaysWait) {
 }
 
 // Robots move around and collide with each other.
-TEST(Bumper, ResultsDoNotDependOnHowTheyAreMade) {
+TEST(Bumper, ResultsDoNotDependOnTheMethod) {
   const auto bot = [](int i) {
     const int column = i % 10, row = i / 10;
     return "bot( pose [" + std::to_string(column * 0.37) + " " + std::to_string(row * 0.37) +

@@ -116,7 +116,7 @@ TEST(CameraTest, ReadsItsProperties) {
   EXPECT_EQ(camera.GetGeom().size.x, 0.2);
 }
 
-TEST(CameraTest, RefusesWhatMakesNoPicture) {
+TEST(CameraTest, RefusesInvalidProperties) {
   const std::vector<std::pair<std::string, std::string>> bad{
       {"resolution [-1 32]", "found -1 by 32 pixels"},
       {"resolution [32 100000]", "found 32 by 100000 pixels"},
@@ -189,7 +189,7 @@ TEST(CameraTest, FloorIsWhiteAtItsDistanceAlongTheAxis) {
   ExpectPixel(scene.camera, 16, PixelY(0.62 / 2.5), kSky, kNothing);
 }
 
-TEST(CameraTest, EdgesOfABoxAreWhereGeometryPutsThem) {
+TEST(CameraTest, EdgesOfABoxAreExact) {
   const Scene scene(Robot("resolution [700 400]") + Box("red", "3 0 0 0"));
   // The front has y from -0.2 to 0.2 and z from 0 to 1; the eye is 2.5 m away at a height of 0.42
   // m.
@@ -296,7 +296,7 @@ TEST(CameraTest, ClipsAtItsPlanes) {
   ExpectPixel(near.camera, 16, 16, kRed, 2.9);
 }
 
-TEST(CameraTest, WallsThatPassTheEyeAreCut) {
+TEST(CameraTest, WallsThatPassTheEyeAreClipped) {
   // A long wall on the right begins behind the camera.
   const Scene scene(Robot("resolution [32 32]") + Box("red", "0 -0.6 0 0", "12 0.2 1"));
   const double tangent = 31.0 / 32.0 * std::tan(dtor(35));
@@ -319,7 +319,7 @@ TEST(CameraTest, SeesChildrenInsideAndOutsideOfTheirParent) {
   ExpectPixel(scene.camera, 16, 16, kRed, 2.5);
 }
 
-TEST(CameraTest, SeesModelsThatRangersLookThrough) {
+TEST(CameraTest, SeesModelsTransparentForRangers) {
   const Scene scene(Robot() +
                     "model( color \"red\" size [0.4 0.4 1] pose [3 0 0 0] ranger_return -1 "
                     "obstacle_return 0 blob_return 0 )");
@@ -332,7 +332,7 @@ TEST(CameraTest, SeesFlatZonesOnTheFloor) {
   ExpectPixel(scene.camera, 15, 15, kGreen, 0.41 / std::sin(dtor(45)));
 }
 
-TEST(CameraTest, SeesTheUndersideOfWhatHangs) {
+TEST(CameraTest, SeesTheUndersideOfHangingModels) {
   const Scene scene(Robot("resolution [31 31] pantilt [0 -45]") +
                     Box("green", "1.3 0 1.42 0", "1 1 0.2"));
   ExpectPixel(scene.camera, 15, 15, kGreen, std::sqrt(2.0));
@@ -395,7 +395,7 @@ TEST(CameraTest, ColoursAreRoundedAndCut) {
   EXPECT_EQ(ColorAt(scene.camera, 16, 16), (Pixel{128, 255, 0, 255}));
 }
 
-TEST(CameraTest, PicturesAreOfTheBodiesAsTheLastStepLeftThem) {
+TEST(CameraTest, PicturesShowTheEndOfTheLastStep) {
   Scene scene(Robot() + "position( name \"m\" color \"red\" size [0.4 0.4 1] pose [3 0 0 0] )");
   ModelPosition& moving = *FindRunning<ModelPosition>(*scene.world, "m");
   moving.SetSpeed(-0.5, 0, 0);

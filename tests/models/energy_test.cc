@@ -73,7 +73,7 @@ TEST_F(Pack, BeginsEmpty) {
   EXPECT_FALSE(pack.GetCharging());
 }
 
-TEST_F(Pack, TakesWhatThereIsRoomFor) {
+TEST_F(Pack, AcceptsOnlyUpToItsCapacity) {
   Fill(&pack, 4, 10);
   EXPECT_EQ(pack.RemainingCapacity(), 6);
   EXPECT_EQ(pack.ProportionRemaining(), 0.4);
@@ -92,7 +92,7 @@ TEST_F(Pack, TakesWhatThereIsRoomFor) {
   ExpectTotals(10, 10, 0, 0);
 }
 
-TEST_F(Pack, GivesWhatThereIs) {
+TEST_F(Pack, GivesAtMostItsStoredEnergy) {
   Fill(&pack, 4, 10);
   pack.Subtract(1);
   EXPECT_EQ(pack.GetStored(), 3);
@@ -107,7 +107,7 @@ TEST_F(Pack, GivesWhatThereIs) {
   ExpectTotals(0, 10, 3, 0);
 }
 
-TEST_F(Pack, CapacityCutsAndStoredDoesNotAsk) {
+TEST_F(Pack, SetCapacityClampsAndSetStoredDoesNot) {
   Fill(&pack, 8, 10);
   pack.SetCapacity(5);
   EXPECT_EQ(pack.GetStored(), 5);
@@ -118,7 +118,7 @@ TEST_F(Pack, CapacityCutsAndStoredDoesNotAsk) {
   ExpectTotals(7, 5, 0, 0);
 }
 
-TEST_F(Pack, TransfersWhatBothCan) {
+TEST_F(Pack, TransfersWhatBothAllow) {
   Fill(&pack, 5, 10);
   Fill(&other, 1, 3);
   pack.TransferTo(&other, 1.5);
@@ -135,7 +135,7 @@ TEST_F(Pack, TransfersWhatBothCan) {
   ExpectTotals(6, 110, 0, 0);
 }
 
-TEST_F(Pack, InfiniteOnesGiveForEverAndTakeNothing) {
+TEST_F(Pack, InfinitePacksGiveEndlesslyAndAcceptNothing) {
   Fill(&pack, -1, -1);
   EXPECT_EQ(pack.ProportionRemaining(), 1);
   EXPECT_EQ(pack.RemainingCapacity(), 0);
@@ -173,7 +173,7 @@ TEST_F(Pack, AmountsThatAreNotPositiveDoNothing) {
   EXPECT_FALSE(other.GetCharging());
 }
 
-TEST_F(Pack, LeavesTheTotalsWhenItGoes) {
+TEST_F(Pack, DeletionUpdatesTheTotals) {
   {
     PowerPack passing(world->GetGround());
     Fill(&passing, 3, 9);
@@ -291,7 +291,7 @@ TEST(Consumption, AnEmptyPackChangesNothing) {
   EXPECT_EQ(PackOf(*with, "r")->GetDissipated(), 0);
 }
 
-TEST(Consumption, IsSettledAfterTheCallbacks) {
+TEST(Consumption, HappensAfterTheCallbacks) {
   const auto world = LoadText("model( name \"m\" watts 10 joules 5 alwayson 1 )");
   static double seen;
   Find(*world, "m")
@@ -308,7 +308,7 @@ TEST(Consumption, IsSettledAfterTheCallbacks) {
   EXPECT_EQ(seen, 4);
 }
 
-TEST(Consumption, APackThatIsGivenAwayIsMissed) {
+TEST(Consumption, MovedModelsLoseTheirFormerPack) {
   const auto world = LoadText(
       "model( name \"a\" joules 5 model( name \"b\" watts 10 alwayson 1 ) ) model( name \"c\" )");
   Model* b = Find(*world, "a.b");
@@ -326,7 +326,7 @@ TEST(Consumption, APackThatIsGivenAwayIsMissed) {
 const char* const kCharger =
     "model( name \"giver\" size [1 1 1] joules -1 give_watts 100 alwayson 1 )\n";
 
-TEST(Charging, GoesToAllThatTouch) {
+TEST(Charging, ReachesAllTouchingModels) {
   const auto world = LoadText(
       std::string(kCharger) +
       "model( name \"a\" pose [0.5 0 0 0] joules 3 kjoules_capacity 0.03 take_watts 40 watts 10 "
@@ -338,7 +338,7 @@ TEST(Charging, GoesToAllThatTouch) {
   EXPECT_TRUE(PackOf(*world, "b")->GetCharging()) << "full, but touching";
 }
 
-TEST(Charging, TakesItsTurnStepByStep) {
+TEST(Charging, AddsEnergyPerStepUpToTheCapacity) {
   const auto world =
       LoadText(std::string(kCharger) +
                "model( name \"b\" pose [-0.5 0 0 0] joules_capacity 30 take_watts 400 )");
@@ -356,7 +356,7 @@ TEST(Charging, NeedsARunningGiverWithAPack) {
   }
 }
 
-TEST(Charging, NeedsATakerThatWantsItAndHasAPack) {
+TEST(Charging, NeedsATakerWithTakeWattsAndPack) {
   for (const char* taker :
        {"model( name \"t\" pose [0.5 0 0 0] joules_capacity 30 )",
         "model( name \"t\" joules_capacity 30 model( pose [0.5 0 0 0] size [0.1 0.1 1] ) "
@@ -374,7 +374,7 @@ TEST(Charging, GoesThroughAChildsContactIntoItsParentsPack) {
   EXPECT_EQ(StoredOver(*world, "t", 2), (Series{0, 4, 8}));
 }
 
-TEST(Charging, OutlinesCountAndHeightsDoNot) {
+TEST(Charging, UsesOutlinesAndIgnoresHeights) {
   const char* taker = "size [0.2 0.2 0.2] joules_capacity 30 take_watts 40 )\n";
   const auto world =
       LoadText(std::string(kCharger) + "model( name \"inside\" pose [0 0 0 0] " + taker +
@@ -388,7 +388,7 @@ TEST(Charging, OutlinesCountAndHeightsDoNot) {
   EXPECT_EQ(PackOf(*world, "beside")->GetStored(), 0);
 }
 
-TEST(Charging, OnlyTheGiversOwnBlocksAndNoRelatives) {
+TEST(Charging, UsesOnlyTheGiversOwnBlocksAndIgnoresRelatives) {
   const auto world = LoadText(
       "model( name \"giver\" size [1 1 1] joules -1 give_watts 100 alwayson 1\n"
       "  model( name \"arm\" pose [2 0 0 0] )\n"
@@ -418,7 +418,7 @@ TEST(Charging, IsOverWhenContactIsLost) {
   EXPECT_FALSE(pack->GetCharging()) << "a giver that stops lets go";
 }
 
-TEST(Charging, ScarceEnergyGoesByTheOrderOfCreation) {
+TEST(Charging, ScarceEnergyIsGivenInOrderOfCreation) {
   const char* giver = "model( name \"giver\" size [1 1 1] joules 5 give_watts 40 alwayson 1 )\n";
   const char* first =
       "model( name \"a\" pose [0.5 0 0 0] size [0.1 0.1 1] joules_capacity 9 take_watts 90 )\n";
@@ -447,7 +447,7 @@ TEST(Charging, SurvivesTheDeletionOfEitherSide) {
 
 // ---- whole worlds -------------------------------------------------------------------------------
 
-TEST(EnergyTotals, ComeAndGoWithTheWorld) {
+TEST(EnergyTotals, AreCreatedAndDeletedWithTheWorld) {
   InitLibrary();
   const double stored = PowerPack::global_stored, capacity = PowerPack::global_capacity;
   const double dissipated = PowerPack::global_dissipated, input = PowerPack::global_input;
@@ -467,7 +467,7 @@ TEST(EnergyTotals, ComeAndGoWithTheWorld) {
   }
 }
 
-TEST(EnergyTotals, TheStateHashSeesEnergy) {
+TEST(EnergyTotals, AreInTheStateHash) {
   const auto a = LoadText("model( name \"m\" joules 5 watts 1 alwayson 1 )");
   const auto b = LoadText("model( name \"m\" joules 5 watts 1 alwayson 1 )");
   EXPECT_EQ(a->StateHash(), b->StateHash());

@@ -13,7 +13,7 @@ namespace {
 
 // ---- who is found -------------------------------------------------------------------------------
 
-TEST(Found, OnlyThoseWithAReturn) {
+TEST(Found, OnlyModelsWithAReturn) {
   Scene scene(Target("a", 1, 0, "") + Target("b", 0, 1, "fiducial_return 0") +
               Target("c", 0, -1, "fiducial_return 5"));
   EXPECT_EQ(scene.Ids(), Ids{5});
@@ -59,7 +59,7 @@ TEST(Found, NotTheOwnTree) {
   EXPECT_EQ(found[0].id, 3);
 }
 
-TEST(Found, NotTheOwnTreeEvenWhereNothingIsHit) {
+TEST(Found, NotTheOwnTreeEvenIfNothingIsHit) {
   const auto world = LoadText(
       "model( name \"r\" noblocks 1 fiducial_return 1 model( pose [1 0 0 0] noblocks 1"
       " fiducial_return 2 ) fiducial( name \"f\" ignore_zloc 1 alwayson 1 ) )\n"
@@ -70,7 +70,7 @@ TEST(Found, NotTheOwnTreeEvenWhereNothingIsHit) {
   EXPECT_EQ(found[0].id, 3);
 }
 
-TEST(Found, ChildrenOfOthersToo) {
+TEST(Found, ChildrenOfOtherModels) {
   Scene scene(
       "model( name \"a\" pose [3 0 0 180] size [1 1 1] noblocks 1 stack_children 0"
       " model( pose [1 0.5 0 90] size [0.2 0.2 1] fiducial_return 3 ) )");
@@ -189,7 +189,7 @@ TEST(Sight, IsLevel) {
   EXPECT_EQ(scene.Ids(), Ids{1});
 }
 
-TEST(Sight, IgnoringHeightsWhatIsBehindStillMatters) {
+TEST(Sight, IgnoringHeightsStillTestsOcclusion) {
   Scene scene("model( pose [3 0 0 0] noblocks 1 fiducial_return 1 )\n" +
                   std::string("model( name \"wall\" pose [6 0 0 0] size [0.1 1 1] )"),
               "ignore_zloc 1");

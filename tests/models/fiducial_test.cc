@@ -121,7 +121,7 @@ TEST(Finder, WorldFilesAreRefused) {
             std::string::npos);
 }
 
-TEST(Finder, TheOtherWayToGetFiducials) {
+TEST(Finder, GetFiducialsWithCountReturnsTheSame) {
   Scene scene(Target("a", 1, 0, "fiducial_return 1") + Target("b", 0, 1, "fiducial_return 2"));
   unsigned int count = 7;
   scene.finder->GetFiducials(&count);
@@ -141,7 +141,7 @@ TEST(Finder, FindsNothingWithoutSubscribers) {
   EXPECT_EQ(world->statistics().trace.rays, 0u);
 }
 
-TEST(Finder, ForgetsAtShutdownForGood) {
+TEST(Finder, DropsItsListAtShutdown) {
   Scene scene(Target("a", 1, 0, "fiducial_return 1"));
   EXPECT_EQ(scene.Ids(), Ids{1});
   scene.finder->Unsubscribe();
@@ -151,7 +151,7 @@ TEST(Finder, ForgetsAtShutdownForGood) {
   EXPECT_EQ(scene.Ids(), Ids{1});
 }
 
-TEST(Finder, RaysOnTheirWayAreForgottenAtShutdown) {
+TEST(Finder, DropsPendingRaysAtShutdown) {
   Scene scene(Target("a", 1, 0, "fiducial_return 1"));
   scene.world->Enqueue(
       0, 100000, scene.finder, [](Model* m, void*) { return m->Unsubscribe(), 0; }, nullptr);
@@ -209,7 +209,7 @@ TEST(Report, IsExact) {
   }
 }
 
-TEST(Report, NearerThanTheMinimumIsAtTheMinimum) {
+TEST(Report, RangesBelowTheMinimumReadTheMinimum) {
   Scene scene(Target("a", 1, 0, "fiducial_return 1") + Target("b", 0, 2, "fiducial_return 2"),
               "range_min 1.5 range_max_id 1.2");
   ASSERT_EQ(scene.Found().size(), 2u);
@@ -224,7 +224,7 @@ TEST(Report, NearerThanTheMinimumIsAtTheMinimum) {
 }
 
 // Origins of bodies are ignored, except that rays start at that of the finder.
-TEST(Report, GoesByOrigins) {
+TEST(Report, UsesPosesNotBodyOffsets) {
   Scene scene("model( pose [2 0 0 0] origin [0 0.05 0 45] size [0.5 0.5 0.5] fiducial_return 1 )",
               "origin [0.3 0 0 0]");
   ASSERT_EQ(scene.Found().size(), 1u);
@@ -239,7 +239,7 @@ TEST(Report, GoesByOrigins) {
 }
 
 // Position models move after sensing, so reports have their poses at the start of the step.
-TEST(Report, IsOfTheStartOfTheStep) {
+TEST(Report, HasThePosesAtTheStartOfTheStep) {
   Scene scene("position( name \"p\" pose [2 0 0 0] size [0.2 0.2 0.5] fiducial_return 1 )",
               "fov 360");
   ModelPosition* target = FindRunning<ModelPosition>(*scene.world, "p");
@@ -265,7 +265,7 @@ int DeleteIt(Model*, void* model) {
 const std::string kPair =
     Target("a", 1, 0, "fiducial_return 1") + Target("b", 0, 1, "fiducial_return 2");
 
-TEST(Deletion, TakesTheEntryAway) {
+TEST(Deletion, RemovesTheEntry) {
   Scene scene(kPair);
   EXPECT_EQ(scene.Found().size(), 2u);
   delete Find(*scene.world, "a");
@@ -274,7 +274,7 @@ TEST(Deletion, TakesTheEntryAway) {
   EXPECT_EQ(scene.Ids(), Ids{2});
 }
 
-TEST(Deletion, TakesItAwayEvenIfItIsNoLongerATarget) {
+TEST(Deletion, RemovesTheEntryOfAFormerTarget) {
   Scene scene(kPair, "update_interval 1000");
   Step(*scene.world, 10);
   EXPECT_EQ(scene.finder->GetFiducials().size(), 2u);
@@ -285,7 +285,7 @@ TEST(Deletion, TakesItAwayEvenIfItIsNoLongerATarget) {
   EXPECT_EQ(scene.finder->GetFiducials().size(), 1u);
 }
 
-TEST(Deletion, WhileRaysAreOnTheirWay) {
+TEST(Deletion, WithPendingRays) {
   for (const bool batch : {true, false})
     for (const char* properties : {"", "ignore_zloc 1"}) {
       World::run_options.batch = batch;
@@ -334,7 +334,7 @@ TEST(Deletion, OfAWholeTree) {
   EXPECT_TRUE(Find<ModelFiducial>(*world, "s.f")->GetFiducials().empty());
 }
 
-TEST(Deletion, OfTheFinderWhileItsRaysAreOnTheirWay) {
+TEST(Deletion, OfTheFinderWithPendingRays) {
   Scene scene(kPair + "fiducial( name \"g\" alwayson 1 )");
   scene.world->Enqueue(0, 100000, Find(*scene.world, "a"), DeleteIt, scene.finder);
   Step(*scene.world);
@@ -356,7 +356,7 @@ TEST(Deletion, OfEverything) {
 
 // ---- ways of tracing ----------------------------------------------------------------------------
 
-TEST(Tracing, ResultsDoNotDependOnHow) {
+TEST(Tracing, ResultsDoNotDependOnTheMethod) {
   const auto robot = [](int i) {
     const int column = i % 8, row = i / 8;
     return "position( fiducial_return " + std::to_string(i + 1) + " pose [" +
@@ -379,7 +379,7 @@ TEST(Tracing, ResultsDoNotDependOnHow) {
   EXPECT_LT(outcome.rays, 60u * 59 * 10 / 4);          // but only to models in range and view
 }
 
-TEST(Tracing, TheStateHashCoversWhatWasFound) {
+TEST(Tracing, StateHashCoversTheList) {
   Scene scene(Target("a", 1, 0, "fiducial_return 1"));
   Step(*scene.world);
   const uint64_t hash = scene.world->StateHash();

@@ -56,7 +56,7 @@ TEST_F(Flags, AreRemovedWhereverTheyAre) {
   ExpectCalls(3, 2);  // even though there was no such flag
 }
 
-TEST_F(Flags, OfNoFlagNothingHappens) {
+TEST_F(Flags, NullFlagsAreIgnored) {
   m->AddFlag(nullptr);
   m->PushFlag(nullptr);
   m->RemoveFlag(nullptr);
@@ -96,7 +96,7 @@ TEST_F(Flags, ChangeColourAndSize) {
   a.Draw(nullptr);
 }
 
-TEST_F(Flags, AreSeenByTheStateHash) {
+TEST_F(Flags, AreInTheStateHash) {
   const uint64_t before = world->StateHash();
   m->PushFlag(&a);
   EXPECT_NE(world->StateHash(), before);
@@ -169,7 +169,7 @@ TEST_F(Trails, AreTwentyItemsOfTenStepsEachByDefault) {
   EXPECT_EQ(walker->Trail().back().time, 30000000u);
 }
 
-TEST_F(Trails, OfNoLengthAreOffAndAnIntervalOfZeroIsEveryStep) {
+TEST_F(Trails, ZeroLengthDisablesAndZeroIntervalIsEveryStep) {
   Load("trail_length 0");
   Step(*world, 20);
   EXPECT_TRUE(walker->Trail().empty());

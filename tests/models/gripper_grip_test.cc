@@ -14,7 +14,7 @@ namespace {
 
 // ---- sensing and gripping -----------------------------------------------------------------------
 
-TEST(Gripper, CaseOfStage) {
+TEST(Gripper, MatchesStageReferenceCase) {
   Robot robot(Puck());
   World& world = *robot.world;
   Model* puck = Find(world, "puck");
@@ -94,7 +94,7 @@ TEST(Gripper, CanGripAgain) {
   }
 }
 
-TEST(Gripper, HoldsItInItsOwnPlaceWithoutStackingToo) {
+TEST(Gripper, HoldsAtTheSamePlaceWithoutStacking) {
   Robot robot(Puck(), "stack_children 0");
   robot.gripper->CommandClose();
   robot.Step(20);
@@ -157,7 +157,7 @@ TEST(Gripper, NeverGripsItsOwnRobot) {
   EXPECT_EQ(gripper->Parent(), Find(*world, "r"));
 }
 
-TEST(Gripper, LetsGoOfWhatIsTakenAway) {
+TEST(Gripper, ReleasesAModelThatIsTakenAway) {
   Robot robot(Puck());
   Model* puck = Find(*robot.world, "puck");
   robot.gripper->CommandClose();
@@ -218,7 +218,7 @@ int Delete(Model*, void* victim) {
   return 1;
 }
 
-TEST(Gripper, ModelsMayBeDeletedWhileItsRaysWait) {
+TEST(Gripper, ModelsCanBeDeletedWithPendingRays) {
   Robot robot(Puck());
   robot.gripper->CommandClose();
   robot.Step(10);
@@ -243,7 +243,7 @@ TEST(Gripper, CallbacksMayDeleteWhatAnotherGripperTouches) {
   EXPECT_EQ(b->GetConfig().gripped, nullptr);
 }
 
-TEST(Gripper, LoadedAgainItLetsGoAndKeepsItsBody) {
+TEST(Gripper, ReloadingReleasesAndKeepsTheBody) {
   const auto world = LoadText(
       "gripper( name \"g\" paddle_state [\"open\" \"down\"]\n"
       "  block( points 3 point[0] [0 0] point[1] [0.05 0] point[2] [0 0.05] z [0 0.1] ) )\n" +
@@ -262,7 +262,7 @@ TEST(Gripper, LoadedAgainItLetsGoAndKeepsItsBody) {
 
 // ---- the same however it is run -----------------------------------------------------------------
 
-TEST(Gripper, ResultsDoNotDependOnHowTheyAreMade) {
+TEST(Gripper, ResultsDoNotDependOnTheMethod) {
   const auto bot_and_thing = [](int i) {
     const int column = i % 8, row = i / 8;
     return "bot( pose [" + std::to_string(column * 0.8) + " " + std::to_string(row * 0.8) + " 0 " +

@@ -140,7 +140,7 @@ double DistanceToFingers(const World& world, double z) {
       .range;
 }
 
-TEST(GripperBody, IsDrawnWhereItIs) {
+TEST(GripperBody, IsRasterizedAtItsPosition) {
   Robot robot;
   EXPECT_NEAR(DistanceToFingers(*robot.world, 0.05), 0.85, kCell);
   EXPECT_EQ(DistanceToFingers(*robot.world, 0.15), 5);
@@ -168,7 +168,7 @@ TEST(GripperBody, HasTheSizeThatItIsGiven) {
 }
 
 // In Stage the fingers then point to deleted blocks.
-TEST(GripperBody, FurtherBlocksAreFurtherBody) {
+TEST(GripperBody, AdditionalBlocksExtendTheBody) {
   const auto world = LoadText(
       "gripper( name \"g\" block( points 4 point[0] [0.1 -0.15] point[1] [0.3 -0.15]\n"
       "  point[2] [0.3 0.15] point[3] [0.1 0.15] z [0 0.2] ) )");
@@ -245,7 +245,7 @@ TEST(Gripper, AFullTravelTakesTwentyUpdates) {
   EXPECT_EQ(gripper.GetConfig().lift_position, 0);
 }
 
-TEST(Gripper, MotionGoesOnUnderAnotherCommand) {
+TEST(Gripper, MotionContinuesDuringAnotherCommand) {
   Robot robot;
   robot.gripper->CommandClose();
   robot.Step(2);

@@ -123,7 +123,7 @@ TEST(Body, ABoundaryHasNoEffectBesideBlocks) {
   EXPECT_EQ(Look(*with, 1.3, -1.2, 0.5, -M_PI / 2).mod, nullptr);
 }
 
-TEST(Body, SetGeomScalesAndZeroSizesAreNotForGood) {
+TEST(Body, SetGeomScalesAndZeroSizesCanBeUndone) {
   const auto world = LoadText("model( name \"a\" size [1 1 1] )");
   Model* a = Find(*world, "a");
   a->SetGeom(Geom(Pose(0.5, 0, 0, 0), Size(2, 3, 0.5)));
@@ -149,7 +149,7 @@ TEST(Body, BlocksAddedAtRunTimeAreDrawnWithTheNextChange) {
   ExpectExtent(*world, -1, 3, 0.5, 1.5, 0.25);
 }
 
-TEST(Body, AddingBlocksToAModelThatIsDrawnLeavesNothingBehind) {
+TEST(Body, AddingBlocksLeavesNoStaleCells) {
   const auto world = LoadText("model( name \"a\" size [1 1 1] )");
   Model* a = Find(*world, "a");
   for (int i = 0; i < 30; i++) {
@@ -233,7 +233,7 @@ TEST(Collision, TheGroundIsHitBelowZero) {
   EXPECT_FALSE(a->HasCollision());
 }
 
-TEST(Collision, DescendantsCountRelationsDoNot) {
+TEST(Collision, DescendantsCountRelativesDoNot) {
   const auto world = LoadText(
       "model( name \"a\" size [0.4 0.4 1] stack_children 0 model( name \"b\" pose [0.1 0 0 0] )"
       " model( name \"c\" pose [2 0 0 0] ) ) model( name \"d\" pose [4 0 0 0] )");

@@ -40,7 +40,7 @@ TEST(Names, OldOnesStayValid) {
   EXPECT_EQ(laser->TokenStr(), "r0.laser");
 }
 
-TEST(Names, UnknownOnesGiveNothingAndAWarning) {
+TEST(Names, UnknownNamesWarnAndReturnNull) {
   const auto world = EmptyWorld();
   const std::string output = ErrorsOf([&] {
     EXPECT_EQ(world->GetModel("nobody"), nullptr);
@@ -49,7 +49,7 @@ TEST(Names, UnknownOnesGiveNothingAndAWarning) {
   EXPECT_NE(output.find("nobody"), std::string::npos);
 }
 
-TEST(Names, ChildrenCarryTheirParentsUnlessASlashSaysNo) {
+TEST(Names, ChildrenHaveTheParentsPrefixUnlessASlashPrecedes) {
   const auto world =
       LoadText("model( model( name \"b\" model( name \"/c\" model( ) ) ) name \"a\" model( ) )");
   EXPECT_EQ(Find(*world, "a")->GetChildren().size(), 2u);
@@ -59,7 +59,7 @@ TEST(Names, ChildrenCarryTheirParentsUnlessASlashSaysNo) {
   EXPECT_EQ(Find(*world, "a.model:1")->Parent(), Find(*world, "a"));
 }
 
-TEST(Names, TheLaterOfTwoEqualOnesIsFound) {
+TEST(Names, DuplicateNamesFindTheLaterModel) {
   const auto world = LoadText("model( name \"a b.c\" ) model( name \"a b.c\" pose [1 0 0 0] )");
   EXPECT_EQ(Find(*world, "a b.c")->GetPose().x, 1);
 }
@@ -108,7 +108,7 @@ TEST(Tree, VisitsParentsBeforeChildrenTheGroundFirst) {
   EXPECT_EQ(journal.Text(), "_ground_model a a.b a.b.c a.d e");
 }
 
-TEST(Tree, HandsOutModelsOfATypeOnce) {
+TEST(Tree, GetUnusedModelOfTypeReturnsEachOnce) {
   const auto world = LoadText(
       "position( name \"r\" ranger( name \"a\" ranger( name \"b\" ) )"
       " ranger( name \"c\" ) )");
@@ -222,7 +222,7 @@ TEST(Frames, LocalToGlobalHasTheBodysOffsetAndGlobalToLocalHasNot) {
 }
 
 // Stage raises a child of a stacking parent by the parent's height at each call.
-TEST(Frames, SetGlobalPoseDoesNotLift) {
+TEST(Frames, SetGlobalPoseKeepsTheHeight) {
   const auto world = LoadText(
       "model( name \"a\" pose [1 2 0 30] size [1 1 0.7] model( name \"b\" pose [0.1 0.2 0.25 10] ) "
       ")");
@@ -248,7 +248,7 @@ TEST(Frames, SetPoseNormalisesAndAddToPoseAdds) {
   ExpectPose(a->GetPose(), 0, 3, 4, -1);
 }
 
-TEST(Frames, PosesThatAreNotFiniteAreRefusedAndHugeHeadingsEnd) {
+TEST(Frames, RefusesNonFinitePosesAndNormalizesHugeHeadings) {
   const auto world = LoadText("model( name \"a\" pose [1 2 0 0] )");
   Model* a = Find(*world, "a");
   const double nan = std::numeric_limits<double>::quiet_NaN(),

@@ -45,7 +45,7 @@ uint64_t HashOfCrowd(const RunOptions& options) {
 
 // ---- the library's own --------------------------------------------------------------------------
 
-TEST(ModelTypes, KnowTheLibrarysOwn) {
+TEST(ModelTypes, BuiltInTypesAreRegistered) {
   const auto world = EmptyWorld();
   for (const std::string type :
        {"actuator", "blinkenlight", "blobfinder", "bumper", "camera", "fiducial", "gripper",
@@ -104,7 +104,7 @@ TEST(ModelTypes, OfPluginsShareAWorldWithOthersOnAnyNumberOfThreads) {
   EXPECT_EQ(HashOfCrowd(options), alone) << "ray by ray";
 }
 
-TEST(ModelTypes, OfPluginsAreExplainedAndMeasured) {
+TEST(ModelTypes, PluginTypesAreExplainedAndMeasured) {
   const auto world = LoadText(CrowdText(3));
   Step(*world, 2);
   const uint64_t hash = world->StateHash();

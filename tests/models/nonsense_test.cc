@@ -81,7 +81,7 @@ void ForEachProperty(F f) {
   for (const Property& property : properties::kTypes) f(property);
 }
 
-TEST(Nonsense, NegativeNumbersAreAnsweredOrListed) {
+TEST(Nonsense, NegativeNumbersAreRefusedOrListed) {
   std::set<std::string> met;
   ForEachProperty([&](const Property& property) {
     const std::vector<std::string> elements = ElementsOf(property.value);
@@ -153,7 +153,7 @@ const Contradiction kContradictions[] = {
     {"show_clock_interval 0", true, "using 1"},
 };
 
-TEST(Nonsense, ContradictionsAreOneLine) {
+TEST(Nonsense, ContradictionsGiveOneMessage) {
   for (const Contradiction& wrong : kContradictions) {
     const LoadOutcome outcome = TryToLoad(wrong.text);
     EXPECT_EQ(outcome.loaded, wrong.loads) << wrong.text << '\n' << outcome.errors;
@@ -163,7 +163,7 @@ TEST(Nonsense, ContradictionsAreOneLine) {
   }
 }
 
-TEST(Nonsense, NamesThatAreNotTheSameAreFine) {
+TEST(Nonsense, UnambiguousNamesAreAccepted) {
   for (const char* text : {"model( name \"a\" model( name \"a\" ) )",
                            "model( name \"a\" ) model( )", "model( name \"model:2\" )"})
     EXPECT_EQ(TryToLoad(text).errors, "") << text;

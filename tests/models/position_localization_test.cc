@@ -40,7 +40,7 @@ TEST(Localization, OriginIsThatOfTheOdometryAndNothingToGps) {
   }
 }
 
-TEST(Localization, TheFirstStepIsNoJump) {
+TEST(Localization, FirstStepDoesNotJump) {
   for (const char* localization : {"gps", "odom"})
     for (const char* origin :
          {"", "localization_origin [1 2 0 30]", "localization_origin [0 0 0 0]"})
@@ -148,7 +148,7 @@ TEST(Odometry, ErrorsAreSharesOfTheMotionThatWasMade) {
 }
 
 // The estimate is a public variable, which a client may set.
-TEST(Odometry, GoesOnFromWhatAClientHasWritten) {
+TEST(Odometry, ContinuesFromAClientsEstimate) {
   Robot robot("localization \"odom\" odom_error [0 0 0 0]");
   ModelPosition& p = *robot.position;
   p.SetSpeed(0.5, 0, 0);

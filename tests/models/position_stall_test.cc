@@ -12,7 +12,7 @@ namespace {
 
 // ---- stalls -------------------------------------------------------------------------------------
 
-TEST(Stall, RefusesTheStepKeepsTheVelocityAndTriesAgain) {
+TEST(Stall, RejectsTheMoveAndRetries) {
   // The robot's front is at 0.2 and the face of the box at 0.29, so one step of 0.05 is free.
   Robot robot("", "model( name \"box\" pose [0.49 0 0 0] size [0.4 0.4 1] )");
   ModelPosition& p = *robot.position;

@@ -295,7 +295,7 @@ TEST(GoTo, TurnsToBothSidesEquallyFast) {
   }
 }
 
-TEST(GoTo, ArrivesWithEveryDriveThatCan) {
+TEST(GoTo, ArrivesWithEverySupportedDrive) {
   for (const char* drive : {"diff", "omni"}) {
     for (const double heading : {0.0, 2.0, -2.5}) {
       Robot robot("pose [3 4 0 130] drive \"" + std::string(drive) + "\"");
@@ -342,7 +342,7 @@ TEST(GoTo, SteersByTheEstimate) {
   ExpectPose(robot.position->GetPose(), 3.2, 3.9, 0, 0, 1e-3);
 }
 
-TEST(GoTo, TurnsOnTheSpotWhenItIsThere) {
+TEST(GoTo, TurnsInPlaceAtTheGoal) {
   Robot robot("");
   robot.position->GoTo(0.019, -0.019, 0.5);
   Step(*robot.world);
@@ -366,7 +366,7 @@ TEST(Velocities, GlobalOnesAreTurned) {
              -std::sin(a) + 2 * std::cos(a), 0, 4);
 }
 
-TEST(Velocities, ThatOfTheWorldFileLastsUntilTheFirstUpdate) {
+TEST(Velocities, WorldFileVelocityLastsUntilTheFirstUpdate) {
   const std::string robot = "velocity [0.5 0 0 0] alwayson 1 ";
   const auto at_once = LoadText("position( name \"r\" " + robot + ")");
   Step(*at_once, 3);

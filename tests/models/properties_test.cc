@@ -99,7 +99,7 @@ std::string WithoutIndex(const std::string& name) {
 }
 
 /// No property is read that is not in the table. docs/properties.md has the same properties.
-TEST(PropertiesTable, HasAllThatReadersAskFor) {
+TEST(PropertiesTable, HasAllPropertiesThatAreRead) {
   std::set<std::string> tabled, asked;
   const auto add = [&](const Property& property) {
     tabled.insert(WithoutIndex(property.name));

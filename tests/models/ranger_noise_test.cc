@@ -82,7 +82,7 @@ TEST(Noise, MakesNoReadingBelowTheMinimumOrAboveTheMaximum) {
     }
 }
 
-TEST(Noise, LeavesWhatIsTooNearToBeMeasuredAlone) {
+TEST(Noise, DoesNotChangeReadingsBelowTheMinimum) {
   Scene hits("sensor( samples 100 fov 0 range [4 8] noise [4 5 0] )");
   Scene exact("sensor( samples 100 fov 0 range [4 8] )");
   EXPECT_EQ(hits.Ranges(), exact.Ranges());
@@ -94,7 +94,7 @@ TEST(Noise, LeavesMissesAlone) {
   EXPECT_EQ(misses.Ranges(), std::vector<double>(100, 5));
 }
 
-TEST(Noise, WhatIsNoMagnitudeCountsAsZero) {
+TEST(Noise, InvalidMagnitudesCountAsZero) {
   Scene scene("sensor( samples 10 fov 0 )");
   const std::vector<double> exact = scene.Ranges();
   for (const double value : {-1.0, kNaN, 0.0}) {
@@ -137,7 +137,7 @@ TEST(Noise, DependsOnTheSeedAlone) {
   EXPECT_EQ(NoisyReadings(4, 2), NoisyReadings(1, 2));
 }
 
-TEST(Noise, IsAnotherForEachSensor) {
+TEST(Noise, DiffersBetweenSensors) {
   Scene scene(
       "sensor( noise [0.01 0 0] ) sensor( noise [0.01 0 0] )",
       std::string(kBoxAhead) + "ranger( name \"m\" alwayson 1 sensor( noise [0.01 0 0] ) )");

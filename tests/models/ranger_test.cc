@@ -63,7 +63,7 @@ TEST(Ranger, NothingHitIsExactlyTheMaximumRange) {
 
 // Only changed intensities are written. The result must be correct even if a client has written
 // them.
-TEST(Ranger, IntensitiesAreThoseOfWhatIsHitNow) {
+TEST(Ranger, IntensitiesAreCurrent) {
   const char* sensors = "sensor( range [0 9] samples 90 fov 360 ) sensor( samples 7 fov 200 )";
   std::string boxes;
   for (const char* number : {"0", "1", "2", "3"})
@@ -166,7 +166,7 @@ TEST(Ranger, WithoutSubscribersNothingIsMeasured) {
   EXPECT_TRUE(Find<ModelRanger>(*world, "l")->GetSensors()[0].ranges.empty());
 }
 
-TEST(Ranger, TheDataStayWhenTheLastSubscriberGoes) {
+TEST(Ranger, KeepsReadingsAfterTheLastUnsubscription) {
   Scene scene("sensor( )");
   EXPECT_NEAR(scene.Ranges().at(0), 2.5, kCell);
   scene.ranger->Unsubscribe();
@@ -183,7 +183,7 @@ TEST(Ranger, AlwaysonMeasuresFromTheFirstStepOn) {
   EXPECT_NEAR(Find<ModelRanger>(*world, "l")->GetSensors()[0].ranges.at(0), 2.5, kCell);
 }
 
-TEST(Ranger, SeesTheWorldAsTheLastStepLeftIt) {
+TEST(Ranger, SeesTheWorldAtTheStartOfTheStep) {
   Scene scene("sensor( range [0 9] )",
               "position( name \"r\" pose [4 0 0 180] size [0.4 0.4 1] alwayson 1 )");
   ModelPosition* robot = Find<ModelPosition>(*scene.world, "r");
@@ -197,7 +197,7 @@ TEST(Ranger, SeesTheWorldAsTheLastStepLeftIt) {
 
 // When a robot stops, Stage keeps its last but one image in one of two grids, so that readings
 // alternate endlessly: 3.58 3.62 3.58 3.62 ...
-TEST(Ranger, ARobotThatStoppedStandsStill) {
+TEST(Ranger, StoppedRobotHasConstantRange) {
   Scene scene("sensor( range [0 9] )",
               "position( name \"r\" pose [4.0101 0 0 180] size [0.4 0.4 1] alwayson 1 )");
   ModelPosition* robot = Find<ModelPosition>(*scene.world, "r");
@@ -252,7 +252,7 @@ TEST(Visibility, ChangesAtRunTimeInBothDirections) {
   }
 }
 
-TEST(Visibility, ChangesOfWhatIsMovedWhileItIsTransparent) {
+TEST(Visibility, ChangesAfterMovingWhileTransparent) {
   Scene scene("sensor( range [0 9] )");
   Model* box = Find(*scene.world, "box");
   box->SetRangerReturn(-1);
@@ -296,7 +296,7 @@ TEST(Visibility, ChangesOfAModelThatStopped) {
   for (int i = 0; i < 3; i++) EXPECT_NEAR(scene.Ranges().at(0), 2.53, kCell);
 }
 
-TEST(Visibility, ChangesOfWhatIsCarried) {
+TEST(Visibility, ChangesOfCarriedModels) {
   Scene scene("sensor( range [0 9] )",
               "model( name \"cart\" pose [3 0 0 0] ranger_return -1 stack_children 0\n"
               "  model( name \"load\" size [1 1 1] ranger_return -1 ) )");
@@ -311,14 +311,14 @@ TEST(Visibility, ChangesOfWhatIsCarried) {
   EXPECT_NEAR(scene.Ranges().at(0), 3.5, kCell);
 }
 
-TEST(Visibility, NothingElseMatters) {
+TEST(Visibility, IgnoresOtherReturns) {
   Scene scene("sensor( )",
               "model( pose [3 0 0 0] size [1 1 1] obstacle_return 0 blob_return 0"
               " color_rgba [0 0 0 0] )");
   EXPECT_NEAR(scene.Ranges().at(0), 2.5, kCell);
 }
 
-TEST(Visibility, TheHeightOfTheRayDecidesEndsIncluded) {
+TEST(Visibility, RayHitsHeightsInAClosedInterval) {
   // A flat sensor, so that the ray is exactly at the height of the ranger.
   struct {
     double z;
@@ -360,7 +360,7 @@ TEST(Visibility, HeightsFollowSensorOriginAndStacking) {
   }
 }
 
-TEST(Visibility, OnesOwnTreeIsInvisible) {
+TEST(Visibility, OwnTreeIsTransparent) {
   const auto world = LoadText(
       "position( name \"r\" size [2 2 1] stack_children 0\n"
       "  model( pose [0.5 0 0 0] size [0.1 0.3 1] model( pose [0.2 0 -0.7 0] size [0.1 0.3 1] ) )\n"
@@ -376,7 +376,7 @@ TEST(Visibility, OnesOwnTreeIsInvisible) {
   EXPECT_NEAR(s.ranges[5], 2.5, 2 * kCell);
 }
 
-TEST(Visibility, WhatIsPickedUpBecomesInvisible) {
+TEST(Visibility, PickedUpModelsBecomeTransparent) {
   const auto world = LoadText(
       "position( name \"r\" size [0.2 0.2 0.2] ranger( name \"l\" alwayson 1"
       " sensor( range [0 9] ) ) )\n" +
@@ -463,7 +463,7 @@ TEST(EdgeCases, FieldsOfView) {
   }
 }
 
-TEST(EdgeCases, FieldsOfViewThatAreNoAngleLookAhead) {
+TEST(EdgeCases, NonFiniteFieldsOfViewLookAhead) {
   for (const double fov : {kNaN, kInfinity}) {
     Scene scene("sensor( samples 3 )");
     scene.sensor().fov = fov;
@@ -490,7 +490,7 @@ TEST(EdgeCases, AnInfiniteRangeInAWorldFile) {
   EXPECT_EQ(scene.sensor().intensities, (std::vector<double>{0, 1, 0}));
 }
 
-TEST(EdgeCases, PosesThatAreNowhereSeeNothing) {
+TEST(EdgeCases, NonFinitePosesSeeNothing) {
   const Pose poses[] = {Pose(kNaN, 0, 0, 0),      Pose(0, kNaN, 0, 0),      Pose(0, 0, 0, kNaN),
                         Pose(kInfinity, 0, 0, 0), Pose(0, 0, 0, kInfinity), Pose(1e12, 0, 0, 0),
                         Pose(0, 0, kInfinity, 0)};
@@ -505,7 +505,7 @@ TEST(EdgeCases, PosesThatAreNowhereSeeNothing) {
 }
 
 // In Stage a ray at height NaN passes every test of heights.
-TEST(EdgeCases, ASensorAtNoHeightSeesNothing) {
+TEST(EdgeCases, SensorAtHeightNaNSeesNothing) {
   Scene scene("sensor( )");
   scene.sensor().pose.z = kNaN;
   EXPECT_EQ(scene.Ranges().at(0), 5);

@@ -38,7 +38,7 @@ const Command kCommands[] = {
     [](ModelPosition& r) { r.SetGlobalVelocity(Velocity(1, 0, 0, 0)); },
 };
 
-TEST(UnheardCommand, OfAnyKindIsToldOnceByName) {
+TEST(UnheardCommand, WarnsOncePerModel) {
   for (const Command& command : kCommands) {
     Robot robot;
     EXPECT_EQ(robot.Steps(1), "");
@@ -50,7 +50,7 @@ TEST(UnheardCommand, OfAnyKindIsToldOnceByName) {
   }
 }
 
-TEST(UnheardCommand, IsNoneWhereSomebodySubscribes) {
+TEST(UnheardCommand, DoesNotWarnWithSubscribers) {
   for (const Command& command : kCommands) {
     Robot running("alwayson 1"), late;
     command(*running.position);
@@ -61,14 +61,14 @@ TEST(UnheardCommand, IsNoneWhereSomebodySubscribes) {
   }
 }
 
-TEST(UnheardCommand, IsNoneIfItIsToStandStill) {
+TEST(UnheardCommand, DoesNotWarnOfZeroSpeed) {
   Robot robot;
   robot.position->Stop();
   robot.position->SetSpeed(0, 0, 0);
   EXPECT_EQ(robot.Steps(2), "");
 }
 
-TEST(UnheardCommand, IsToldOfEachRobot) {
+TEST(UnheardCommand, WarnsOfEachRobot) {
   const auto world = LoadText("position( name \"a\" ) position( name \"b\" pose [2 0 0 0] )");
   for (const char* name : {"a", "b"}) Find<ModelPosition>(*world, name)->SetSpeed(1, 0, 0);
   const std::string errors = ErrorsOf([&] { Step(*world, 3); });
@@ -78,7 +78,7 @@ TEST(UnheardCommand, IsToldOfEachRobot) {
 }
 
 /// There is no warning for a robot that is deleted before the step.
-TEST(UnheardCommand, IsForgottenWithTheRobot) {
+TEST(UnheardCommand, DoesNotWarnOfDeletedRobots) {
   Robot robot;
   robot.position->SetSpeed(1, 0, 0);
   delete robot.position;

@@ -140,7 +140,7 @@ TEST(WifiLoss, AgreesWithTheFormulaOverManyDecades) {
           << d << " " << f;
 }
 
-TEST(WifiLoss, AtTheSamePlaceADistanceOfACentimetreIsTaken) {
+TEST(WifiLoss, UsesAtLeastACentimetre) {
   EXPECT_NEAR(LossOf("model \"friis\"", 0), 60.2251 - 60, 1e-4);
   EXPECT_NEAR(LossOf("model \"raytrace\"", 0), 69.7833 - 90, 1e-4);
 }
@@ -185,7 +185,7 @@ TEST(Wifi, SimpleReachesItsRange) {
   EXPECT_EQ(pair.Neighbors().size(), 1u);
 }
 
-TEST(Wifi, NoModelNoLinks) {
+TEST(Wifi, HasNoLinksWithoutModel) {
   Pair pair("range 100 power 1000");
   EXPECT_TRUE(pair.Neighbors().empty());
 }
@@ -208,7 +208,7 @@ TEST(Wifi, SenderPowerAndReceiverSensitivityDecide) {
   EXPECT_NEAR(pair.b->GetNeighbors()[0].db, 39.7749, 1e-4);
 }
 
-TEST(Wifi, NeighborsTellWhoTheyAre) {
+TEST(Wifi, NeighborsHaveTheirIdentity) {
   const auto world = LoadText(
       "wifi( name \"a\" model \"friis\" )\n"
       "position( pose [1 2 0 90] size [0.4 0.4 0.2] wifi( pose [0.1 0 0 0] ip \"10.0.0.1\"\n"
@@ -277,7 +277,7 @@ TEST(WifiWalls, AddUp) {
   EXPECT_NEAR(LossOf("model \"raytrace\"", 10, walls), 69.7833 + 90, 1e-4);
 }
 
-TEST(WifiWalls, ThatOverlapCountOnce) {
+TEST(WifiWalls, OverlappingWallsCountOnce) {
   const std::string walls = Wall(2, 1) + Wall(2.25, 1) + Wall(2.1, 0.2);
   EXPECT_NEAR(LossOf("model \"raytrace\"", 10, walls), 69.7833 + 125, 1e-4);
 }
@@ -290,7 +290,7 @@ TEST(WifiWalls, MayBreakTheLink) {
   EXPECT_TRUE(pair.Neighbors().empty());
 }
 
-TEST(WifiWalls, OnlyWhatRangersSee) {
+TEST(WifiWalls, OnlyBodiesVisibleToRangers) {
   EXPECT_NEAR(LossOf("model \"raytrace\"", 10, Wall(5, 1, "ranger_return -1")), 69.7833, 1e-4);
   EXPECT_NEAR(LossOf("model \"raytrace\"", 10, Wall(5, 1, "obstacle_return 0")), 169.7833, 1e-4);
   EXPECT_NEAR(LossOf("model \"raytrace\"", 10, Wall(5, 1, "ranger_return 0")), 169.7833, 1e-4);
@@ -342,27 +342,28 @@ TEST(WifiWalls, AlongAnyDirection) {
 
 // ---- lines in bodies ----------------------------------------------------------------------------
 
-double ShareInside(const std::string& body, const point3_t& from, const point3_t& to) {
+double FractionInside(const std::string& body, const point3_t& from, const point3_t& to) {
   const auto world = LoadText(body);
   LineInBodies line;
   line.Begin(from, to);
   line.AddBodyOf(*world->GetChildren().back());
-  return line.ShareInside();
+  return line.FractionInside();
 }
 
 TEST(LineInBodies, Rectangles) {
   const std::string box = "model( pose [1 2 0 90] size [2 4 1] origin [0 1 0 0] )";
   // The box extends from -2 to 2 in x and from 1 to 3 in y.
-  EXPECT_NEAR(ShareInside(box, point3_t(-4, 2, 0.5), point3_t(4, 2, 0.5)), 0.5, 1e-12);
-  EXPECT_NEAR(ShareInside(box, point3_t(0, 2, 0.5), point3_t(8, 2, 0.5)), 0.25, 1e-12);
-  EXPECT_NEAR(ShareInside(box, point3_t(-1, 1.5, 0.5), point3_t(1, 2.5, 0.5)), 1, 1e-12);
-  EXPECT_NEAR(ShareInside(box, point3_t(-4, 4, 0.5), point3_t(4, 4, 0.5)), 0, 1e-12);
-  EXPECT_NEAR(ShareInside(box, point3_t(-4, 2, 1.5), point3_t(4, 2, 1.5)), 0, 1e-12);
-  EXPECT_NEAR(ShareInside(box, point3_t(0, 2, -1), point3_t(1, 2, 3)), 0.25, 1e-12);
-  EXPECT_EQ(ShareInside(box, point3_t(0, 2, 0), point3_t(0, 2, 1)), 0);  // no length in the plane
+  EXPECT_NEAR(FractionInside(box, point3_t(-4, 2, 0.5), point3_t(4, 2, 0.5)), 0.5, 1e-12);
+  EXPECT_NEAR(FractionInside(box, point3_t(0, 2, 0.5), point3_t(8, 2, 0.5)), 0.25, 1e-12);
+  EXPECT_NEAR(FractionInside(box, point3_t(-1, 1.5, 0.5), point3_t(1, 2.5, 0.5)), 1, 1e-12);
+  EXPECT_NEAR(FractionInside(box, point3_t(-4, 4, 0.5), point3_t(4, 4, 0.5)), 0, 1e-12);
+  EXPECT_NEAR(FractionInside(box, point3_t(-4, 2, 1.5), point3_t(4, 2, 1.5)), 0, 1e-12);
+  EXPECT_NEAR(FractionInside(box, point3_t(0, 2, -1), point3_t(1, 2, 3)), 0.25, 1e-12);
+  EXPECT_EQ(FractionInside(box, point3_t(0, 2, 0), point3_t(0, 2, 1)),
+            0);  // no length in the plane
 }
 
-TEST(LineInBodies, TellsWhereItFirstIsInside) {
+TEST(LineInBodies, ReportsTheFirstEntry) {
   const auto world =
       LoadText("model( pose [3 0 0 0] size [2 2 1] ) model( pose [7 0 0 0] size [2 2 1] )");
   LineInBodies line;
@@ -371,14 +372,14 @@ TEST(LineInBodies, TellsWhereItFirstIsInside) {
   for (auto model = world->GetChildren().rbegin(); model != world->GetChildren().rend(); ++model)
     line.AddBodyOf(**model);
   EXPECT_NEAR(line.FirstInside(), 0.2, 1e-12);
-  EXPECT_NEAR(line.ShareInside(), 0.4, 1e-12);
+  EXPECT_NEAR(line.FractionInside(), 0.4, 1e-12);
   EXPECT_NEAR(line.FirstInside(), 0.2, 1e-12);
 }
 
 TEST(LineInBodies, ThroughCorners) {
   const std::string box = "model( size [2 2 1] )";
-  EXPECT_NEAR(ShareInside(box, point3_t(-2, -2, 0.5), point3_t(2, 2, 0.5)), 0.5, 1e-12);
-  EXPECT_NEAR(ShareInside(box, point3_t(-2, 0, 0.5), point3_t(0, 2, 0.5)), 0, 1e-12);
+  EXPECT_NEAR(FractionInside(box, point3_t(-2, -2, 0.5), point3_t(2, 2, 0.5)), 0.5, 1e-12);
+  EXPECT_NEAR(FractionInside(box, point3_t(-2, 0, 0.5), point3_t(0, 2, 0.5)), 0, 1e-12);
 }
 
 TEST(LineInBodies, HollowShapes) {
@@ -386,9 +387,9 @@ TEST(LineInBodies, HollowShapes) {
   const std::string u =
       "model( size [4 3 1] block( points 8 point[0] [0 0] point[1] [4 0] point[2] [4 3]\n"
       "  point[3] [3 3] point[4] [3 1] point[5] [1 1] point[6] [1 3] point[7] [0 3] z [0 1] ) )";
-  EXPECT_NEAR(ShareInside(u, point3_t(-4, 0.5, 0.5), point3_t(4, 0.5, 0.5)), 0.25, 1e-12);
-  EXPECT_NEAR(ShareInside(u, point3_t(-4, -1, 0.5), point3_t(4, -1, 0.5)), 0.5, 1e-12);
-  EXPECT_NEAR(ShareInside(u, point3_t(0, 0.5, 0.5), point3_t(4, 0.5, 0.5)), 0.25, 1e-12);
+  EXPECT_NEAR(FractionInside(u, point3_t(-4, 0.5, 0.5), point3_t(4, 0.5, 0.5)), 0.25, 1e-12);
+  EXPECT_NEAR(FractionInside(u, point3_t(-4, -1, 0.5), point3_t(4, -1, 0.5)), 0.5, 1e-12);
+  EXPECT_NEAR(FractionInside(u, point3_t(0, 0.5, 0.5), point3_t(4, 0.5, 0.5)), 0.25, 1e-12);
 }
 
 TEST(LineInBodies, BlocksOfOneBodyThatOverlapCountOnce) {
@@ -396,8 +397,8 @@ TEST(LineInBodies, BlocksOfOneBodyThatOverlapCountOnce) {
       "model( size [4 4 2]\n"
       "  block( points 4 point[0] [0 1] point[1] [4 1] point[2] [4 3] point[3] [0 3] z [0 1] )\n"
       "  block( points 4 point[0] [1 0] point[1] [3 0] point[2] [3 4] point[3] [1 4] z [0 2] ) )";
-  EXPECT_NEAR(ShareInside(cross, point3_t(-4, 0, 0.5), point3_t(4, 0, 0.5)), 0.5, 1e-12);
-  EXPECT_NEAR(ShareInside(cross, point3_t(-4, 0, 1.5), point3_t(4, 0, 1.5)), 0.25, 1e-12);
+  EXPECT_NEAR(FractionInside(cross, point3_t(-4, 0, 0.5), point3_t(4, 0, 0.5)), 0.5, 1e-12);
+  EXPECT_NEAR(FractionInside(cross, point3_t(-4, 0, 1.5), point3_t(4, 0, 1.5)), 0.25, 1e-12);
 }
 
 // ---- the same however it is run -----------------------------------------------------------------
@@ -407,7 +408,7 @@ int Delete(Model*, void* victim) {
   return 1;
 }
 
-TEST(Wifi, RadiosMayBeDeletedWhileRaysWait) {
+TEST(Wifi, RadiosCanBeDeletedWithPendingRays) {
   Pair pair("model \"raytrace\"", 10, Wall(5, 0.1));
   pair.world->Enqueue(0, 100000, pair.world->GetGround(), Delete, pair.b);
   Step(*pair.world, 2);
@@ -417,7 +418,7 @@ TEST(Wifi, RadiosMayBeDeletedWhileRaysWait) {
   EXPECT_EQ(pair.world->GetAllModels().size(), 2u);
 }
 
-TEST(Wifi, ResultsDoNotDependOnHowTheyAreMade) {
+TEST(Wifi, ResultsDoNotDependOnTheMethod) {
   const auto bot_and_wall = [](int i) {
     const int column = i % 7, row = i / 7;
     const std::string x = std::to_string(column * 1.3), y = std::to_string(row * 1.1);

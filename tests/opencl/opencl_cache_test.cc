@@ -54,7 +54,7 @@ class CacheTest : public CliTest {
   std::string plain_;
 };
 
-TEST_F(CacheTest, ThatCannotBeMadeIsNoMissingDriver) {
+TEST_F(CacheTest, UncreatableCacheIsNotReportedAsMissingDriver) {
   Write("file", "in the way");
   const std::string cache = Path("file/cache");
   ExpectGoesOn({{"POCL_CACHE_DIR", cache}},
@@ -64,7 +64,7 @@ TEST_F(CacheTest, ThatCannotBeMadeIsNoMissingDriver) {
   EXPECT_FALSE(Contains(list.out, "is installed")) << list.out;
 }
 
-TEST_F(CacheTest, ThatIsDamaged) {
+TEST_F(CacheTest, SurvivesDamagedCache) {
   const Environment environment = {{"POCL_CACHE_DIR", Path("cache")}};
   EXPECT_EQ(HashOf(OnPocl(environment)), plain_);
   int damaged = 0;
@@ -108,7 +108,7 @@ Strings NamesIn(const fs::path& folder) {
   return names;
 }
 
-TEST_F(CacheTest, WithoutAHomeIsThatOfTheSession) {
+TEST_F(CacheTest, WithoutHomeUsesTheSessionFolder) {
   fs::create_directories(Path("session"));
   fs::create_directories(Path("tmp"));
   chmod(Path("session").c_str(), 0700);
@@ -130,7 +130,7 @@ ptrdiff_t FilesOfAnybody() {
   return missing ? 0 : std::distance(fs::begin(all), fs::end(all));
 }
 
-TEST_F(CacheTest, WithoutASessionIsOfTheProcessAndGoesWithIt) {
+TEST_F(CacheTest, WithoutSessionUsesATemporaryFolder) {
   fs::create_directories(Path("tmp"));
   const ptrdiff_t files = FilesOfAnybody();
   Environment environment = Homeless(Path("tmp"), "");
@@ -142,7 +142,7 @@ TEST_F(CacheTest, WithoutASessionIsOfTheProcessAndGoesWithIt) {
   EXPECT_EQ(FilesOfAnybody(), files);
 }
 
-TEST_F(CacheTest, IsNotTakenFromOthers) {
+TEST_F(CacheTest, RefusesCachesOfOtherUsers) {
   fs::create_directories(Path("tmp"));
   fs::create_directories(Path("session/stage-pocl"));
   chmod(Path("session").c_str(), 0700);

@@ -201,7 +201,7 @@ TEST_F(FaultsTest, WrongEnvironment) {
     EXPECT_EQ(HashOf(WithDevice("--opencl=auto:0", {{"STAGE_CL_MEMORY", choice}})), plain_);
 }
 
-TEST_F(FaultsTest, NothingIsWrong) {
+TEST_F(FaultsTest, WorksWithoutFaults) {
   // Without faults, the warnings that other tests expect must not appear.
   if (!DeviceFound()) GTEST_SKIP() << "no OpenCL device";
   const Result r = WithDevice("--opencl", {});
@@ -235,13 +235,13 @@ class MissingPluginTest : public FaultsTest {
   fs::path plugin_;
 };
 
-TEST_F(MissingPluginTest, IsToldOnce) {
+TEST_F(MissingPluginTest, IsReportedOnce) {
   ExpectGoesOn({}, "plug-in");
   ExpectFails("--opencl=cpu", {}, "plug-in");
   EXPECT_TRUE(Contains(Stage({"--opencl=list"}).out, "plug-in"));
 }
 
-TEST_F(MissingPluginTest, OrBrokenOne) {
+TEST_F(MissingPluginTest, BrokenPluginIsReportedOnce) {
   ASSERT_FALSE(plugin_.empty());
   std::ofstream(plugin_) << "not a library";
   ExpectGoesOn({}, "plug-in");
@@ -331,7 +331,7 @@ Ended TenSteps(const std::string& file,
           testing::internal::GetCapturedStderr()};
 }
 
-TEST_F(FaultsTest, DeviceLostOnTheWay) {
+TEST_F(FaultsTest, DeviceLostDuringARun) {
   const std::string file = Path("w.world");
   const Ended without = TenSteps(file, nullptr);
   EXPECT_EQ(without.warnings, "");
@@ -394,7 +394,7 @@ void FaultsTest::ForEachCrowd(F f) {
 
 // If host and device are both allowed, the host walks a part of a batch to measure its time; in a
 // small crowd, or with many threads, a whole batch.
-TEST_F(FaultsTest, LooksAtTheHostChangeNothing) {
+TEST_F(FaultsTest, ProbesOfTheHostDoNotChangeResults) {
   ForEachCrowd([](int robots, unsigned threads, const std::string& file, uint64_t hash) {
     for (const int steps : {2, 3, 4, 1000}) {  // fails before, during and after the measurement
       const Ended with = TenSteps(file, std::make_unique<FailingPrefilter>(steps), threads, false);
@@ -409,7 +409,7 @@ TEST_F(FaultsTest, LooksAtTheHostChangeNothing) {
 }
 
 // If the device is the host's processor, the device walks a part of a batch instead.
-TEST_F(FaultsTest, LooksAtTheDeviceChangeNothing) {
+TEST_F(FaultsTest, ProbesOfTheDeviceDoNotChangeResults) {
   ForEachCrowd([](int robots, unsigned threads, const std::string& file, uint64_t hash) {
     for (const int steps : {0, 2, 1000}) {
       const auto all = static_cast<uint64_t>(robots) * 90;

@@ -225,7 +225,7 @@ class DeviceTest : public MemoryTest {
   std::string plain_;
 };
 
-TEST_F(DeviceTest, TheEmbeddedProfileWillDo) {
+TEST_F(DeviceTest, EmbeddedProfileIsSupported) {
   const Environment device = {{"STAGE_DEVICE_PROFILE", "EMBEDDED_PROFILE"},
                               {"STAGE_DEVICE_EXTENSIONS", "cl_khr_icd cles_khr_int64"}};
   const Result result = With(device, "--opencl=auto:0");
@@ -243,16 +243,16 @@ TEST_F(DeviceTest, AcceleratorsAreChosenByTheirKind) {
   EXPECT_NE(With(device, "--opencl=cpu").status, 0);
 }
 
-TEST_F(DeviceTest, ButNotWithoutLongIntegers) {
+TEST_F(DeviceTest, RefusesDevicesWithoutLongIntegers) {
   ExpectRefused({{"STAGE_DEVICE_PROFILE", "EMBEDDED_PROFILE"}, {"STAGE_DEVICE_EXTENSIONS", ""}},
                 "embedded profile without 64-bit integers (cles_khr_int64)");
 }
 
-TEST_F(DeviceTest, NorWithoutACompiler) {
+TEST_F(DeviceTest, RefusesDevicesWithoutCompiler) {
   ExpectRefused({{"STAGE_DEVICE_COMPILER", "0"}}, "has no compiler for the kernels");
 }
 
-TEST_F(DeviceTest, NorWithBuffersJustAnywhere) {
+TEST_F(DeviceTest, RefusesDevicesWithUnalignedBuffers) {
   ExpectRefused({{"STAGE_DEVICE_ALIGNMENT", "64"}}, "aligned to 64 bits, the kernels need 128");
 }
 

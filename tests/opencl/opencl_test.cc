@@ -76,7 +76,7 @@ class HitLists : public testing::TestWithParam<uint32_t> {
   Stg::threads::WorkerPool workers_{GetParam()};  // 1 to 4 threads
 };
 
-TEST_P(HitLists, StayRightWhileTheGridChanges) {
+TEST_P(HitLists, AreCorrectWhileTheGridChanges) {
   RayScene scene(GetParam());
   scene.grid().TrackChanges(true);
   size_t hits = 0;
@@ -130,7 +130,7 @@ TEST(PrefilterTest, CountsWhatItDoes) {
 }
 
 // A device with separate memory returns the lists of a large batch in parts.
-TEST(PrefilterTest, LargeBatchesComeInParts) {
+TEST(PrefilterTest, LargeBatchesAreSplit) {
   if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
   using Stg::internal::sensing::Fan;
   setenv("STAGE_CL_MEMORY", "own", 1);

@@ -27,7 +27,7 @@ class CliBudget : public CliTest {
   }
 };
 
-TEST_F(CliBudget, SaysHowManyFit) {
+TEST_F(CliBudget, ReportsHowManyFit) {
   const Result result =
       Stage({"--budget-ms", kSanitized ? "400" : "100", "--budget-horizon", "1", "--threads", "2",
              "--duration", "2", "--stats", Path("b.json").string(), simple_});
@@ -43,7 +43,7 @@ TEST_F(CliBudget, SaysHowManyFit) {
   EXPECT_GT(json["branch_bytes"], 0);
 }
 
-TEST_F(CliBudget, ATimeThatIsTooShortIsSaidSo) {
+TEST_F(CliBudget, ReportsTooShortBudget) {
   const Result result = Stage({"--budget-ms", "0.001", "--threads", "1", simple_});
   EXPECT_EQ(result.status, 0) << result.err;
   EXPECT_TRUE(Contains(result.out, "0.001 ms on 1 thread: no scenario\n")) << result.out;

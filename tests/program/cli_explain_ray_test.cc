@@ -31,7 +31,7 @@ class ExplainRay : public CliTest {
   Result Explain(const std::string& choice) { return Stage({"--explain-ray", choice, "w.world"}); }
 };
 
-TEST_F(ExplainRay, SaysWhyTheRangeIsWhatItIs) {
+TEST_F(ExplainRay, ExplainsTheRange) {
   const Result r = Explain("r0:0:0:4@1");
   EXPECT_EQ(r.status, 0) << r.err;
   EXPECT_TRUE(r.out.starts_with("sample 4 of sensor 0 of r0.ranger:0, cast at 1 s\n")) << r.out;
@@ -62,7 +62,7 @@ TEST_F(ExplainRay, WritesJsonToo) {
   EXPECT_FALSE(json["potential_hits"].empty());
 }
 
-TEST_F(ExplainRay, RefusesWhatItCannotFind) {
+TEST_F(ExplainRay, RefusesUnknownNames) {
   ExpectRefused({"--explain-ray", "r0@1", "w.world"}, "ROBOT:RANGER:SENSOR:SAMPLE@SECONDS");
   ExpectRefused({"--explain-ray", "r0:0:0:4", "w.world"}, "ROBOT:RANGER:SENSOR:SAMPLE@SECONDS");
   ExpectRefused({"--explain-ray", "r0:0:0:4@soon", "w.world"}, "found \"r0:0:0:4@soon\"");

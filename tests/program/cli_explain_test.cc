@@ -52,7 +52,7 @@ std::string Unwrapped(const std::string& text) {
   return std::regex_replace(text, std::regex("\n {14,}"), " ");
 }
 
-TEST_F(CliExplainTest, SaysWhatThereIs) {
+TEST_F(CliExplainTest, DescribesTheWorld) {
   WriteScene("w.world", "quit_time 3");
   const Result r = Stage({"--explain", "w.world"});
   EXPECT_EQ(r.status, 0) << r.err;
@@ -129,7 +129,7 @@ TEST_F(CliExplainTest, Errors) {
   ExpectLoadFails(255, {"--explain", "bad.world"}, "gone");
 }
 
-TEST_F(CliExplainTest, NamesOptionsThatMeanNothingThen) {
+TEST_F(CliExplainTest, NamesIneffectiveOptions) {
   WriteWorld("w.world", "");
   Result r = Stage({"-gc", "--state-hash", "--progress", "--explain", "w.world"});
   EXPECT_EQ(r.status, 0);

@@ -66,7 +66,7 @@ TEST_F(CliFilesTest, AWorldIsNeverWrittenOver) {
   ExpectOnly({"my.world", "plain", "link"});
 }
 
-TEST_F(CliFilesTest, WithoutAWorldThereIsNothingToDo) {
+TEST_F(CliFilesTest, RefusesToRunWithoutAWorld) {
   Write("my.world", kWorld);
   for (const Strings& arguments :
        {Strings{}, Strings{"-g"}, Strings{"--seed", "5"}, Strings{"--explain"},
@@ -116,7 +116,7 @@ TEST_F(CliFilesTest, ScreenshotsReplaceOnlyScreenshots) {
   EXPECT_EQ(ReadFile(Path("new.png")), first);
 }
 
-TEST_F(CliFilesTest, EachOutputNeedsItsOwnPlace) {
+TEST_F(CliFilesTest, OutputsNeedDistinctFiles) {
   Write("my.world", kWorld);
   fs::create_symlink(".", Path("here"));
   ExpectRefused({"my.world", "--screenshot", "a.png@0", "--screenshot", "a.png@0.3"},
@@ -157,7 +157,7 @@ TEST_F(CliFilesTest, NoPictureIsWrittenThroughALink) {
   EXPECT_EQ(ReadFile(Path("precious")), "precious");
 }
 
-TEST_F(CliFilesTest, ModesStay) {
+TEST_F(CliFilesTest, KeepsFileModes) {
   Write("my.world", kWorld);
   EXPECT_EQ(Shell("umask 027;", "-g my.world --stats s.json", "").status, 0);
   EXPECT_EQ(fs::status(Path("s.json")).permissions(), fs::perms(0640));
@@ -169,7 +169,7 @@ TEST_F(CliFilesTest, ModesStay) {
   ExpectRefused({"-g", "my.world", "--stats", "s.json"}, "Permission denied");
 }
 
-TEST_F(CliFilesTest, WhatIsOpenIsWrittenTo) {
+TEST_F(CliFilesTest, WritesToOpenDescriptors) {
   if (Stg::test::IsEmulated())
     GTEST_SKIP() << "the emulator looks for /dev among the libraries first";
   Write("my.world", kWorld);
@@ -251,7 +251,7 @@ TEST_F(CliFilesTest, NoControllersMeansThatNoCodeRuns) {
   EXPECT_TRUE(fs::exists(Path("initialised")));
 }
 
-TEST_F(CliFilesTest, TheDurationHoldsHoweverOftenAWorldIsLoaded) {
+TEST_F(CliFilesTest, DurationCountsAcrossReloads) {
   Write("w.world", "show_clock_interval 1\nmodel( ctrl \"" + Plugin("episodes") + "\" )\n");
   const Result r = Stage({"-gc", "--progress", "--duration", "1.7", "-a", "w.world", "w.world"});
   EXPECT_EQ(r.status, 0);
@@ -290,7 +290,7 @@ TEST_F(CliFilesTest, AnEmptyFileIsMentioned) {
 }
 
 /// --explain prints doubtful properties found on loading.
-TEST_F(CliFilesTest, ExplainTellsWhatMayBeAMistake) {
+TEST_F(CliFilesTest, ExplainReportsPossibleMistakes) {
   Write("w.world",
         "define r position( size [0.4 0.4 0.3] ranger( alwayson 1 sensor( ) ) )\n"
         "r( ) r( pose [2 0 0 0] )\n");

@@ -47,7 +47,7 @@ class CliLinksTest : public CliTest {
   std::vector<Output> outputs_;
 };
 
-TEST_F(CliLinksTest, ALinkThatLeadsNowhereGivesWayToTheFile) {
+TEST_F(CliLinksTest, DanglingLinkIsReplaced) {
   fs::create_directory(Path("folder"));
   for (const Output& output : outputs_)
     for (const std::string& target : {std::string("target"), std::string("folder/target"),

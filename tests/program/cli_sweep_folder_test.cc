@@ -47,7 +47,7 @@ class SweepFolderTest : public CliTest {
   }
 };
 
-TEST_F(SweepFolderTest, PlacesThatHoldSomethingElseAreRefused) {
+TEST_F(SweepFolderTest, FoldersWithOtherFilesAreRefused) {
   const std::string else_is_there = "which is not a sweep folder";
   ExpectNoPlace("/", "the root folder");
   ExpectNoPlace("//.", "the root folder");
@@ -70,7 +70,7 @@ TEST_F(SweepFolderTest, PlacesThatHoldSomethingElseAreRefused) {
   ExpectNoPlace("pipe", "which is not a folder");
 }
 
-TEST_F(SweepFolderTest, NewAndEmptyPlacesAreTaken) {
+TEST_F(SweepFolderTest, NewAndEmptyFoldersAreAccepted) {
   fs::create_directory(Path("empty"));
   fs::create_directory(Path("target"));
   fs::create_directory_symlink("target", Path("link"));
@@ -81,7 +81,7 @@ TEST_F(SweepFolderTest, NewAndEmptyPlacesAreTaken) {
   }
 }
 
-TEST_F(SweepFolderTest, AFailedFirstLookLeavesOnlyWhatWasThere) {
+TEST_F(SweepFolderTest, FailedCheckLeavesTheFolderUnchanged) {
   fs::create_directory(Path("empty"));
   WriteWorld("w/w.world", "quit_time 0.2 nonsense(");
   const Strings before = Files();
@@ -131,7 +131,7 @@ TEST_F(SweepFolderTest, RecordsThatDoNotFitThePlanAreRefused) {
   ExpectStatus(0, {"merge", "sw", "-o", "all.csv"});
 }
 
-TEST_F(SweepFolderTest, SpecialFilesAreNoRecords) {
+TEST_F(SweepFolderTest, SpecialFilesAreNotRecords) {
   ASSERT_EQ(SweepTo("sw").status, 0);
   fs::remove(Path("sw/runs/000/000001.json"));
   ASSERT_EQ(mkfifo(Path("sw/runs/000/000001.json").c_str(), 0600), 0);
@@ -172,7 +172,7 @@ TEST_F(SweepFolderTest, PlansWithoutRunsAreNamed) {
   fails(other.dump(), "found more than 100000000 runs");
 }
 
-TEST_F(SweepFolderTest, PartsWithoutRunsSayThatThereIsNothingToDo) {
+TEST_F(SweepFolderTest, PartsWithoutRunsReportThatNothingIsLeft) {
   ASSERT_EQ(SweepTo("sw").status, 0);
   ExpectRefused({"sweep", "--resume", "--only", "2:5", "sw"},
                 "--only: found 2:5, but the sweep has 2 runs");

@@ -194,7 +194,7 @@ TEST_F(SweepLimitsTest, CtrlCEndsEverySweepAtOnce) {
 }
 
 /// Workers may be killed from outside, for instance by the system when it runs out of memory.
-TEST_F(SweepLimitsTest, AWorkerThatIsKilledInTheFirstLookIsReplaced) {
+TEST_F(SweepLimitsTest, WorkerKilledDuringTheCheckIsReplaced) {
   Write("worker.sh",
         "#!/bin/sh\n[ -e tried ] || { touch tried; kill -9 $$; }\n"
         "exec \"$STAGE\" sweep-worker \"$@\"\n");

@@ -61,7 +61,7 @@ class SweepNamesTest : public CliTest {
   }
 };
 
-TEST_F(SweepNamesTest, NamesOfModelsAndFilesComeThrough) {
+TEST_F(SweepNamesTest, KeepsNamesOfModelsAndFiles) {
   for (const Name& name : kNames) {
     SCOPED_TRACE(name.escaped);
     fs::remove_all(Path("sw"));
@@ -94,7 +94,7 @@ TEST_F(SweepNamesTest, NamesOfModelsAndFilesComeThrough) {
   }
 }
 
-TEST_F(SweepNamesTest, AnyBytesComeThroughAsArguments) {
+TEST_F(SweepNamesTest, KeepsAnyBytesInArguments) {
   WriteWorld("w.world", "quit_time 0.3");
   for (const Name& name : kNames) {
     SCOPED_TRACE(name.escaped);

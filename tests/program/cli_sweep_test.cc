@@ -149,7 +149,7 @@ TEST_F(SweepTest, PartsInSeveralFoldersAreMerged) {
 }
 
 /// A worker command that can't work is an error of the sweep, not a failure of each run.
-TEST_F(SweepTest, AWorkerThatIsNoneIsAnError) {
+TEST_F(SweepTest, InvalidWorkerIsAnError) {
   const auto fails = [&](const Strings& words, const std::string& part) {
     const Result r = Sweep(words);
     EXPECT_EQ(r.status, 1) << testing::PrintToString(words);
@@ -256,7 +256,7 @@ TEST_F(SweepTest, SurvivesKills) {
   EXPECT_LE(fs::file_size(Path("starts")), 600 + 2 * kills + 3 * (kills + 1));
 }
 
-TEST_F(SweepTest, TwoOnOneFolderAreRefused) {
+TEST_F(SweepTest, ConcurrentSweepsOnOneFolderAreRefused) {
   Write("long.world", "quit_time 1e6\nposition( alwayson 1 )\n");
   Process first(Path(""), {"sweep", "long.world", "--jobs", "1", "-o", "sw"}, {});
   while (!fs::exists(Path("sw/lock.all"))) Nap();
@@ -271,7 +271,7 @@ TEST_F(SweepTest, TwoOnOneFolderAreRefused) {
   EXPECT_TRUE(Contains(r.out, "stage sweep --resume sw")) << r.out;
 }
 
-TEST_F(SweepTest, WhatIsWrongIsSaidBeforeAnythingRuns) {
+TEST_F(SweepTest, ReportsErrorsBeforeTheFirstRun) {
   for (const Strings& words : std::vector<Strings>{
            {"sweep"},
            {"sweep", "w.world"},

@@ -176,7 +176,7 @@ int Update(Stg::Model* model, void*) {
 }
 }
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  model->KeepsNoState("thrower");
+  model->DeclareNoState("thrower");
   model->AddCallback(Stg::Model::CB_UPDATE, Update, nullptr);
   model->Subscribe();
   return 0;

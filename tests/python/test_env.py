@@ -514,7 +514,7 @@ std::unique_ptr<Stg::Metric> MakeEast(const Stg::MetricOrder&) {
 static const bool registered = Stg::RegisterMetric("east", MakeEast);
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  model->KeepsNoState("east");
+  model->DeclareNoState("east");
   return 0;
 }
 """

@@ -335,7 +335,7 @@ def test_steps_that_are_asked_for_one_by_one_are_all_made(server: Server) -> Non
 
 def test_orders_that_nobody_could_ever_carry_out_are_refused(room: str) -> None:
     """The queue of orders is limited while the run is busy with a step."""
-    from stagesim.live.show import MOST_ORDERS
+    from stagesim.live.show import MAX_ORDERS
 
     busy, over = threading.Event(), threading.Event()
 
@@ -345,7 +345,7 @@ def test_orders_that_nobody_could_ever_carry_out_are_refused(room: str) -> None:
 
     with Server(st.World.from_text(room), port=None, control=control) as server:
         busy.wait()
-        futures = [server.run.order(lambda run: run.world.time) for _ in range(MOST_ORDERS + 10)]
+        futures = [server.run.order(lambda run: run.world.time) for _ in range(MAX_ORDERS + 10)]
         over.set()
         assert all(future.result(PATIENCE) >= 0 for future in futures[:1000])
         with pytest.raises(st.StageError, match="orders that wait already"):

@@ -35,7 +35,7 @@ int Update(Stg::Model* model, void*) {
 }
 }
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
-  model->KeepsNoState("blocker");
+  model->DeclareNoState("blocker");
   model->AddCallback(Stg::Model::CB_UPDATE, Update, nullptr);
   model->Subscribe();
   return 0;

@@ -49,13 +49,13 @@ TEST_F(LogCli, MistakesAreOneLine) {
   ExpectRefused({"replay", "a.mcap", "--log", "b.mcap"}, "replay: found an option of runs");
 }
 
-TEST_F(LogCli, ALogThatIsThereIsReplaced) {
+TEST_F(LogCli, ReplacesAnExistingLog) {
   const std::string first = Record();
   EXPECT_GT(first.size(), 1000u);
   EXPECT_EQ(Record(), first);
 }
 
-TEST_F(LogCli, RobotsThatAreNotThereEndTheRun) {
+TEST_F(LogCli, UnknownRobotsEndTheRun) {
   const Result result = Stage({"-g", "--duration", "1", "--log", "a.mcap", "--log-models", "x,y",
                                SourceFile("worlds/simple.world")});
   EXPECT_EQ(result.status, 1);

@@ -26,9 +26,9 @@ using recording::Compression;
 using recording::McapWriter;
 using recording::Op;
 
-constexpr size_t kSmall = 240'000;      // bytes, size of a file
-constexpr double kMostMegabytes = 300;  // limit for reading it; used to be 2000
-constexpr double kMostSeconds = 30;
+constexpr size_t kSmall = 240'000;     // bytes, size of a file
+constexpr double kMaxMegabytes = 300;  // limit for reading it; used to be 2000
+constexpr double kMaxSeconds = 30;
 
 const char kWorld[] =
     "resolution 0.05\nposition( name \"r\" ranger( sensor( range [0 3] samples 3 ) ) )\n";
@@ -100,8 +100,8 @@ class LogLimitsTest : public LogTest {
     std::printf("%8.1f kB: %6.1f MB, %5.2f s\n",
                 static_cast<double>(std::filesystem::file_size(file)) / 1e3, megabytes, seconds);
     if (kSanitized) return;
-    EXPECT_LT(megabytes, kMostMegabytes);
-    EXPECT_LT(seconds, kMostSeconds * patience::Slowness());
+    EXPECT_LT(megabytes, kMaxMegabytes);
+    EXPECT_LT(seconds, kMaxSeconds * patience::Slowness());
   }
 };
 
@@ -123,15 +123,15 @@ TEST_F(LogLimitsTest, PackedMessagesTakeLittleMemory) {
 TEST_F(LogLimitsTest, MessagesThatCouldNotBeReadAreNotWritten) {
   McapWriter log(Path("a.mcap"), Compression::kNone, "ros2", "");
   const uint16_t channel = log.AddChannel(log.AddSchema("s", "ros2msg", ""), "/large", "cdr", {});
-  EXPECT_THROW(log.AddMessage(channel, 0, recording::kLargestMessage + 1), std::runtime_error);
+  EXPECT_THROW(log.AddMessage(channel, 0, recording::kMaxMessageBytes + 1), std::runtime_error);
   log.AddMessage(channel, 0, 10);
-  std::memset(log.AddMessage(channel, 0, recording::kLargestMessage), 1,
-              recording::kLargestMessage);
+  std::memset(log.AddMessage(channel, 0, recording::kMaxMessageBytes), 1,
+              recording::kMaxMessageBytes);
   log.Finish();
   const McapReader reader(Path("a.mcap"));
   Buffer records;
   for (const McapReader::Chunk& chunk : reader.chunks()) reader.Read(chunk, &records);
-  EXPECT_GT(records.size(), recording::kLargestMessage);
+  EXPECT_GT(records.size(), recording::kMaxMessageBytes);
 }
 
 /// A file with a world and records of other kinds.
@@ -184,7 +184,7 @@ class ClaimTest : public LogLimitsTest {
 TEST_F(ClaimTest, ClaimedSizesOfChunksTakeNoMemory) {
   for (const char* compression : {"", "lz4", "zstd", "none such"})
     for (const uint64_t claimed :
-         {uint64_t{1} << 20, recording::kLargestChunk, recording::kLargestChunk + 1,
+         {uint64_t{1} << 20, recording::kMaxChunkBytes, recording::kMaxChunkBytes + 1,
           uint64_t{1} << 30, uint64_t{1} << 40, ~uint64_t{0}}) {
       SCOPED_TRACE(std::string(compression) + " " + std::to_string(claimed));
       Begin();
@@ -225,7 +225,7 @@ TEST_F(ClaimTest, LengthsBeyondTheFileEndIt) {
 
 TEST_F(LogLimitsTest, OpeningALongLogUnpacksNothing) {
   const auto write = [&](const std::string& name, int messages) {
-    McapWriter log(Path(name), recording::UsualCompression(), "ros2", "");
+    McapWriter log(Path(name), recording::DefaultCompression(), "ros2", "");
     StartLog(&log);
     const uint16_t schema = log.AddSchema("s", "ros2msg", "");
     const uint16_t channel = log.AddChannel(schema, "/stage/poses", "cdr", {});

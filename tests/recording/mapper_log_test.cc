@@ -103,7 +103,8 @@ struct Contents {
 class MapperOfALog : public LogTest {
  protected:
   /// Maps the end points of all scans, using the transforms with the same stamp.
-  Mapper MapOf(const std::string& world_text, int steps, const recording::LogOptions& options) {
+  Mapper MakeOccupancyMap(const std::string& world_text, int steps,
+                          const recording::LogOptions& options) {
     World world(OptionsOf(1));
     std::istringstream text(world_text);
     EXPECT_TRUE(world.Load(text));
@@ -153,9 +154,9 @@ TEST_F(MapperOfALog, FindsTheWallsWhereTheyAre) {
         for (const usec_t every : {0, 300}) {
           recording::LogOptions options;
           options.every = every * 1000;
-          Mapper mapper =
-              MapOf(TextOf(step, interval, "localization \"" + std::string(localization) + "\""),
-                    (kSanitized ? 2000 : 6000) / step, options);
+          Mapper mapper = MakeOccupancyMap(
+              TextOf(step, interval, "localization \"" + std::string(localization) + "\""),
+              (kSanitized ? 2000 : 6000) / step, options);
           const std::string what = std::string(localization) + ", steps of " +
                                    std::to_string(step) + " ms, scans each " +
                                    std::to_string(interval) + " ms, logged each " +
@@ -192,7 +193,7 @@ TEST_F(MapperOfALog, FindsThemWithARobotThatNobodyRuns) {
     const std::string robot =
         "position( name \"r\" localization \"" + std::string(localization) +
         "\" pose [1 2 0 20] ranger( alwayson 1 sensor( range [0 20] fov 350 samples 36 ) ) )";
-    Mapper mapper = MapOf(Room(robot), 20, {});
+    Mapper mapper = MakeOccupancyMap(Room(robot), 20, {});
     EXPECT_EQ(mapper.points(), 36u * 20);
     EXPECT_LT(mapper.Quantile(1), 1e-5) << localization;
   }

@@ -158,7 +158,7 @@ class EveryLog : public LogTest {
   }
 };
 
-TEST_F(EveryLog, OfAShippedWorldSaysWhatTheWorldSaid) {
+TEST_F(EveryLog, OfAShippedWorldEqualsTheWorld) {
   for (const std::string& file : ShippedWorlds()) ExpectLogOf(file);
 }
 
@@ -187,7 +187,7 @@ TEST_F(LogFile, HasTheSameBytesOnAnyNumberOfThreads) {
   EXPECT_TRUE(LogWith("n.mcap", in_turn) == one);
 }
 
-TEST_F(LogFile, SaysTheSameWhateverItsCompression) {
+TEST_F(LogFile, HasTheSameContentsWithEachCompression) {
   std::vector<std::string> texts;
   for (const auto compression : {recording::Compression::kNone, recording::Compression::kLz4,
                                  recording::Compression::kZstd}) {
@@ -236,7 +236,7 @@ TEST_F(LogOfThree, NamesAreThoseThatRosAllows) {
   EXPECT_EQ(times.at("/map").size(), 1u);
 }
 
-TEST_F(LogOfThree, EveryAndModelsChoose) {
+TEST_F(LogOfThree, PeriodAndModelsSelectMessages) {
   recording::LogOptions options;
   options.every = 300000;
   options.robots = {"b*", "2c"};
@@ -254,7 +254,7 @@ TEST_F(LogOfThree, ARobotThatIsNotThereIsAnError) {
   EXPECT_THROW(TimesOf(options), std::runtime_error);
 }
 
-TEST_F(LogFile, ThatCantGrowEndsTheRun) {
+TEST_F(LogFile, WriteFailureEndsTheRun) {
   World world(OptionsOf(1));
   ASSERT_TRUE(world.Load(SourceFile("worlds/cave.world")));
   recording::LogOptions options;
@@ -267,7 +267,7 @@ TEST_F(LogFile, ThatCantGrowEndsTheRun) {
   EXPECT_THROW(recorder.Finish(), std::runtime_error);
 }
 
-TEST_F(LogFile, OfSomethingElseIsNotReplaced) {
+TEST_F(LogFile, OtherFilesAreNotReplaced) {
   WriteBytes(Path("notes"), "mine");
   recording::LogOptions options;
   options.file = Path("notes");
@@ -275,7 +275,7 @@ TEST_F(LogFile, OfSomethingElseIsNotReplaced) {
   EXPECT_EQ(BytesOf(Path("notes")), "mine");
 }
 
-TEST_F(LogFile, GoesOnWhenModelsComeAndGo) {
+TEST_F(LogFile, SurvivesCreationAndDeletionOfModels) {
   World world(OptionsOf(1));
   std::istringstream text(kThree);
   ASSERT_TRUE(world.Load(text));

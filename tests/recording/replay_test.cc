@@ -100,7 +100,7 @@ TEST_F(ReplayTest, ShowsEveryShippedWorldAsItWasAndGoesBack) {
       world->Update();
     }
     for (const int i : {kSteps / 2, 1, kSteps, 0}) {
-      replay.GoTo(step * static_cast<usec_t>(i));
+      replay.SeekTo(step * static_cast<usec_t>(i));
       ExpectShown(world.get(), scenes[static_cast<size_t>(i)]);
     }
     world->Update();
@@ -135,7 +135,7 @@ TEST_F(ReplayTest, ShowsScansOnTheWallsWhileTheRobotTurns) {
     };
     Run(world.get(), kSteps, look);
     for (const int i : {kSteps / 2, kSteps, 1}) {
-      replay.GoTo(world->sim_interval * static_cast<usec_t>(i));
+      replay.SeekTo(world->sim_interval * static_cast<usec_t>(i));
       look();
     }
     shown.Print("replay, steps of " + std::to_string(step) + " ms");
@@ -144,7 +144,7 @@ TEST_F(ReplayTest, ShowsScansOnTheWallsWhileTheRobotTurns) {
   }
 }
 
-TEST_F(ReplayTest, OfALogCutOffAnywhereEndsWithItsLastWholeChunk) {
+TEST_F(ReplayTest, TruncatedLogEndsWithItsLastWholeChunk) {
   const std::string whole = LargeLog();
   const McapReader log(Path("large.mcap"));
   const auto& chunks = log.chunks();
@@ -169,7 +169,7 @@ TEST_F(ReplayTest, OfALogCutOffAnywhereEndsWithItsLastWholeChunk) {
   }
 }
 
-TEST_F(ReplayTest, OfADamagedLogIsRefused) {
+TEST_F(ReplayTest, DamagedLogsAreRefused) {
   const std::string whole = LargeLog();
   const McapReader log(Path("large.mcap"));
   for (const McapReader::Chunk& chunk : log.chunks()) {
@@ -190,7 +190,7 @@ TEST_F(ReplayTest, OfADamagedLogIsRefused) {
   }
 }
 
-TEST_F(ReplayTest, OfSomethingElseIsRefused) {
+TEST_F(ReplayTest, OtherFilesAreRefused) {
   EXPECT_NE(ProblemOf("").find("expected an MCAP file"), std::string::npos);
   EXPECT_NE(ProblemOf("world( )").find("expected an MCAP file"), std::string::npos);
   {

@@ -112,15 +112,15 @@ TEST(BackendTest, IsRefusedIfItIsOfAnotherVersion) {
   ExpectRefused("other_version", "found version 4711 of stage_backend, expected version 5");
 }
 
-TEST(BackendTest, IsRefusedIfObjectsAreLaidOutOtherwise) {
+TEST(BackendTest, IsRefusedWithAnotherLayout) {
   ExpectRefused("other_layout", "found a plug-in of another build");
 }
 
-TEST(BackendTest, IsRefusedWithoutADoor) { ExpectRefused("../plugins/mark", "stage_backend"); }
+TEST(BackendTest, IsRefusedWithoutEntryPoint) { ExpectRefused("../plugins/mark", "stage_backend"); }
 
-TEST(BackendTest, IsRefusedIfThereIsNone) { ExpectRefused("nowhere", "No such file"); }
+TEST(BackendTest, IsRefusedIfTheFileIsMissing) { ExpectRefused("nowhere", "No such file"); }
 
-TEST(BackendTest, TellsWhichDevicesThereAre) {
+TEST(BackendTest, ListsDevices) {
   std::string message;
   EXPECT_EQ(Stg::LoadPrefilter(PathOf("host"), "gpu", &message), nullptr);
   const std::string list = Stg::ListDevices(PathOf("host"));
@@ -129,7 +129,7 @@ TEST(BackendTest, TellsWhichDevicesThereAre) {
   EXPECT_NE(message.find("\"gpu\""), std::string::npos) << message;
 }
 
-TEST(BackendTest, ThrowsNothingThroughTheDoor) {
+TEST(BackendTest, DoesNotThrowAcrossTheInterface) {
   std::string message;
   EXPECT_EQ(Stg::LoadPrefilter(PathOf("host"), "broken", &message), nullptr);
   EXPECT_EQ(message, "this device is broken");

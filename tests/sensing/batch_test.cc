@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "support/draw_cells.hh"
+#include "support/fan_with_own_directions.hh"
 #include "support/random_source.hh"
-#include "support/turned_fan.hh"
 
 namespace Stg::internal::sensing {
 namespace {
@@ -35,14 +35,14 @@ bool Hides(const ray_mask_t& mask, Cell cell) {
 struct WithSelfMask {
   RayBatch batch;
   DirectionTables tables;
-  WithSelfMask(const grid::Grid& grid, const grid::Drawings& own, const void* tree) {
+  WithSelfMask(const grid::Grid& grid, const grid::Rasterizations& own, const void* tree) {
     batch.Add(Fan(), 1, batch.MakeSelfMask(grid, own, tree, false));
     batch.Close(tables);
   }
   ray_mask_t mask() const { return batch.SelfMaskOf(batch.fans()[0]); }
 };
 
-TEST(SelfMask, HidesExactlyTheCellsWithNobodyElse) {
+TEST(SelfMask, HidesExactlyTheCellsWithoutOtherBodies) {
   test::RandomSource random(1);
   for (int round = 0; round < 200; round++) {
     grid::Grid grid;
@@ -65,8 +65,8 @@ TEST(SelfMask, HidesExactlyTheCellsWithNobodyElse) {
       test::DrawCell(&grid, at.first, at.second, other);
       others.insert(at);
     }
-    const std::vector<grid::TilePart> parts[] = {test::PartsOf(grid, first),
-                                                 test::PartsOf(grid, second)};
+    const std::vector<grid::CellSet> parts[] = {test::CellSetsOf(grid, first),
+                                                test::CellSetsOf(grid, second)};
     const WithSelfMask with(grid, {{&parts[0], &parts[1]}}, &kMine);
     const ray_mask_t mask = with.mask();
     ASSERT_LE(mask.width, 10u);
@@ -78,9 +78,9 @@ TEST(SelfMask, HidesExactlyTheCellsWithNobodyElse) {
 
 TEST(SelfMask, OfNoCellsIsEmpty) {
   grid::Grid grid;
-  const WithSelfMask with(grid, grid::Drawings(), &kMine);
+  const WithSelfMask with(grid, grid::Rasterizations(), &kMine);
   EXPECT_EQ(with.mask().width, 0u);
-  const std::vector<grid::TilePart> none;
+  const std::vector<grid::CellSet> none;
   EXPECT_EQ(WithSelfMask(grid, {{&none}}, &kMine).mask().width, 0u);
 }
 
@@ -90,7 +90,7 @@ TEST(SelfMask, LargeBodiesHaveNone) {
     for (const bool wide : {false, true}) {
       grid::Grid grid;
       const grid::BodyId mine = grid.AddBody(BodyOf(&kMine));
-      const std::vector<grid::TilePart> parts = test::PartsOf(
+      const std::vector<grid::CellSet> parts = test::CellSetsOf(
           grid,
           {test::DrawCell(&grid, -64, 128, mine),
            test::DrawCell(&grid, -64 + (wide ? size - 1 : 0), 128 + (wide ? 0 : size - 1), mine)});
@@ -103,10 +103,10 @@ TEST(SelfMask, LargeBodiesHaveNone) {
 TEST(Batch, KeepsSelfMasksApart) {
   grid::Grid grid;
   const grid::BodyId mine = grid.AddBody(BodyOf(&kMine)), other = grid.AddBody(BodyOf(&kOther));
-  const std::vector<grid::TilePart> a =
-      test::PartsOf(grid, {test::DrawCell(&grid, 0, 0, mine), test::DrawCell(&grid, 30, 0, mine)});
-  const std::vector<grid::TilePart> b =
-      test::PartsOf(grid, {test::DrawCell(&grid, 100, 100, other)});
+  const std::vector<grid::CellSet> a = test::CellSetsOf(
+      grid, {test::DrawCell(&grid, 0, 0, mine), test::DrawCell(&grid, 30, 0, mine)});
+  const std::vector<grid::CellSet> b =
+      test::CellSetsOf(grid, {test::DrawCell(&grid, 100, 100, other)});
   RayBatch batch;
   DirectionTables tables;
   const SelfMask mask = batch.MakeSelfMask(grid, {{&a}}, &kMine, false);
@@ -185,13 +185,13 @@ TEST(Batch, FansAreRightAfterManyClears) {
   }
 }
 
-TEST(Batch, RoomIsFilledInAnyOrder) {
+TEST(Batch, SlicesCanBeFilledInAnyOrder) {
   RayBatch batch;
   const DirectionTables tables;
   for (const uint32_t count : {100u, 3u, 50u, 200u}) {
     batch.Clear();
     batch.Add(Fan(), 4, SelfMask());
-    const BatchShare before = batch.AddRoom({.rays = count * 2, .fans = count});
+    const BatchSpace before = batch.Allocate({.rays = count * 2, .fans = count});
     EXPECT_EQ(before.fans, 1u);
     EXPECT_EQ(before.rays, 4u);
     for (uint32_t i = count; i-- > 0;) {
@@ -234,9 +234,9 @@ TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
   EXPECT_EQ(batch.DirectionsOf(fans[3]), batch.DirectionsOf(fans[2]) + 1)
       << "follows the one before";
   EXPECT_EQ(batch.DirectionsOf(fans[4]), &tables.all()[11]);
-  EXPECT_EQ(batch.TurnsOf(fans[0]), &tables.turns()[1]);
-  EXPECT_EQ(batch.TurnsOf(fans[1])[1].sine, std::sin(0.2));
-  EXPECT_EQ(batch.TurnsOf(fans[4]), &tables.turns()[11]);
+  EXPECT_EQ(batch.UnitVectorsOf(fans[0]), &tables.unit_vectors()[1]);
+  EXPECT_EQ(batch.UnitVectorsOf(fans[1])[1].sine, std::sin(0.2));
+  EXPECT_EQ(batch.UnitVectorsOf(fans[4]), &tables.unit_vectors()[11]);
   EXPECT_EQ(batch.own_directions().size(), 3u);
   EXPECT_EQ(fans[1].record.first_direction, tables.all().size());
   EXPECT_EQ(fans[2].record.samples, 1u);
@@ -245,7 +245,7 @@ TEST(Batch, FindsDirectionsInTheTablesOrOfTheFan) {
 }
 
 // A sensor may have nothing to look at in a step.
-TEST(Directions, OfAFanWithoutRays) {
+TEST(Directions, HandleAFanWithoutRays) {
   RayBatch batch;
   const DirectionTables tables;
   test::AddTurned(&batch, Fan(), std::vector<double>(), SelfMask());

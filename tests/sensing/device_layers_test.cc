@@ -21,12 +21,12 @@ using grid::LayerIndex;
 class Copy {
  public:
   void Update(const grid::Grid& grid, const std::vector<LayerIndex>& wanted) {
-    layers.MakeRoom(grid, wanted);
+    layers.AllocateLayers(grid, wanted);
     if (layers.words() > words.size()) {
       words.assign(layers.words() + layers.words() / 2, 0xbadbadbadbadbadu);
-      layers.Lose();
+      layers.Invalidate();
     }
-    layers.LacksAll(grid, wanted) ? WriteAll(grid) : WriteChanges(grid, wanted);
+    layers.NeedsFullCopy(grid, wanted) ? WriteAll(grid) : WriteChanges(grid, wanted);
   }
 
   void ExpectEqual(const grid::Grid& grid, const std::vector<LayerIndex>& wanted) const {

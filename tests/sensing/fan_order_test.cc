@@ -51,16 +51,16 @@ void Fill(RandomSource* random, Batch* batch) {
 }
 
 /// The number of occurrences of each fan in the intervals.
-std::vector<int> TimesOf(const std::vector<FanRun>& runs, size_t fans) {
+std::vector<int> TimesOf(const std::vector<FanInterval>& intervals, size_t fans) {
   std::vector<int> times(fans, 0);
-  for (const FanRun& run : runs) {
-    EXPECT_GT(run.count, 0u);
-    for (uint32_t i = run.first; i < run.first + run.count; i++) times.at(i)++;
+  for (const FanInterval& interval : intervals) {
+    EXPECT_GT(interval.count, 0u);
+    for (uint32_t i = interval.first; i < interval.first + interval.count; i++) times.at(i)++;
   }
   return times;
 }
 
-TEST(FanOrder, EachFanComesUpOnce) {
+TEST(FanOrder, ContainsEachFanOnce) {
   RandomSource random(1);
   FanOrder order;  // used for batches of very different sizes
   Batch batch;
@@ -75,7 +75,7 @@ TEST(FanOrder, EachFanComesUpOnce) {
   }
 }
 
-TEST(FanOrder, RunsAreOfOneFinderAndNotTooLong) {
+TEST(FanOrder, IntervalsHaveOneFinderAndLimitedLength) {
   RandomSource random(2);
   Batch batch;
   size_t longer = 0;
@@ -84,25 +84,25 @@ TEST(FanOrder, RunsAreOfOneFinderAndNotTooLong) {
     const RayBatch& closed = batch.Close();
     const std::span<const Fan> fans = closed.fans();
     FanOrder order;
-    for (const FanRun& run : order.Of(closed)) {
+    for (const FanInterval& interval : order.Of(closed)) {
       uint32_t rays = 0;
-      for (uint32_t i = run.first; i < run.first + run.count; i++) {
-        EXPECT_EQ(fans[i].finder, fans[run.first].finder);
+      for (uint32_t i = interval.first; i < interval.first + interval.count; i++) {
+        EXPECT_EQ(fans[i].finder, fans[interval.first].finder);
         rays += fans[i].record.samples;
       }
-      EXPECT_TRUE(run.count == 1 || rays <= RayGroup::kMost) << rays;
+      EXPECT_TRUE(interval.count == 1 || rays <= RayGroup::kMaxRays) << rays;
       // An interval must not be too short, either.
-      const uint32_t next = run.first + run.count;
-      if (next < fans.size() && fans[next].finder == fans[run.first].finder) {
-        EXPECT_GT(rays + fans[next].record.samples, RayGroup::kMost);
+      const uint32_t next = interval.first + interval.count;
+      if (next < fans.size() && fans[next].finder == fans[interval.first].finder) {
+        EXPECT_GT(rays + fans[next].record.samples, RayGroup::kMaxRays);
       }
-      longer += run.count > 1;
+      longer += interval.count > 1;
     }
   }
   EXPECT_GT(longer, 1000u);
 }
 
-TEST(FanOrder, NeighboursFollowOneAnother) {
+TEST(FanOrder, NeighboursAreAdjacent) {
   Batch batch;
   // Robots alternate between two clusters on both sides of the origin.
   for (int i = 0; i < 40; i++) {
@@ -110,13 +110,13 @@ TEST(FanOrder, NeighboursFollowOneAnother) {
     batch.Add(i, heap + i, heap - i, 8);
   }
   FanOrder order;
-  const std::vector<FanRun>& runs = order.Of(batch.Close());
-  ASSERT_EQ(runs.size(), 40u);
+  const std::vector<FanInterval>& intervals = order.Of(batch.Close());
+  ASSERT_EQ(intervals.size(), 40u);
   for (size_t i = 1; i < 20; i++) {
-    EXPECT_EQ(runs[i].first % 2, runs[0].first % 2);
-    EXPECT_EQ(runs[20 + i].first % 2, runs[20].first % 2);
+    EXPECT_EQ(intervals[i].first % 2, intervals[0].first % 2);
+    EXPECT_EQ(intervals[20 + i].first % 2, intervals[20].first % 2);
   }
-  EXPECT_NE(runs[0].first % 2, runs[20].first % 2);
+  EXPECT_NE(intervals[0].first % 2, intervals[20].first % 2);
 }
 
 TEST(FanOrder, IsRenewedAfterAWhile) {

@@ -188,7 +188,7 @@ TEST(PlaceFan, AnInfiniteRange) {
   }
 }
 
-TEST(PlaceFan, CastsNothing) {
+TEST(PlaceFan, InvalidRangesAndPosesCastNothing) {
   for (const double range : {0.0, -1.0, kNaN, -kInfinity}) {
     const Fan fan = Placed(Pose(), range);
     EXPECT_TRUE(fan.nothing) << range;
@@ -213,7 +213,7 @@ TEST(PlaceFan, TinyRangesAreRays) {
 }
 
 // Tables of sensors that keep changing must not accumulate.
-TEST(DirectionTables, OfSensorsThatKeepChangingAreForgotten) {
+TEST(DirectionTables, UnusedTablesAreDropped) {
   DirectionTables tables;
   for (int step = 1; step < 150; step++) {
     tables.Find(step * 0.01, 100'000);
@@ -223,7 +223,7 @@ TEST(DirectionTables, OfSensorsThatKeepChangingAreForgotten) {
   EXPECT_GT(tables.generation(), 1u);
 }
 
-TEST(DirectionTables, InUseStay) {
+TEST(DirectionTables, UsedTablesAreKept) {
   DirectionTables tables;
   uint64_t generation = 0;
   for (int step = 0; step < 10; step++) {

@@ -30,18 +30,18 @@ class Starts {
     for (size_t i = 0; i < cells.size(); i++) {
       fans_[i].x = cells[i].x;
       fans_[i].y = cells[i].y;
-      parts_.push_back({&fans_[i], &ahead_, 1, 1, nullptr});
+      slices_.push_back({&fans_[i], &ahead_, 1, 1, nullptr});
     }
   }
   FreeBoxes Find(const ray_grid_t& view, const ray_mask_t& mask) const {
-    const auto count = static_cast<uint32_t>(parts_.size());
-    return FindFreeBoxes({&view, &mask, parts_.data(), count, count, 0});
+    const auto count = static_cast<uint32_t>(slices_.size());
+    return FindFreeBoxes({&view, &mask, slices_.data(), count, count, 0});
   }
 
  private:
   const Direction ahead_{1 << 30, 0};
   std::vector<FanRecord> fans_;
-  std::vector<FanPart> parts_;
+  std::vector<FanSlice> slices_;
 };
 
 /// True if a ray would stop in the cell.

@@ -34,11 +34,11 @@ constexpr double kCellsPerMetre = 50;
 struct Rays {
   Fan fan;
   std::vector<Direction> directions;
-  std::vector<SineCosine> turns;
+  std::vector<SineCosine> unit_vectors;
   std::vector<uint32_t> hits;
 
   OutlineRays View() const {
-    return {&fan, directions.data(), turns.data(), hits.data(),
+    return {&fan, directions.data(), unit_vectors.data(), hits.data(),
             static_cast<uint32_t>(directions.size())};
   }
   PlainRay PlainRayOf(size_t i) const {
@@ -76,8 +76,8 @@ Rays RandomRays(RandomSource* random) {
     const double bearing = random->OneIn(8)
                                ? random->Int(-2, 2) * M_PI / 2 - (random->OneIn(2) ? origin.a : 0)
                                : SampleBearing(fov, count, i);
-    rays.turns.push_back(TurnOf(bearing));
-    rays.directions.push_back(MakeDirection(rays.turns.back()));
+    rays.unit_vectors.push_back(UnitVectorOf(bearing));
+    rays.directions.push_back(MakeDirection(rays.unit_vectors.back()));
     rays.hits.push_back(RandomHit(random, rays.PlainRayOf(i)));
   }
   rays.fan.record.samples = count;
@@ -89,8 +89,9 @@ Rays RandomRays(RandomSource* random) {
 point_t RandomCorner(RandomSource* random, const Rays& rays) {
   const Fan& fan = rays.fan;
   if (random->OneIn(20)) return {fan.x, fan.y};
-  const auto i = static_cast<size_t>(random->Int(0, static_cast<int>(rays.turns.size()) - 1));
-  const Line line = LineOf(fan, rays.turns[i]);
+  const auto i =
+      static_cast<size_t>(random->Int(0, static_cast<int>(rays.unit_vectors.size()) - 1));
+  const Line line = LineOf(fan, rays.unit_vectors[i]);
   const double along = random->Real(-0.2, 1.2) * fan.range;
   const double beside = random->OneIn(4) ? 0 : random->Real(-0.5, 0.5);
   return {fan.x + along * line.direction.cosine - beside * line.direction.sine,
@@ -141,42 +142,42 @@ std::vector<WideWalk> KindsThatMeetOutlines() {
 INSTANTIATE_TEST_SUITE_P(AnyKind, OutlineRaysIn, ::testing::ValuesIn(KindsThatMeetOutlines()),
                          [](const auto& test) { return std::string(test.param.name); });
 
-TEST_P(OutlineRaysIn, LanesMeetWhatSingleRaysMeet) {
+TEST_P(OutlineRaysIn, LanesEqualSingleRays) {
   RandomSource random(7);
-  size_t met = 0, settled = 0, behind = 0;
+  size_t met = 0, resolved = 0, behind = 0;
   for (int round = 0; round < 4000; round++) {
     const Rays rays = RandomRays(&random);
     const SomeOutlines outlines = RandomOutlines(&random, rays);
-    Met one_by_one(rays.turns.size()), in_lanes(rays.turns.size());
+    Met one_by_one(rays.unit_vectors.size()), in_lanes(rays.unit_vectors.size());
     MeetOneByOne(rays.View(), ViewOf(outlines.edges), &one_by_one.hits);
     GetParam().meet(rays.View(), ViewOf(outlines.edges), &in_lanes.hits);
-    for (uint32_t i = 0; i < rays.turns.size(); i++) {
+    for (uint32_t i = 0; i < rays.unit_vectors.size(); i++) {
       const double range = one_by_one.ranges[i];
       ASSERT_EQ(std::bit_cast<uint64_t>(in_lanes.ranges[i]), std::bit_cast<uint64_t>(range))
           << "round " << round << " ray " << i << ": " << in_lanes.ranges[i] << " " << range;
       ASSERT_EQ(in_lanes.which[i], one_by_one.which[i]) << "round " << round << " ray " << i;
-      const bool is_settled = one_by_one.hits.settled.FirstOther(i) != i;
-      ASSERT_EQ(in_lanes.hits.settled.FirstOther(i) != i, is_settled)
+      const bool is_resolved = one_by_one.hits.resolved.FirstOther(i) != i;
+      ASSERT_EQ(in_lanes.hits.resolved.FirstOther(i) != i, is_resolved)
           << "round " << round << " ray " << i << " meets something at " << range;
       met += std::isfinite(range);
-      settled += is_settled;
+      resolved += is_resolved;
       behind += range == 0;
     }
   }
   // Check that each case occurred often enough.
   EXPECT_GT(met, 10000u);
-  EXPECT_GT(settled, 1000u);
+  EXPECT_GT(resolved, 1000u);
   EXPECT_GT(behind, 1000u);
 }
 
-TEST(OutlineRays, MeetTheFirstOfThoseAtTheSamePlace) {
+TEST(OutlineRays, HitTheFirstOfCoincidentOutlines) {
   RandomSource random(9);
   for (int round = 0; round < 500; round++) {
     const Rays rays = RandomRays(&random);
     const SomeOutlines once = RandomOutlines(&random, rays);
     std::vector<OutlineEdges> twice = once.edges;
     twice.insert(twice.end(), once.edges.begin(), once.edges.end());
-    Met of_once(rays.turns.size()), of_twice(rays.turns.size());
+    Met of_once(rays.unit_vectors.size()), of_twice(rays.unit_vectors.size());
     MeetOneByOne(rays.View(), ViewOf(once.edges), &of_once.hits);
     MeetOneByOne(rays.View(), ViewOf(twice), &of_twice.hits);
     EXPECT_EQ(of_once.which, of_twice.which);
@@ -186,7 +187,9 @@ TEST(OutlineRays, MeetTheFirstOfThoseAtTheSamePlace) {
 
 /// The tiles on a ray from its hit up to the fraction `share` of its leg.
 std::set<std::pair<int64_t, int64_t>> TilesFrom(const PlainRay& ray, uint32_t hit, double share) {
-  const auto limit = [&](int64_t size) { return LimitOf(share, static_cast<int>(std::abs(size))); };
+  const auto limit = [&](int64_t size) {
+    return BorderLimit(share, static_cast<int>(std::abs(size)));
+  };
   const int64_t limit_x = limit(ray.dx), limit_y = limit(ray.dy);
   const int64_t ox = ray.dx < 0 ? 65536 - ray.fx : ray.fx,
                 oy = ray.dy < 0 ? 65536 - ray.fy : ray.fy;
@@ -200,12 +203,12 @@ std::set<std::pair<int64_t, int64_t>> TilesFrom(const PlainRay& ray, uint32_t hi
   return tiles;
 }
 
-TEST(LegEnd, TellsTheTilesThatTheWalkComesTo) {
+TEST(LegEnd, LimitsTheTilesOfTheWalk) {
   RandomSource random(3);
   size_t in_tile = 0, in_next = 0, elsewhere = 0;
   for (int round = 0; round < 3000; round++) {
     const Rays rays = RandomRays(&random);
-    for (size_t i = 0; i < rays.turns.size(); i++) {
+    for (size_t i = 0; i < rays.unit_vectors.size(); i++) {
       const PlainRay ray = rays.PlainRayOf(i);
       const uint32_t hit = rays.hits[i];
       const double share = random.OneIn(9) ? 1 : random.Real(0, 1.001);

@@ -77,7 +77,7 @@ TEST(PathChooser, LosesLittleNearTheBreakEven) {
 }
 
 /// Sensors with different intervals cause batches of different sizes.
-TEST(PathChooser, BatchesOfDifferentSizesEachGoTheirWay) {
+TEST(PathChooser, ChoosesPerBatchSize) {
   struct Sizes {
     uint64_t often, seldom;
   };
@@ -183,7 +183,7 @@ TEST(PathChooser, TheDevicesFirstBatchesDoNotDecide) {
   }
 }
 
-TEST(PathChooser, AProbeSeesMoreThanThatTheDeviceCatchesUp) {
+TEST(PathChooser, ProbeSeesBeyondTheCatchUp) {
   Paths paths(1.2, 1.0);
   paths.SetCatchingUp(10);
   for (int i = 0; i < 50; i++) paths.Next();
@@ -202,7 +202,7 @@ TEST(PathChooser, CatchingUpCostsLittleInTheLongRun) {
   }
 }
 
-TEST(PathChooser, ABadMomentAtTheBeginningIsLookedInto) {
+TEST(PathChooser, SlowStartIsProbedAgain) {
   Paths paths(5, 1.0);  // the device is so slow only at first
   for (int i = 0; i < 4; i++) paths.Next();
   paths.SetDevice(0.8);
@@ -212,7 +212,7 @@ TEST(PathChooser, ABadMomentAtTheBeginningIsLookedInto) {
 }
 
 /// In the first batch of each probe, the device must catch up.
-TEST(PathChooser, AProbeThatIsClearTakesOneBatchMore) {
+TEST(PathChooser, ClearProbeTakesOneMoreBatch) {
   Paths paths(2.0, 1.0);
   for (int i = 0; i < 50; i++) paths.Next();  // learns
   for (int probe = 0; probe < 5; probe++) {
@@ -221,7 +221,7 @@ TEST(PathChooser, AProbeThatIsClearTakesOneBatchMore) {
   }
 }
 
-TEST(PathChooser, AProbeThatIsNotClearTakesThreeMore) {
+TEST(PathChooser, UnclearProbeTakesThreeMoreBatches) {
   Paths paths(1.2, 1.0);
   for (int i = 0; i < 50; i++) paths.Next();
   for (int probe = 0; probe < 5; probe++) {
@@ -254,7 +254,7 @@ TEST(PathChooser, AlwaysMeansAlways) {
   }
 }
 
-TEST(PathChooser, BatchesWithoutRaysTeachNothing) {
+TEST(PathChooser, IgnoresBatchesWithoutRays) {
   PathChooser chooser;
   for (int i = 0; i < 100; i++) {
     chooser.UseDevice(0);

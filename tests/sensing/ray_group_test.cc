@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "sensing/tracer.hh"
+#include "support/fan_with_own_directions.hh"
 #include "support/hit_lists.hh"
 #include "support/random_source.hh"
-#include "support/turned_fan.hh"
 
 namespace Stg::internal::sensing {
 namespace {
@@ -47,7 +47,7 @@ class Scene {
     batch.Clear();
     for (int i = 0; i < robots; i++) {
       const int wall = random_.Int(0, kWalls - 1);  // the robot's body
-      grid::Drawings body;
+      grid::Rasterizations body;
       if (random_.OneIn(2)) body.of_bodies.push_back(&cells_[wall]);
       const SelfMask mask = batch.MakeSelfMask(grid, body, ModelOf(wall), false);
       const Pose pose(Coordinate(), Coordinate(), random_.Int(0, 3), random_.Real(-4, 4));
@@ -85,10 +85,10 @@ class Scene {
       body.y = y;
       body.radius = length + 2;
     }
-    grid::PartsMaker maker(&cells_[number]);
+    grid::CellSetBuilder maker(&cells_[number]);
     for (int k = 0; k < length; k++) maker.Add(upwards ? x : x + k, upwards ? y + k : y);
     maker.Finish();
-    grid.Redraw(grid.AddBody(body), {}, cells_[number]);
+    grid.Rasterize(grid.AddBody(body), {}, cells_[number]);
   }
 
   void AddFan(const Pose& pose, const Model* finder, const SelfMask& mask) {
@@ -121,7 +121,7 @@ class Scene {
 
   RandomSource& random_;
   DirectionTables tables_;
-  std::vector<grid::TilePart> cells_[kWalls];
+  std::vector<grid::CellSet> cells_[kWalls];
   std::vector<point_t> corners_[kWalls];
 };
 
@@ -139,7 +139,7 @@ Outcome RayByRay(const Scene& scene) {
     for (uint32_t i = 0; i < fan.record.samples; i++)
       outcome.hits.push_back(Tracer(scene.grid)
                                  .Trace(fan, view,
-                                        {batch.DirectionsOf(fan)[i], batch.TurnsOf(fan)[i]},
+                                        {batch.DirectionsOf(fan)[i], batch.UnitVectorsOf(fan)[i]},
                                         batch.SelfMaskOf(fan), &outcome.counters));
   }
   return outcome;
@@ -164,7 +164,7 @@ void ExpectSame(const Outcome& found, const Outcome& expected) {
   EXPECT_EQ(found.counters.potential_hits, expected.counters.potential_hits);
 }
 
-TEST(RayGroup, FansTogetherSeeWhatTheirRaysSee) {
+TEST(RayGroup, GroupedFansEqualSingleRays) {
   RandomSource random(1);
   uint64_t exact = 0, long_rays = 0, none = 0, many = 0, hits = 0, told = 0;
   for (int round = 0; round < 40; round++) {
@@ -205,7 +205,7 @@ TEST(RayGroup, FansTogetherSeeWhatTheirRaysSee) {
 }
 
 // The number of rays that continue past their hit lists does not depend on grouping.
-TEST(RayGroup, CountsTheRaysThatGoOn) {
+TEST(RayGroup, CountsResumedRays) {
   RandomSource random(2);
   Scene scene(&random);
   scene.refused = 0x5555555555555555;

@@ -280,7 +280,7 @@ TEST(RayParts, RotationRoundsToNearest) {
   EXPECT_EQ(ray_rotate_y(123456, -789, 0, one), 123456);
 }
 
-TEST(RayParts, PackedHitsComeBack) {
+TEST(RayParts, PackedHitsRoundTrip) {
   for (const int u : {0, 1, 255, 256, 16384, 16385, 32767})
     for (const int v : {0, 1, 255, 256, 16384, 16385, 32767}) {
       const ray_uint packed = ray_pack(u, v);

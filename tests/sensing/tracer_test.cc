@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "support/draw_cells.hh"
+#include "support/fan_with_own_directions.hh"
 #include "support/hit_lists.hh"
 #include "support/plain_walk.hh"
 #include "support/random_source.hh"
-#include "support/turned_fan.hh"
 
 namespace Stg::internal::sensing {
 namespace {
@@ -138,9 +138,9 @@ void ExpectSame(const RayHit& found, const RayHit& expected, const char* what) {
 }
 
 const ray_mask_t kNoMask{nullptr, 0, 0, 0, 0};
-constexpr Tracer::Bearing kAhead{{1 << 30, 0}, {.sine = 0, .cosine = 1}};
+constexpr Tracer::RayDirection kAhead{{1 << 30, 0}, {.sine = 0, .cosine = 1}};
 
-RayHit TraceOne(const Scene& scene, const Fan& fan, const Tracer::Bearing& bearing = kAhead) {
+RayHit TraceOne(const Scene& scene, const Fan& fan, const Tracer::RayDirection& bearing = kAhead) {
   TraceCounters counters;
   return Tracer(scene.grid).Trace(fan, scene.grid.View(fan.layer), bearing, kNoMask, &counters);
 }
@@ -161,7 +161,7 @@ TEST(Tracer, TheNearestAcceptedBody) {
         fan.layer = scene.grid.RangerLayer(fan.z, fan.z_test);
       }
       const RayHit found = TraceOne(scene, fan);
-      ExpectSame(found, scene.Expected(fan, kAhead.direction), "one ray");
+      ExpectSame(found, scene.Expected(fan, kAhead.fixed_point), "one ray");
       hits += found.model != nullptr;
       if (::testing::Test::HasFailure()) return;
     }
@@ -290,7 +290,7 @@ TEST(TracerLists, GiveTheSameBitsAsTracingWithoutLists) {
   }
 }
 
-TEST(TracerLists, MatchThePlainWalkToo) {
+TEST(TracerLists, MatchTheReferenceWalk) {
   RandomSource random(3);
   for (int round = 0; round < 10; round++) {
     Scene scene;
@@ -345,7 +345,7 @@ TEST(TracerLists, ShortListsAreTrusted) {
 // ---- self-masks
 // ------------------------------------------------------------------------------------
 
-TEST(TracerSelfMasks, LookAtLessAndSeeTheSame) {
+TEST(TracerSelfMasks, ExamineLessWithEqualResults) {
   RandomSource random(4);
   uint64_t with_looks = 0, without_looks = 0;
   for (int round = 0; round < 60; round++) {
@@ -359,7 +359,7 @@ TEST(TracerSelfMasks, LookAtLessAndSeeTheSame) {
       own.push_back(scene.Draw(me, i / 2, -20 + i));
       own.push_back(scene.Draw(me, 0, i - 20));
     }
-    const std::vector<grid::TilePart> parts = test::PartsOf(scene.grid, own);
+    const std::vector<grid::CellSet> parts = test::CellSetsOf(scene.grid, own);
     DirectionTables tables;
     Fan fan = scene.MakeFan(Pose(random.Real(0, 20), random.Real(-20, 20), 1, 0), 60);
     fan.record.first_direction = tables.Find(6, 100);
@@ -401,7 +401,7 @@ TEST(TracerLegs, HitBeyondTheFirstLeg) {
     const RayHit found = TraceOne(scene, fan);
     ASSERT_NE(found.model, nullptr) << i;
     EXPECT_NEAR(found.range, distance, 9);
-    ExpectSame(found, scene.Expected(fan, kAhead.direction), "a long ray");
+    ExpectSame(found, scene.Expected(fan, kAhead.fixed_point), "a long ray");
     // Infinite rays hit it, too.
     const Fan endless = scene.MakeFan(Pose(x, y, 0, heading), 1.0 / 0.0);
     ASSERT_NE(TraceOne(scene, endless).model, nullptr);
@@ -410,7 +410,7 @@ TEST(TracerLegs, HitBeyondTheFirstLeg) {
   }
 }
 
-TEST(TracerLegs, AWallCannotSlipThroughASeam) {
+TEST(TracerLegs, WallsAtSeamsAreHit) {
   Scene scene;
   const int body = scene.AddBody(0, 1);
   const double range = 3.0 * RAY_LEG_CELLS;

@@ -65,25 +65,25 @@ class Rays {
 
   /// The group; valid until a slice is added.
   RayGroup Group() {
-    parts_.clear();
+    slices_.clear();
     for (size_t i = 0; i < fans_.size(); i++)
-      parts_.push_back({&fans_[i], directions_[i].data(),
-                        static_cast<uint32_t>(directions_[i].size()), 1.5 + static_cast<double>(i),
-                        nullptr});
-    return {&view_, &mask_, parts_.data(), static_cast<uint32_t>(parts_.size()), count_, 0};
+      slices_.push_back({&fans_[i], directions_[i].data(),
+                         static_cast<uint32_t>(directions_[i].size()), 1.5 + static_cast<double>(i),
+                         nullptr});
+    return {&view_, &mask_, slices_.data(), static_cast<uint32_t>(slices_.size()), count_, 0};
   }
   /// The group with hit lists as from a device; words(ray) returns the words of a ray.
   template <typename F>
-  RayGroup Walked(uint32_t words_of_a_ray, F words) {
+  RayGroup Walked(uint32_t words_per_ray, F words) {
     RayGroup group = Group();
-    group.words_of_a_ray = words_of_a_ray;
+    group.words_per_ray = words_per_ray;
     walked_.clear();
-    for (uint32_t part = 0, ray = 0; part < parts_.size(); part++) {
+    for (uint32_t slice = 0, ray = 0; slice < slices_.size(); slice++) {
       std::vector<uint32_t>& all = walked_.emplace_back();
-      for (uint32_t k = 0; k < parts_[part].count; k++, ray++)
+      for (uint32_t k = 0; k < slices_[slice].count; k++, ray++)
         for (const uint32_t word : words(ray)) all.push_back(word);
       all.shrink_to_fit();
-      parts_[part].walked = all.data();
+      slices_[slice].walked = all.data();
     }
     return group;
   }
@@ -107,7 +107,7 @@ class Rays {
   ray_mask_t mask_;
   std::vector<FanRecord> fans_;
   std::vector<std::vector<Direction>> directions_;
-  std::vector<FanPart> parts_;
+  std::vector<FanSlice> slices_;
   std::vector<std::vector<uint32_t>> walked_;
   uint32_t count_ = 0;
 };
@@ -133,22 +133,23 @@ void AddRandomPart(RandomSource* random, const Terrain& terrain, uint32_t most, 
     rays->AddFan(first, random->Pick<double>({0, 0.01, 1.5, M_PI, 6}), count);
     return;
   }
-  std::vector<PlainRay> part = {first};
-  while (part.size() < count) {
+  std::vector<PlainRay> slice = {first};
+  while (slice.size() < count) {
     PlainRay ray = random_ray();
     ray.fx = first.fx;
     ray.fy = first.fy;
     if (random->OneIn(3)) EndOnBorders(random, &ray);
-    part.push_back(ray);
+    slice.push_back(ray);
   }
-  rays->Add(part);
+  rays->Add(slice);
 }
 
 Rays RandomRays(RandomSource* random, const Terrain& terrain, const ray_grid_t& view,
                 const ray_mask_t& mask) {
   Rays rays(view, mask);
-  const uint32_t count =
-      random->OneIn(4) ? RayGroup::kMost : static_cast<uint32_t>(random->Int(1, RayGroup::kMost));
+  const uint32_t count = random->OneIn(4)
+                             ? RayGroup::kMaxRays
+                             : static_cast<uint32_t>(random->Int(1, RayGroup::kMaxRays));
   const bool small_parts = random->OneIn(4);
   while (rays.count() < count)
     AddRandomPart(random, terrain, small_parts ? 1 : count - rays.count(), &rays);
@@ -177,8 +178,8 @@ std::vector<Found> OneByOne(const grid::Grid& grid, const RayGroup& group) {
   std::vector<double> ranges(group.count);
   scalar->Walk(group, ranges.data());
   std::vector<Found> all;
-  for (uint32_t part = 0; part < group.part_count; part++) {
-    const auto& [fan, directions, count, leg_length, walked] = group.parts[part];
+  for (uint32_t slice = 0; slice < group.slice_count; slice++) {
+    const auto& [fan, directions, count, leg_length, walked] = group.slices[slice];
     for (uint32_t k = 0; k < count; k++) {
       const Direction d = directions[k];
       ray_t ray;
@@ -205,8 +206,8 @@ class Results {
  public:
   explicit Results(uint32_t count)
       : count_(count),
-        hits_(WideHits::kRoom),
-        bodies_(WideHits::kRoom),
+        hits_(WideHits::kCapacity),
+        bodies_(WideHits::kCapacity),
         ranges_(count + kGuards, -7) {}
 
   WideHits Room() { return {hits_.data(), bodies_.data(), ranges_.data(), ends_}; }
@@ -248,7 +249,7 @@ void Check(const WideWalk& wide, const grid::Grid& grid, Rays* rays, size_t* hit
       words[1] = expected[ray].hit;
       return words;
     });
-    wide.look(by_device, grid.tables(), looked.Room());
+    wide.evaluate(by_device, grid.tables(), looked.Room());
     ASSERT_NO_FATAL_FAILURE(looked.Expect(expected)) << "looked";
   }
 }
@@ -328,9 +329,9 @@ TEST_P(WideWalkOf, EveryNumberOfRaysInPartsOfEveryKind) {
   terrain.AddDust(&random, 3000);
   const ray_grid_t view = terrain.View(Terrain::kTight);
   std::vector<uint32_t> counts;  // all small and the largest ones; between them all remainders of 8
-  for (uint32_t count = 1; count <= RayGroup::kMost; count += count < 72 || count > 245 ? 1 : 5)
+  for (uint32_t count = 1; count <= RayGroup::kMaxRays; count += count < 72 || count > 245 ? 1 : 5)
     counts.push_back(count);
-  ASSERT_EQ(counts.back(), RayGroup::kMost);
+  ASSERT_EQ(counts.back(), RayGroup::kMaxRays);
   for (const uint32_t count : counts) {
     for (const uint32_t per_part : {1u, 7u, 8u, 9u, 60u, count}) {
       Rays rays(view);
@@ -424,7 +425,7 @@ TEST_P(WideWalkOf, TheMiddleOfTheWayThroughTheCell) {
   wide.walk(rays.Group(), terrain.grid().tables(), results.Room());
   const RayGroup group = rays.Group();
   for (uint32_t i = 0; i < 5; i++)
-    EXPECT_EQ(results.Room().ranges[i], 0.5 * group.parts[i].leg_length);
+    EXPECT_EQ(results.Room().ranges[i], 0.5 * group.slices[i].leg_length);
   ASSERT_NO_FATAL_FAILURE(Check(wide, terrain.grid(), &rays));
 }
 
@@ -471,14 +472,14 @@ TEST_P(WideWalkOf, FirstHitsAreTheSame) {
   terrain.AddDust(&random, 2000);
   const ray_grid_t view = terrain.View(Terrain::kOfGrid);
   const auto first_hits = std::make_unique<FirstHits>(terrain.grid(), wide);
-  std::vector<double> ranges(RayGroup::kMost);
+  std::vector<double> ranges(RayGroup::kMaxRays);
   const auto get = [&](uint32_t i) {
     return Found{first_hits->Packed(i), first_hits->Bodies(i), ranges[i]};
   };
   for (int round = 0; round < 300; round++) {
     Rays rays(view);
-    const auto count =
-        static_cast<uint32_t>(round % 3 == 0 ? random.Int(1, 5) : random.Int(1, RayGroup::kMost));
+    const auto count = static_cast<uint32_t>(round % 3 == 0 ? random.Int(1, 5)
+                                                            : random.Int(1, RayGroup::kMaxRays));
     while (rays.count() < count) AddRandomPart(&random, terrain, count - rays.count(), &rays);
     const std::vector<Found> expected = OneByOne(terrain.grid(), rays.Group());
     first_hits->Walk(rays.Group(), ranges.data());
@@ -488,7 +489,7 @@ TEST_P(WideWalkOf, FirstHitsAreTheSame) {
       const uint32_t body = ray % 2 == 0 ? expected[ray].bodies : 0;
       return std::vector<uint32_t>{body, expected[ray].hit, 0x12345678};
     });
-    first_hits->Look(group, ranges.data());
+    first_hits->EvaluateDeviceHits(group, ranges.data());
     for (uint32_t i = 0; i < count; i++) ASSERT_EQ(get(i), expected[i]);
   }
 }

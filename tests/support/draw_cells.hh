@@ -14,39 +14,39 @@
 
 namespace Stg::test {
 
-inline grid::TilePart PartOfCell(int32_t x, int32_t y) {
+inline grid::CellSet CellSetOf(int32_t x, int32_t y) {
   return {.x = x >> 3, .y = y >> 3, .cells = uint64_t{1} << grid::Grid::BitOf(x, y)};
 }
 
 /// Adds a cell to a body that does not have it yet.
 inline grid::CellRef DrawCell(grid::Grid* grid, int32_t x, int32_t y, grid::BodyId body) {
-  grid::TilePart part = PartOfCell(x, y);
-  grid->Redraw(body, {}, std::span(&part, 1));
-  return grid::CellOf(part.slot, grid::Grid::BitOf(x, y));
+  grid::CellSet set = CellSetOf(x, y);
+  grid->Rasterize(body, {}, std::span(&set, 1));
+  return grid::CellOf(set.slot, grid::Grid::BitOf(x, y));
 }
 
 /// Undoes one call of DrawCell().
 inline void EraseCell(grid::Grid* grid, grid::CellRef cell, grid::BodyId body) {
   int32_t x, y;
   grid->Coordinates(cell, &x, &y);
-  grid::TilePart part = PartOfCell(x, y);
-  part.slot = static_cast<uint32_t>(cell >> 6);
-  grid->Redraw(body, std::span(&part, 1), {});
+  grid::CellSet set = CellSetOf(x, y);
+  set.slot = static_cast<uint32_t>(cell >> 6);
+  grid->Rasterize(body, std::span(&set, 1), {});
 }
 
 /// Collects cells into sets, one per tile.
-inline std::vector<grid::TilePart> PartsOf(const grid::Grid& grid,
-                                           const std::vector<grid::CellRef>& cells) {
-  std::vector<grid::TilePart> parts;
-  grid::PartsMaker maker(&parts);
+inline std::vector<grid::CellSet> CellSetsOf(const grid::Grid& grid,
+                                             const std::vector<grid::CellRef>& cells) {
+  std::vector<grid::CellSet> sets;
+  grid::CellSetBuilder maker(&sets);
   for (const grid::CellRef cell : cells) {
     int32_t x, y;
     grid.Coordinates(cell, &x, &y);
     maker.Add(x, y);
   }
   maker.Finish();
-  grid.FindSlots(parts);
-  return parts;
+  grid.FindSlots(sets);
+  return sets;
 }
 
 /// The bodies in a cell, in the order of its list.

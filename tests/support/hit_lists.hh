@@ -72,8 +72,8 @@ inline std::vector<internal::sensing::RayHit> TraceBatch(
     Tracer(grid).TraceFans(batch, fans, lists, &found, counters);
     found.ForEachFan(fans, [&](const Fan&, const RayHits& of_fan) {
       for (uint32_t ray = 0, run = 0; ray < of_fan.count; ray++) {
-        if (ray == of_fan.runs[run].end) run++;
-        hits.push_back({of_fan.ranges[ray], of_fan.runs[run].model});
+        if (ray == of_fan.intervals[run].end) run++;
+        hits.push_back({of_fan.ranges[ray], of_fan.intervals[run].model});
       }
     });
   }

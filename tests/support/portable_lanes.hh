@@ -87,7 +87,7 @@ struct PortableLanes {
   static V Subtract(V a, V b) {
     return Make<V>([&](int i) { return Signed(Bits(a.n[i]) - Bits(b.n[i])); });
   }
-  static V LessOne(V a) { return Larger(Subtract(a, All(1)), All(0)); }
+  static V DecrementOr0(V a) { return Larger(Subtract(a, All(1)), All(0)); }
   /// Products of signed 32-bit numbers.
   static V Multiply(V a, V b) {
     return Make<V>([&](int i) { return static_cast<Number>(Product(a.n[i], b.n[i])); });
@@ -205,7 +205,7 @@ struct PortableLanes {
   static V Gather(M m, const Other* p, V places) {
     return Make<V>([&](int i) { return m.is[i] ? static_cast<Number>(p[places.n[i]]) : 0; });
   }
-  static V OfSixteen(const Number* table, V i) {
+  static V LookUp16(const Number* table, V i) {
     return Make<V>([&](int k) { return table[i.n[k] & 15]; });
   }
   static void Scatter(M m, uint32_t* p, V places, V a) {
@@ -282,7 +282,7 @@ struct PortableNarrowLanes : PortableLanes<kLanes, int32_t> {
   using Base::BitOf;
   using Base::Gather;
   using Base::Load;
-  using Base::OfSixteen;
+  using Base::LookUp16;
   using Base::Select;
   using Base::Without;
   using Base::Zero;
@@ -322,7 +322,7 @@ struct PortableNarrowLanes : PortableLanes<kLanes, int32_t> {
     });
   }
   /// Looks up table[i], 0 <= i <= 15, in a table of 64-bit words whose halves are `low` and `high`.
-  static Words OfSixteen(const int32_t* low, const int32_t* high, V places) {
+  static Words LookUp16(const int32_t* low, const int32_t* high, V places) {
     return Each<Words>([&](int i) {
       const int place = places.n[i] & 15;
       return uint64_t{static_cast<uint32_t>(low[place])} |

@@ -10,7 +10,7 @@
 #include "grid/outline.hh"
 #include "kernels/ray_walk.h"
 #include "sensing/fan.hh"
-#include "support/turned_fan.hh"
+#include "support/fan_with_own_directions.hh"
 
 namespace ray_scene {
 
@@ -70,12 +70,12 @@ void RayScene::AddBody(const std::vector<point_int_t>& outline) {
       bottom, bottom + PickHeight(), ModelOf(drawn.tree), TreeOf(drawn.tree), !Chance(0.1), 0};
   drawn.id = grid_.AddBody(body);
   grid::AppendOutline(outline.data(), outline.size(), &drawn.cells);
-  grid_.Redraw(drawn.id, {}, drawn.cells);
+  grid_.Rasterize(drawn.id, {}, drawn.cells);
   bodies_.push_back(std::move(drawn));
 }
 
 void RayScene::RemoveBody(size_t i) {
-  grid_.Redraw(bodies_[i].id, bodies_[i].cells, {});
+  grid_.Rasterize(bodies_[i].id, bodies_[i].cells, {});
   grid_.RemoveBody(bodies_[i].id);
   bodies_[i] = std::move(bodies_.back());
   bodies_.pop_back();
@@ -122,7 +122,7 @@ void RayScene::Change() {
   if (bodies_.size() > 400)
     while (bodies_.size() > 20) RemoveBody(bodies_.size() - 1);
   if (Chance(0.05))
-    for (int i = 0; i < 1100; i++) grid_.AgeLayers();
+    for (int i = 0; i < 1100; i++) grid_.ExpireLayers();
 }
 
 // ---- fans ---------------------------------------------------------------------------------------
@@ -162,7 +162,7 @@ void RayScene::AddFan() {
   sensing::SelfMask mask;
   if (Chance(0.5)) {
     const uint32_t tree = Below(kTrees);
-    grid::Drawings own;
+    grid::Rasterizations own;
     for (const Drawn& drawn : bodies_)
       if (drawn.tree == tree && Chance(0.3)) own.of_bodies.push_back(&drawn.cells);
     mask = batch_.MakeSelfMask(grid_, own, TreeOf(tree), false);
@@ -208,9 +208,9 @@ void ForEachRay(const RayScene& scene, F f) {
 }
 
 /// The occupied cells of one layer, computed from the lists of bodies.
-class CellSet {
+class CoordinateSet {
  public:
-  CellSet(const grid::Grid& grid, grid::LayerIndex layer) : grid_(grid), layer_(layer) {}
+  CoordinateSet(const grid::Grid& grid, grid::LayerIndex layer) : grid_(grid), layer_(layer) {}
   bool Has(int32_t x, int32_t y) const {
     const uint32_t region = grid_.FindRegion(x, y);
     return region != 0 && grid_.AnyAt(region, grid::Grid::TileOf(x, y), grid::Grid::BitOf(x, y),
@@ -251,7 +251,7 @@ std::vector<uint32_t> ListsCellByCell(const RayScene& scene, uint32_t per_ray) {
   std::vector<uint32_t> lists(static_cast<size_t>(scene.batch().ray_count()) * per_ray, 0);
   ForEachRay(scene, [&](const sensing::Fan& fan, const ray_grid_t&, ray_t* ray, uint32_t n) {
     const Stg::ray_mask_t mask = scene.batch().SelfMaskOf(fan);
-    const CellSet cells(scene.grid(), fan.layer);
+    const CoordinateSet cells(scene.grid(), fan.layer);
     uint32_t* list = &lists[size_t{n} * per_ray];
     uint32_t found = 0;
     int64_t u = 0, v = 0;

@@ -37,7 +37,7 @@ class RayScene {
   struct Drawn {
     Stg::internal::grid::BodyId id;
     uint32_t tree;
-    std::vector<Stg::internal::grid::TilePart> cells;
+    std::vector<Stg::internal::grid::CellSet> cells;
   };
 
   bool Chance(double probability) { return random_.Uniform() < probability; }

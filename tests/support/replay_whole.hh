@@ -29,8 +29,8 @@ inline void ReplayWhole(const std::string& file) {
   }
   replay.Attach(&world);
   for (int i = 0; i < 5; i++) world.Update();
-  replay.GoTo(replay.end());
-  replay.GoTo(0);
+  replay.SeekTo(replay.end());
+  replay.SeekTo(0);
   if (const std::string fault = world.Validate(); !fault.empty()) {
     std::fprintf(stderr, "found %s\n", fault.c_str());
     std::abort();

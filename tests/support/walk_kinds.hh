@@ -17,7 +17,7 @@ template <int kLanes>
 sensing::WideWalk PortableWalk(const char* name) {
   using Lanes = PortableLanes<kLanes>;
   sensing::WideWalk walk{name, sensing::WalkInLanes<Lanes, PortableNarrowLanes<kLanes>>,
-                         sensing::LookInLanes<Lanes>};
+                         sensing::EvaluateInLanes<Lanes>};
   if constexpr (64 % kLanes == 0) walk.meet = sensing::MeetInLanes<Lanes>;
   return walk;
 }

@@ -129,7 +129,7 @@ def test_nobody_gets_on(experiment: Experiment, tmp_path: Path, dies: bool, said
     idle = Idle(dies)
     with pytest.raises(SweepError, match=f"20 of 20 runs are missing: 0, 1, 2, 3, 4, ...; .*{said}"):
         run(experiment, idle, out=tmp_path / "out", jobs=2, chunk=1)
-    assert idle.submitted == 20 * executors.MOST_IDLE_ROUNDS and idle.most <= 4
+    assert idle.submitted == 20 * executors.MAX_IDLE_ROUNDS and idle.most <= 4
 
 
 def test_a_world_that_has_changed_is_told(experiment: Experiment, tmp_path: Path) -> None:

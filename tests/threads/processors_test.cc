@@ -50,7 +50,7 @@ TEST_F(Groups, WithoutLimitsGrantEverything) {
   EXPECT_EQ(Granted("1:cpu:/\n"), 0u);
 }
 
-TEST_F(Groups, OfVersionTwoCountAllTheWayUp) {
+TEST_F(Groups, VersionTwoCountsAllAncestors) {
   Write("a/b/cpu.max", "800000 100000");
   EXPECT_EQ(Granted("0::/a/b\n"), 8u);
   Write("a/cpu.max", "250000 100000");  // 2.5: a third thread would stall all
@@ -68,7 +68,7 @@ TEST_F(Groups, OfVersionOneAreThoseOfTheController) {
   EXPECT_EQ(Granted("5:cpuset:/a\n"), 0u);
 }
 
-TEST_F(Groups, ThatMakeNoSenseAreLeftAlone) {
+TEST_F(Groups, InvalidGroupsAreIgnored) {
   Write("a/cpu.max", "many 100000");
   Write("b/cpu.max", "");
   Write("c/cpu.max", "100000 0");

@@ -31,7 +31,7 @@ void ExpectOnceEach(WorkerPool* pool, size_t count, size_t grain) {
   for (size_t i = 0; i < count; i++) ASSERT_EQ(times[i], 1) << i << " of " << count;
 }
 
-TEST(WorkerPool, EveryIndexComesUpOnce) {
+TEST(WorkerPool, VisitsEveryIndexOnce) {
   for (const unsigned threads : {0u, 1u, 2u, 3u, 8u, 33u}) {
     WorkerPool pool(threads);
     EXPECT_EQ(pool.threads(), threads == 0 ? 1 : threads);
@@ -54,15 +54,15 @@ TEST(WorkerPool, TheCallerMayDoSomethingElseFirst) {
       while (done < 100) std::this_thread::yield();
     };
     const auto job = [&](size_t begin, size_t end, unsigned) { done += end - begin; };
-    pool.RunBeside(first, 100, 1, job);
+    pool.RunAlongside(first, 100, 1, job);
     EXPECT_EQ(done, 100u);
     EXPECT_EQ(calls, threads > 1 ? 1 : 0);
-    pool.RunBeside(first, 5, 10, job);  // too small to be shared
+    pool.RunAlongside(first, 5, 10, job);  // too small to be shared
     EXPECT_EQ(calls, threads > 1 ? 1 : 0);
   }
 }
 
-TEST(WorkerPool, NoWakeUpIsMissed) {
+TEST(WorkerPool, LosesNoWakeUp) {
   for (const unsigned threads : {2u, 4u, 9u}) {
     WorkerPool pool(threads);
     std::atomic<uint64_t> sum{0};
@@ -80,7 +80,7 @@ TEST(WorkerPool, HoldsProcessorsOrNot) {
   for (const unsigned threads : {1u, 2u, 8u}) {
     WorkerPool pool(threads);
     for (int i = 0; i < 200; i++) {  // while threads spin or sleep
-      pool.HoldProcessors(i % 3 == 0);
+      pool.AllowSpinning(i % 3 == 0);
       ASSERT_NO_FATAL_FAILURE(ExpectOnceEach(&pool, 100, 1));
       if (i % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(3));
     }
@@ -124,7 +124,7 @@ TEST(WorkerPool, SmallJobsStayWithTheCaller) {
   EXPECT_EQ(calls, 1);
 }
 
-TEST(WorkerPool, ComesAndGoes) {
+TEST(WorkerPool, CanBeCreatedAndDestroyedRepeatedly) {
   for (int i = 0; i < 200; i++) {
     WorkerPool pool(3);
     if (i % 2) {
@@ -135,7 +135,7 @@ TEST(WorkerPool, ComesAndGoes) {
 
 // ---- the first of many --------------------------------------------------------------------------
 
-TEST(FindFirst, IsThatOfASearchInTurn) {
+TEST(FindFirst, EqualsASequentialSearch) {
   test::RandomSource random(1);
   for (unsigned threads = 1; threads <= 8; threads++) {
     WorkerPool pool(threads);
@@ -154,7 +154,7 @@ TEST(FindFirst, IsThatOfASearchInTurn) {
   }
 }
 
-TEST(FindFirst, LooksAtAllBeforeTheFirstAndAtNoneTwice) {
+TEST(FindFirst, ExaminesAllBeforeTheFirstOnce) {
   for (const unsigned threads : {1u, 4u}) {
     WorkerPool pool(threads);
     for (const size_t first : {0, 1, 1500, 4999, 5000}) {
@@ -238,13 +238,13 @@ TEST(WorkerPool, WaitsForTheOthersIfTheCallerThrows) {
   for (int round = 0; round < 50; round++) {
     std::atomic<size_t> done{0};
     const auto job = [&](size_t begin, size_t end, unsigned) { done += end - begin; };
-    EXPECT_THROW(pool.RunBeside([] { throw 42; }, 1000, 1, job), int);
+    EXPECT_THROW(pool.RunAlongside([] { throw 42; }, 1000, 1, job), int);
     EXPECT_EQ(done, 1000u);
   }
 }
 
 // The memory limit leaves no room for some of the threads' stacks.
-TEST(WorkerPool, GoesOnWithTheThreadsThatThereAre) {
+TEST(WorkerPool, WorksWithFewerThreadsIfNoneCanBeCreated) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers reserve more memory than a limit would leave";
 #endif

@@ -107,7 +107,7 @@ class BranchesTest : public testing::Test {
   static void SetUpTestSuite() { Init(nullptr, nullptr); }
 };
 
-TEST_F(BranchesTest, AreWhatTheirWorldsWouldBeAlone) {
+TEST_F(BranchesTest, EqualSingleWorlds) {
   constexpr uint32_t kCount = kSanitized ? 6 : 12;
   constexpr int kSteps = 20;
   for (const std::string& file : ShippedWorlds()) {
@@ -164,7 +164,7 @@ std::vector<uint64_t> HashesOfWild(const World& world, const BranchOptions& opti
   for (int round = 0; round < 4; round++) branches.Step(5, &wild);
   std::vector<uint64_t> hashes;
   for (uint32_t i = 0; i < kWild; i++) {
-    EXPECT_EQ(branches[i].fate, i % 5 == 4 ? Branch::kFailed : Branch::kAlive) << i;
+    EXPECT_EQ(branches[i].state, i % 5 == 4 ? Branch::kFailed : Branch::kAlive) << i;
     EXPECT_EQ(branches[i].error, i % 5 == 4 ? "an exception: too wild" : "") << i;
     uint64_t hash = 0;
     branches.Visit(i, [&](World& branch) {
@@ -176,7 +176,7 @@ std::vector<uint64_t> HashesOfWild(const World& world, const BranchOptions& opti
   return hashes;
 }
 
-TEST_F(BranchesTest, WildNeighboursChangeNothing) {
+TEST_F(BranchesTest, DoNotDependOnOtherBranches) {
   const std::unique_ptr<World> world = LoadText(kRobotsOfAllTypes);
   const std::vector<uint64_t> expected = HashesOfWild(*world, With(1, Snapshot::kFull));
   for (const Snapshot::Keep keep : {Snapshot::kFull, Snapshot::kLean})
@@ -184,7 +184,7 @@ TEST_F(BranchesTest, WildNeighboursChangeNothing) {
       EXPECT_EQ(HashesOfWild(*world, With(threads, keep)), expected) << keep << ", " << threads;
 }
 
-TEST_F(BranchesTest, NorDoesADevice) {
+TEST_F(BranchesTest, DoNotDependOnADevice) {
   RunOptions options = OptionsOf(1);
   options.opencl = options.always_on_device = true;
   World world(options);
@@ -200,7 +200,7 @@ TEST_F(BranchesTest, NorDoesADevice) {
   }
 }
 
-TEST_F(BranchesTest, CarryCommandsAndSayWhatBecameOfThem) {
+TEST_F(BranchesTest, ExecuteCommandsAndReportOutcomes) {
   const std::unique_ptr<World> world = LoadText(
       "position( name \"r\" alwayson 1 velocity_bounds [-0.5 0.5 0 0 0 0 -90 90] )\n"
       "model( pose [3 0 0 0] size [1 4 1] )\n");
@@ -232,7 +232,7 @@ TEST_F(BranchesTest, AreRetiredRestoredAndUsedAgain) {
   Snapshot now;
   ASSERT_TRUE(world->Take(&now, Snapshot::kLean));
   Branches branches(*world, 3, With(2, Snapshot::kLean));
-  EXPECT_EQ(branches[0].fate, Branch::kRetired);
+  EXPECT_EQ(branches[0].state, Branch::kRetired);
   EXPECT_FALSE(branches.Visit(0, [](World&) {}));
   for (uint32_t i : {0u, 1u, 2u}) branches.Restore(i, now);
   branches.Step(10);
@@ -250,10 +250,10 @@ TEST_F(BranchesTest, AreRetiredRestoredAndUsedAgain) {
   EXPECT_EQ(branches.StateOf(2).hash(), hash);
   branches.Resize(5);
   EXPECT_EQ(branches.StateOf(2).hash(), hash);
-  EXPECT_EQ(branches[4].fate, Branch::kRetired);
+  EXPECT_EQ(branches[4].state, Branch::kRetired);
 }
 
-TEST_F(BranchesTest, SeedsMakeDifferences) {
+TEST_F(BranchesTest, DependOnSeeds) {
   const std::unique_ptr<World> world =
       LoadAndStep(SourceFile("tests/data/controllers/lasernoise.world"), 5);
   Snapshot now;
@@ -283,7 +283,7 @@ int QuitNow(World* world, void*) {
   return 0;
 }
 
-TEST_F(BranchesTest, ErrorsAreTheirOwn) {
+TEST_F(BranchesTest, KeepErrorsSeparate) {
   const std::unique_ptr<World> world = LoadText(kRobotsOfAllTypes);
   Snapshot now;
   ASSERT_TRUE(world->Take(&now));
@@ -294,7 +294,7 @@ TEST_F(BranchesTest, ErrorsAreTheirOwn) {
     branch.Enqueue(
         0, 1000000, branch.GetGround(), [](Model*, void*) { return 0; }, nullptr);
   });
-  EXPECT_EQ(branches[2].fate, Branch::kFailed);
+  EXPECT_EQ(branches[2].state, Branch::kFailed);
   EXPECT_NE(branches[2].error.find("a callback of Enqueue() is pending"), std::string::npos);
   EXPECT_TRUE(branches.StateOf(2).empty());
   Branches others(*world, 1);
@@ -319,11 +319,11 @@ TEST_F(BranchesTest, OneThatQuitsHasEnded) {
   for (uint32_t i : {0u, 1u}) branches.Restore(i, now);
   branches.Step(10, &quitter);
   EXPECT_EQ(branches[0].steps, 10u);
-  EXPECT_EQ(branches[1].fate, Branch::kEnded);
+  EXPECT_EQ(branches[1].state, Branch::kEnded);
   EXPECT_EQ(branches[1].steps, 4u);
 }
 
-TEST_F(BranchesTest, OfNothingAreNotReady) {
+TEST_F(BranchesTest, AreNotReadyWithoutAWorld) {
   World empty(OptionsOf(1));
   const std::string errors = ErrorsOf([&] { EXPECT_FALSE(Branches(empty, 3).IsReady()); });
   EXPECT_NE(errors.find("no loaded world"), std::string::npos) << errors;

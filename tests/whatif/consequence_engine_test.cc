@@ -125,7 +125,7 @@ TEST_F(Engine, IsReplayedWithoutAClock) {
   EXPECT_GT(decisions[0].scenario_steps, 300u);
 }
 
-TEST_F(Engine, GivesUpWhatCannotWin) {
+TEST_F(Engine, PrunesLosingActions) {
   ConsequenceEngine engine(*world_);
   Eastward all, bounded;
   bounded.knows_bounds = true;
@@ -176,7 +176,7 @@ TEST_F(Engine, FailuresAreNotChosen) {
   EXPECT_NE(decision.best, 2u);
 }
 
-TEST_F(Engine, GoesOnAsNowWhereNothingIsKnown) {
+TEST_F(Engine, FallsBackWithoutHorizonOrCandidates) {
   ConsequenceEngine engine(*world_);
   Eastward judge;
   question_.horizon = 0;
@@ -190,7 +190,7 @@ TEST_F(Engine, GoesOnAsNowWhereNothingIsKnown) {
 }
 
 /// With the world's own random numbers, the prediction is bit-identical to the later run.
-TEST_F(Engine, ForeseesItsOwnWorld) {
+TEST_F(Engine, PredictsItsOwnWorld) {
   ConsequenceEngine::Options options;
   options.watched = {world_->GetModel("r")->GetId()};
   ConsequenceEngine engine(*world_, options);

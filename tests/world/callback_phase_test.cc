@@ -65,14 +65,14 @@ class Robots {
   /// parallel.
   Outcome Call(const std::vector<Stg::Model*>& list, unsigned threads, size_t* together) {
     Stg::threads::WorkerPool workers(threads);
-    const Stg::While stepping(&world_->engine().stepping, true);
-    phase_.SetFewest(1);
+    const Stg::ScopedValue stepping(&world_->engine().stepping, true);
+    phase_.SetMinLength(1);
     phase_.EndStep();
     for (auto& tree : trees_) tree.clear();
     seen_.clear();
     calls_ = 0;
     for (size_t i = 0; i < list.size();) {
-      const size_t count = phase_.CallTogether(&list[i], list.size() - i, &workers);
+      const size_t count = phase_.CallParallel(&list[i], list.size() - i, &workers);
       *together += count;
       i += count;
       if (count > 0) continue;

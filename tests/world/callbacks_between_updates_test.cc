@@ -113,7 +113,7 @@ Outcome StepOnce(const Change& change, bool timed, bool batch, unsigned threads)
   return outcome;
 }
 
-TEST(CallbacksBetweenUpdates, SeeWhatWasSensedAndChangeWhatIsSensedLater) {
+TEST(CallbacksBetweenUpdates, SeeEarlierReadingsAndAffectLaterOnes) {
   for (const bool timed : {false, true}) {
     const Outcome still = StepOnce(kChanges[0], timed, false, 1);
     EXPECT_FALSE(still.seen.empty()) << timed;
@@ -131,7 +131,7 @@ TEST(CallbacksBetweenUpdates, SeeWhatWasSensedAndChangeWhatIsSensedLater) {
 }
 
 /// Proves that the test above is meaningful: each change has an effect on later sensors.
-TEST(CallbacksBetweenUpdates, ChangeWhatIsSensedLater) {
+TEST(CallbacksBetweenUpdates, AffectLaterReadings) {
   const Outcome still = StepOnce(kChanges[0], false, true, 1);
   EXPECT_EQ(still.before.size(), still.after.size());
   for (const Change& change : kChanges) {

@@ -24,7 +24,7 @@ struct Engine {
   Random random;
 };
 
-TEST(ClientNames, StayTheClients) {
+TEST(ClientNames, DoNotConflictWithTheLibrary) {
   Engine engine;
   grid[1][2] = 0.5;
   EXPECT_EQ(engine.random.Next() + sensing, 4);

@@ -45,7 +45,7 @@ class CopyTest : public testing::Test {
   static void SetUpTestSuite() { Init(nullptr, nullptr); }
 };
 
-TEST_F(CopyTest, IsAsIfTheFileHadBeenLoaded) {
+TEST_F(CopyTest, EqualsANewlyLoadedWorld) {
   for (const std::string& file : ShippedWorlds()) {
     SCOPED_TRACE(file);
     const std::vector<uint64_t> expected = HashesOf(LoadFile(file, 5).get(), kSteps);
@@ -62,7 +62,7 @@ TEST_F(CopyTest, IsAsIfTheFileHadBeenLoaded) {
   }
 }
 
-TEST_F(CopyTest, WhateverHasBecomeOfTheOther) {
+TEST_F(CopyTest, DoesNotDependOnTheOriginalsState) {
   constexpr uint64_t kWorlds = kSanitized ? 10 : 60;
   for (uint64_t seed = 0; seed < kWorlds; seed++) {
     SCOPED_TRACE(seed);
@@ -103,7 +103,7 @@ TEST_F(CopyTest, InManyThreads) {
   for (const std::vector<uint64_t>& mine : hashes) EXPECT_EQ(mine, expected);
 }
 
-TEST_F(CopyTest, OfNothingIsRefused) {
+TEST_F(CopyTest, WithoutALoadedWorldIsRefused) {
   World empty(OptionsOf(1)), copy(OptionsOf(1));
   const std::string errors = ErrorsOf([&] { EXPECT_FALSE(copy.LoadCopy(empty)); });
   EXPECT_EQ(errors, "stage: found no loaded world to be copied\n");

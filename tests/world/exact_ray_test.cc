@@ -198,7 +198,7 @@ TEST(ExactRays, AreTrueInRandomWorldsAtEveryCellSize) {
   }
 }
 
-TEST(ExactRays, CellsAreLessTrue) {
+TEST(ExactRays, AreMoreAccurateThanCells) {
   // Prove that the comparison is meaningful: the cell model fails it clearly.
   RandomSource random(1);
   std::string text = Header(0.1) + RandomScene(&random, 1);
@@ -277,7 +277,7 @@ TEST(ExactRays, ParallelToTheAxesAndAlongEdges) {
   }
 }
 
-TEST(ExactRays, NoneSlipsBetweenBlocksThatShareACorner) {
+TEST(ExactRays, HitBlocksThatShareACorner) {
   // Blocks surround a point; rays go exactly to that point and beside it.
   for (const double cell : kCells) {
     std::ostringstream text;
@@ -318,7 +318,7 @@ std::string TwoInOnePlace(double first, double second, int samples) {
   return text.str();
 }
 
-TEST(ExactRays, StopAtTheOlderOfTwoModelsInOnePlaceWhateverMovesLast) {
+TEST(ExactRays, HitTheOlderOfTwoCoincidentModels) {
   for (const auto& [first, second] : {std::pair(0.5, 0.75), std::pair(0.75, 0.5)})
     for (const int samples : {1, 3, 200}) {
       const std::unique_ptr<World> world = LoadText(TwoInOnePlace(first, second, samples));
@@ -380,7 +380,7 @@ TEST(ExactRays, SensorsChooseForThemselves) {
       << wrong.errors;
 }
 
-TEST(ExactRays, CostNothingWhereNobodyWantsThem) {
+TEST(ExactRays, CostNothingIfUnused) {
   const std::string text =
       "model(size [4 4 1]) ranger(name \"lidar\" pose [5 0 0 0] sensor(samples 1 range [0 9]))\n";
   const auto bytes = [](World* world) { return world->host().scene.grid.statistics().bytes; };
@@ -392,8 +392,8 @@ TEST(ExactRays, CostNothingWhereNobodyWantsThem) {
   FindRunning<ModelRanger>(*exact, "lidar");
   Step(*thin);
   Step(*exact);
-  EXPECT_FALSE(thin->host().scene.exact_drawing);
-  EXPECT_TRUE(exact->host().scene.exact_drawing) << "since the first ray wanted it";
+  EXPECT_FALSE(thin->host().scene.exact_rasterization);
+  EXPECT_TRUE(exact->host().scene.exact_rasterization) << "since the first ray wanted it";
   EXPECT_GT(bytes(exact.get()), bytes(thin.get()));
 }
 

@@ -111,7 +111,7 @@ TEST(ExactnessTest, OnTheHost) {
                       false);
 }
 
-TEST(ExactnessTest, PosesSetInTheMidstOfUpdates) {
+TEST(ExactnessTest, PosesSetDuringUpdates) {
   CompareRandomWorlds(kWorlds / 3, {{"ray by ray", RayByRay()}}, true);
 }
 
@@ -148,7 +148,7 @@ class ShippedWorlds : public testing::TestWithParam<Shipped> {
   }
 };
 
-TEST_P(ShippedWorlds, AreTheSameHoweverTheyRun) {
+TEST_P(ShippedWorlds, GiveTheSameResultsInAllModes) {
   const uint64_t steps = GetParam().steps;
   const Outcome expected = random_world::RunFile(Path(), steps, Plain());
   EXPECT_GT(expected.hits, 0u);

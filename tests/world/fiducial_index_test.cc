@@ -16,7 +16,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-TEST(FiducialIndex, FindsWhatASearchThroughAllFinds) {
+TEST(FiducialIndex, EqualsALinearSearch) {
   test::RandomSource random(5);
   const auto world = EmptyWorld();
   std::vector<Model*> models;

@@ -119,9 +119,9 @@ TEST(Fork, InACallback) {
   EXPECT_TRUE(good);
 }
 
-TEST(Fork, APoolWorksOnTheThreadThatIsLeft) {
+TEST(Fork, PoolWorksOnTheRemainingThread) {
   threads::WorkerPool pool(4);
-  EXPECT_TRUE(pool.IsHere());
+  EXPECT_TRUE(pool.IsUsable());
   const auto sum_of = [&] {
     std::atomic<size_t> sum{0};
     pool.Run(1000, 10, [&](size_t begin, size_t end, unsigned) {
@@ -129,7 +129,7 @@ TEST(Fork, APoolWorksOnTheThreadThatIsLeft) {
     });
     return sum.load();
   };
-  EXPECT_TRUE(InChild([&] { return !pool.IsHere() && sum_of() == 499500; }));
+  EXPECT_TRUE(InChild([&] { return !pool.IsUsable() && sum_of() == 499500; }));
   EXPECT_EQ(sum_of(), 499500u);
 }
 

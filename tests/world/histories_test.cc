@@ -165,7 +165,7 @@ TEST_F(HistoriesTest, SharedByThreads) {
   });
 }
 
-TEST_F(HistoriesTest, Watched) {
+TEST_F(HistoriesTest, DoNotDependOnObservers) {
   Compare([](const History& run) {
     const std::unique_ptr<World> world = run.NewWorld(run.seed());
     History::Look(world.get());
@@ -181,7 +181,7 @@ TEST_F(HistoriesTest, Reset) {
   });
 }
 
-TEST_F(HistoriesTest, CopiedFromAWorldThatHasMovedOn) {
+TEST_F(HistoriesTest, CopiedFromARunningWorld) {
   Compare([](const History& run) {
     World copy(OptionsOf(run.seed()));
     if (!copy.LoadCopy(*run.WorldWithAPast())) return std::string("refused to copy");
@@ -252,7 +252,7 @@ TEST_F(HistoriesTest, BranchedOff) {
       branches.Step(static_cast<uint64_t>(kSteps - step), &meddling);
       branches.Retire(branch);
       if (!meddling.wrong().empty()) return meddling.wrong();
-      if (branches[branch].fate == Branch::kFailed) return branches[branch].error;
+      if (branches[branch].state == Branch::kFailed) return branches[branch].error;
     }
     return std::string();
   });
@@ -305,7 +305,7 @@ TEST_F(HistoriesTest, TheFloorGrowsAgainWhenARobotLeavesItAgain) {
 }
 
 /// A move into an empty superregion is proposed, but a post stops it before.
-TEST_F(HistoriesTest, TheFloorDoesNotGrowByAMoveThatIsNotMade) {
+TEST_F(HistoriesTest, FloorDoesNotGrowByARejectedMove) {
   std::string text =
       "resolution 0.02\n"
       "position( name \"r\" pose [20.2 0 0 0] size [.4 .4 .4] alwayson 1 )\n"

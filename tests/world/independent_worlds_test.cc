@@ -52,7 +52,7 @@ class IndependentWorlds : public testing::Test {
   static void SetUpTestSuite() { InitLibrary(); }
 };
 
-TEST_F(IndependentWorlds, EightThreadsDisturbNobody) {
+TEST_F(IndependentWorlds, RunOnEightThreadsAsAlone) {
   const std::vector<std::string> files = ShippedWorlds();
   ASSERT_GT(files.size(), 10u);
   std::vector<uint64_t> alone;
@@ -82,7 +82,7 @@ TEST_F(IndependentWorlds, EightThreadsDisturbNobody) {
   }
 }
 
-TEST_F(IndependentWorlds, ResetIsANewBeginning) {
+TEST_F(IndependentWorlds, ResetRestoresTheInitialState) {
   for (const std::string& file : ShippedWorlds()) {
     std::map<uint64_t, uint64_t> anew;
     for (const uint64_t seed : {1, 2}) anew[seed] = HashAlone(file, seed);
@@ -222,7 +222,7 @@ TEST_F(IndependentWorlds, TwentyFiveThousandResetsTakeNoMemory) {
   }
 }
 
-TEST_F(IndependentWorlds, OneThatIsNotListedIsNoConcernOfTheOthers) {
+TEST_F(IndependentWorlds, UnlistedWorldsDoNotAffectOthers) {
   const double stored = PowerPack::global_stored;
   World alone(OptionsOf(1, false)), listed;
   for (World* world : {&alone, &listed})
@@ -241,7 +241,7 @@ TEST_F(IndependentWorlds, OneThatIsNotListedIsNoConcernOfTheOthers) {
   listed.CancelQuitAll();
 }
 
-TEST_F(IndependentWorlds, TellWhatWasWrong) {
+TEST_F(IndependentWorlds, ReportTheirOwnErrors) {
   World world(OptionsOf(1, false)), other(OptionsOf(1, false));
   TryToLoad(&world, "model( poze [1 2 3 4] )");
   ASSERT_EQ(world.LoadMessages().size(), 1u);

@@ -74,7 +74,7 @@ std::string TextOf(const Case& c) {
               " sensor( pose [0.05 0 0 10] range [0 20] fov 350 samples 36 ) ) )");
 }
 
-TEST(OneInstant, AMapperInACallbackSeesWallsWhereTheyAre) {
+TEST(OneInstant, MapperInACallbackFindsTheWalls) {
   for (const Case& c : Cases()) {
     const auto world = LoadText(TextOf(c));
     Controller controller{

@@ -147,7 +147,7 @@ TEST(LifecycleDeathTest, AWorldThatIsMadeBeforeInitCallsIt) {
       "^stage: warning: a World was created before Init\\(\\); Init\\(\\) is called now\n$");
 }
 
-TEST(Lifecycle, AFailedLoadLeavesAWorldThatCanLoad) {
+TEST(Lifecycle, WorldCanLoadAfterAFailedLoad) {
   const auto world = EmptyWorld();
   ASSERT_TRUE(LoadSmallWorld(world.get()));
   for (const char* text : {"robot( )", "model( joules \"nan\" )", "model( watts 5 joules 3 "}) {

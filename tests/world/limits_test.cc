@@ -31,7 +31,7 @@ const Greedy kGreedy[] = {
     {"define inner bumper( bcount 10000 )", "1:29", "10000 bumpers"},
 };
 
-TEST(MemoryLimit, IsSaidInOneLine) {
+TEST(MemoryLimit, IsReportedInOneLine) {
   for (const Greedy& greedy : kGreedy) {
     // A limit below the default, which blobfinders and bumpers would hardly reach.
     const std::string limit = "memory_limit 100 ";

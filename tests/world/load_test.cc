@@ -47,7 +47,7 @@ void PrintTo(const BadFile& bad, std::ostream* out) { *out << bad.text.substr(0,
 
 class Refused : public testing::TestWithParam<BadFile> {};
 
-TEST_P(Refused, WithPlaceStatusAndMessage) {
+TEST_P(Refused, ReportsPlaceStatusAndMessage) {
   const BadFile& bad = GetParam();
   const LoadOutcome outcome = TryToLoad(bad.text);
   EXPECT_FALSE(outcome.loaded);
@@ -152,7 +152,7 @@ const BadFile kTooLarge[] = {
 };
 INSTANTIATE_TEST_SUITE_P(TooLarge, Refused, testing::ValuesIn(kTooLarge));
 
-TEST(Limits, WhatReachesThemIsFine) {
+TEST(Limits, AcceptValuesAtTheLimit) {
   for (const std::string& text :
        {"ranger( alwayson 1 sensor( samples 1000000 ) )" + std::string(),
         "model( block( points 100000 ) )" + std::string(),
@@ -313,7 +313,7 @@ TEST(Warning, EmptyControllerNamesAreIgnored) {
   EXPECT_TRUE(none.loaded);
 }
 
-TEST(Warning, ThreadsBelowOneAreOne) {
+TEST(Warning, ThreadsBelowOneBecomeOne) {
   for (const char* threads : {"0", "-3"}) {
     const LoadOutcome outcome = TryToLoad("threads " + std::string(threads));
     EXPECT_TRUE(outcome.loaded);

@@ -56,7 +56,7 @@ class MetricsTest : public testing::Test {
   std::unique_ptr<World> world_;
 };
 
-TEST_F(MetricsTest, TellWhatHasHappened) {
+TEST_F(MetricsTest, HaveTheRightValues) {
   Load(
       "metric( name \"driven\" kind \"distance\" )\n"
       "metric( kind \"distance\" model \"a\" )\n"
@@ -88,7 +88,7 @@ TEST_F(MetricsTest, TellWhatHasHappened) {
   EXPECT_NEAR(metrics["first"], 2, 0.2);
 }
 
-TEST_F(MetricsTest, BeginAnewWithAResetAndWithASnapshot) {
+TEST_F(MetricsTest, RestartAfterResetAndRestore) {
   Load("metric( kind \"distance\" model \"a\" )\n");
   Step(10);
   Snapshot now;
@@ -109,7 +109,7 @@ TEST_F(MetricsTest, BeginAnewWithAResetAndWithASnapshot) {
   EXPECT_EQ(MetricsOf(*world_)["distance"], before);
 }
 
-TEST_F(MetricsTest, APlaceThatARobotIsPutAtIsNotDrivenTo) {
+TEST_F(MetricsTest, TeleportingIsNoDistance) {
   Load("metric( kind \"distance\" model \"a\" )\n");
   Step(5);
   Model* const a = world_->GetModel("a");
@@ -157,14 +157,14 @@ std::unique_ptr<Metric> MakeCounter(const MetricOrder& order) {
   return std::unique_ptr<Metric>(new Counter(order.file->ReadFloat(order.entity, "from", 0)));
 }
 
-TEST_F(MetricsTest, OfAKindOfOnesOwn) {
+TEST_F(MetricsTest, SupportCustomKinds) {
   ASSERT_TRUE(RegisterMetric("counter", MakeCounter));
   Load("metric( kind \"counter\" from 10 )\n");
   Step(3);
   EXPECT_EQ(MetricsOf(*world_)["counter"], 13);
 }
 
-TEST_F(MetricsTest, ThatAreNoneAreErrors) {
+TEST_F(MetricsTest, RejectInvalidMetrics) {
   const auto error = [](const std::string& text) {
     World world(OptionsOf(1));
     std::istringstream content("position( name \"a\" )\n" + text);

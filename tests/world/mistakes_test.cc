@@ -80,13 +80,13 @@ INSTANTIATE_TEST_SUITE_P(EveryModel, LongTuples, testing::ValuesIn(properties::k
                          NameOf);
 INSTANTIATE_TEST_SUITE_P(Types, LongTuples, testing::ValuesIn(properties::kTypes), NameOf);
 
-TEST(LongTuple, StandsAtTheFirstValueThatIsNotRead) {
+TEST(LongTuple, ReportsTheFirstUnusedValue) {
   EXPECT_EQ(WarningsOf("model( pose [1 2 0 30 7 8] )"),
             "t.world:1:23: warning: property \"pose\": found 6 values, expected 4; the rest is not "
             "read\n");
 }
 
-TEST(OdomError, WithSixValuesIsTakenForTheDiagonalOfACovariance) {
+TEST(OdomError, SixValuesAreReportedAsACovariance) {
   const auto world = EmptyWorld();
   const LoadOutcome outcome = TryToLoad(
       world.get(), "position( odom_error [0.03 0.04 999999 999999 999999 2] unit_angle 1 )");
@@ -100,7 +100,7 @@ TEST(OdomError, WithSixValuesIsTakenForTheDiagonalOfACovariance) {
       << outcome.errors;
 }
 
-TEST(OdomError, AboveTheMotionIsWarnedOf) {
+TEST(OdomError, WarnsOfErrorsAboveTheMotion) {
   ExpectOneLine("position( odom_error [0 0 0 100] )", "found an error larger than the motion");
   ExpectOneLine("position( odom_error [-1.5 0 0 0] )", "found an error larger than the motion");
   EXPECT_EQ(WarningsOf("position( odom_error [1 1 9 57] )"), "");
@@ -157,7 +157,7 @@ const Old kOld[] = {
     {kCamera, "yaw 60", "use pantilt [PAN TILT]"},
 };
 
-TEST(OldProperties, NameWhatHasTakenTheirPlace) {
+TEST(OldProperties, SuggestTheirReplacement) {
   for (const Old& old : kOld) {
     std::string text = old.section;
     text.replace(text.find('%'), 1, old.property);
@@ -189,7 +189,7 @@ TEST(OldProperties, AreCurrentElsewhere) {
   EXPECT_EQ(WarningsOf("fiducial( range_max 8 range_min 0 ) camera( resolution [8 8] )"), "");
 }
 
-TEST(OldTypes, NameWhatHasTakenTheirPlace) {
+TEST(OldTypes, SuggestTheirReplacement) {
   const std::pair<const char*, const char*> kTypes[] = {
       {"laser", "older Stages had it: use a ranger with a section sensor"},
       {"ptz", "older Stages had it: use a camera"},
@@ -207,7 +207,7 @@ TEST(OldTypes, NameWhatHasTakenTheirPlace) {
   }
 }
 
-TEST(OldIncludes, NameWhatComesWithThisStage) {
+TEST(OldIncludes, SuggestShippedIncludes) {
   const std::pair<const char*, const char*> kFiles[] = {
       {"walle.inc", "pioneer.inc"},       {"old/irobot.inc", "robots.inc"},
       {"hokuyo.inc", "sick.inc"},         {"../chatterbox.inc", "robots.inc"},
@@ -251,7 +251,7 @@ TEST(ForeignFiles, AreNamed) {
 
 // ---- colours ------------------------------------------------------------------------------------
 
-TEST(Colours, ThatAreMisspeltGetASuggestion) {
+TEST(Colours, MisspeltNamesGetASuggestion) {
   ExpectOneLine("model( color \"bleu\" )",
                 "found \"bleu\", expected an X11 color name, such as "
                 "\"red\" or \"#ff0000\"; using red; did you mean "
@@ -266,7 +266,7 @@ TEST(Colours, ThatAreMisspeltGetASuggestion) {
 
 constexpr char kWall[] = "model( name \"wall\" pose [0 0 0 0] size [2 2 1] )\n";
 
-TEST(Starts, InsideOfSomethingAreWarnedOf) {
+TEST(Starts, InsideObstaclesCauseWarnings) {
   // Start on the outline, in the interior without occupied cells, and in the floor.
   ExpectOneLine(std::string(kWall) + "position( name \"r\" pose [1 0 0 0] )",
                 "t.world:2:26: warning: found robot \"r\" where \"wall\" is, expected free space");
@@ -275,7 +275,7 @@ TEST(Starts, InsideOfSomethingAreWarnedOf) {
   ExpectOneLine("position( name \"r\" pose [0 0 -0.5 0] )", "found robot \"r\" where the floor is");
 }
 
-TEST(Starts, InFreeSpaceAreNot) {
+TEST(Starts, InFreeSpaceCauseNoWarnings) {
   EXPECT_EQ(WarningsOf("position( ) position( )"), "") << "programs put them elsewhere";
   EXPECT_EQ(WarningsOf(std::string(kWall) + "position( pose [2 0 0 0] )"), "");
   EXPECT_EQ(WarningsOf(std::string(kWall) + "position( pose [0 0 1 0] )"), "") << "on top of it";
@@ -294,13 +294,13 @@ TEST(Starts, AreNamedUpToTen) {
   EXPECT_NE(warnings.find("found 5 more robots that start inside other bodies"), std::string::npos);
 }
 
-TEST(Sizes, ThatAreNegativeAreWarnedOf) {
+TEST(Sizes, NegativeSizesCauseWarnings) {
   for (const char* size : {"[-1 1 1]", "[1 -1 1]", "[1 1 -1]"})
     ExpectOneLine(std::string("model( size ") + size + " )",
                   "found a negative size, expected 0 or more; it mirrors the body");
 }
 
-TEST(Bounds, WithoutChoiceAreWarnedOf) {
+TEST(Bounds, DegenerateBoundsCauseWarnings) {
   const std::string least = "found the minimum equal to the maximum";
   ExpectOneLine("position( velocity_bounds [1 1 -1 1 -1 1 -1 1] )", least);
   ExpectOneLine("position( velocity_bounds [-1 1 -1 1 -1 1 0 0] )", least);
@@ -314,7 +314,7 @@ TEST(Bounds, WithoutChoiceAreWarnedOf) {
 
 // ---- sensors that can never see a body ----------------------------------------------------------
 
-TEST(FlatBodies, AreWarnedOfOnceForAKind) {
+TEST(FlatBodies, CauseOneWarningPerKind) {
   ExpectOneLine(
       "define flat model( size [1 1 0] )\nflat( ) flat( pose [3 0 0 0] )",
       "t.world:1:26: warning: found a body without height, which rangers see at one height "
@@ -332,7 +332,7 @@ std::string TwoRobots(const std::string& ranger, const std::string& body = "size
          " sensor( samples 3 ) ) )\nr( pose [2 0 0 0] )\nr( )\n";
 }
 
-TEST(Rangers, AboveAllRobotsAreWarnedOf) {
+TEST(Rangers, AboveAllRobotsCauseWarnings) {
   const std::string line =
       "found sensors at a height of 0.31 m, where no other robot has a body, so "
       "that they see none (bodies of robots reach up to 0.3 m)";

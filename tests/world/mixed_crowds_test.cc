@@ -181,7 +181,7 @@ TEST(MixedCrowds, WithCallbacksEverywhere) { ExpectSameWithAnyThreads({30, 2, 1}
 // ---- cost of finding parallel work --------------------------------------------------------------
 
 struct Work {
-  double looks, jobs;  // per step
+  double examined, jobs;  // per step
 };
 
 Work WorkOf(const Mixture& mixture, const std::string& text) {
@@ -191,9 +191,9 @@ Work WorkOf(const Mixture& mixture, const std::string& text) {
   Stg::WorldEngine& engine = mixed.world().engine();
   mixed.world().Update();  // the first step also measures costs
   constexpr int kSteps = 4;
-  const uint64_t looks = engine.looks(), jobs = engine.shared_jobs();
+  const uint64_t examined = engine.examined(), jobs = engine.shared_jobs();
   for (int step = 0; step < kSteps; step++) mixed.world().Update();
-  return {static_cast<double>(engine.looks() - looks) / kSteps,
+  return {static_cast<double>(engine.examined() - examined) / kSteps,
           static_cast<double>(engine.shared_jobs() - jobs) / kSteps};
 }
 
@@ -204,7 +204,7 @@ std::string Robots(int count, const std::vector<std::string>& parts) {
 constexpr int kMany = 1500;
 // Max number of parallel jobs per step. The minimum size of a job is measured, and sanitizers and
 // emulators lower it, because everything takes longer with them.
-const double kMostJobs = kSanitized || Stg::test::IsEmulated() ? 600 : 150;
+const double kMaxJobs = kSanitized || Stg::test::IsEmulated() ? 600 : 150;
 const std::string kRanger = "ranger( sensor( range [0 4] fov 270 samples 4 ) )";
 const std::string kFinder = "fiducial( range_max 2 )";
 const std::string kArm = kParts[10];
@@ -213,34 +213,34 @@ TEST(MixedCrowds, ShareUpdatesOfDifferentSensors) {
   // More than 2000 models update, and more than 1000 move and have callbacks. Each is examined once
   // or twice, and threads share a few dozen jobs, mostly moves.
   const Work work = WorkOf({kMany, 0, 0}, Robots(kMany, {kRanger, kFinder}));
-  EXPECT_LE(work.looks, 2 * 6 * kMany);
+  EXPECT_LE(work.examined, 2 * 6 * kMany);
   EXPECT_GT(work.jobs, 4);
-  EXPECT_LE(work.jobs, kMostJobs);
+  EXPECT_LE(work.jobs, kMaxJobs);
 }
 
-TEST(MixedCrowds, MoveArmsInTheirTurn) {
+TEST(MixedCrowds, MoveArmsInOrder) {
   const Work work = WorkOf({kMany, 0, 0}, Robots(kMany, {kArm}));
-  EXPECT_LE(work.looks, 2 * 6 * kMany);
+  EXPECT_LE(work.examined, 2 * 6 * kMany);
   EXPECT_LE(work.jobs, 40);
 }
 
-TEST(MixedCrowds, LeaveCallbacksThatAlternateToOneThread) {
+TEST(MixedCrowds, AlternatingCallbacksStayOnOneThread) {
   const Work work = WorkOf({kMany, 2, 0}, Robots(kMany, {kRanger}));
-  EXPECT_LE(work.looks, 2 * 6 * kMany);
-  EXPECT_LE(work.jobs, kMostJobs);
+  EXPECT_LE(work.examined, 2 * 6 * kMany);
+  EXPECT_LE(work.jobs, kMaxJobs);
 }
 
-TEST(MixedCrowds, LeaveUpdatesAmongCallbacksToOneThread) {
+TEST(MixedCrowds, UpdatesAmongCallbacksStayOnOneThread) {
   const Work work = WorkOf({kMany, 2, 2}, Robots(kMany, {kRanger}));
-  EXPECT_LE(work.looks, 2 * 6 * kMany);
-  EXPECT_LE(work.jobs, kMostJobs);
+  EXPECT_LE(work.examined, 2 * 6 * kMany);
+  EXPECT_LE(work.jobs, kMaxJobs);
 }
 
 /// Serial callbacks split the updates into intervals, some too short to be worth waking threads.
 TEST(MixedCrowds, WakeThreadsOnlyForLongRuns) {
   const Work work = WorkOf({kMany, 12, 12}, Robots(kMany, {kRanger}));
-  EXPECT_LE(work.looks, 2 * 6 * kMany);
-  EXPECT_LE(work.jobs, kMostJobs);
+  EXPECT_LE(work.examined, 2 * 6 * kMany);
+  EXPECT_LE(work.jobs, kMaxJobs);
 }
 
 }  // namespace

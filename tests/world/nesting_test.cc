@@ -19,7 +19,7 @@ size_t LinesOf(const std::string& text) {
 /// Makes a chain of models of maximum depth; returns the last one.
 Model* MakeChain(World* world) {
   Model* last = world->CreateModel(nullptr, "model");
-  while (last->Depth() < Model::kDeepest) last = world->CreateModel(last, "model");
+  while (last->Depth() < Model::kMaxDepth) last = world->CreateModel(last, "model");
   return last;
 }
 
@@ -37,11 +37,11 @@ void UseAll(World* world, Model* last) {
   world->StateHash();
 }
 
-TEST(Nesting, HasALimitThatAllStand) {
+TEST(Nesting, WorksUpToTheLimit) {
   const auto world = EmptyWorld();
   Model* last = MakeChain(world.get());
   UseAll(world.get(), last);
-  EXPECT_EQ(world->GetAllModels().size(), Model::kDeepest + 3u);
+  EXPECT_EQ(world->GetAllModels().size(), Model::kMaxDepth + 3u);
   delete last->Root();
   EXPECT_EQ(world->GetAllModels().size(), 1u);
 }
@@ -55,7 +55,7 @@ TEST(Nesting, CreateModelMakesNoModelBelowTheLimit) {
   EXPECT_NE(errors.find("nested more than 1000 deep"), std::string::npos) << errors;
 }
 
-TEST(Nesting, AModelMadeByHandStandsAtTheTopInstead) {
+TEST(Nesting, ExplicitModelBelowTheLimitGoesToTopLevel) {
   const auto world = EmptyWorld();
   Model* last = MakeChain(world.get());
   Model* model = nullptr;
@@ -75,7 +75,7 @@ TEST(Nesting, OfAHundredThousandModels) {
   UseAll(world.get(), above);
 }
 
-TEST(Nesting, TreesAreNotPutOnEachOtherBeyondTheLimit) {
+TEST(Nesting, SetParentRefusesDepthsBeyondTheLimit) {
   const auto world = EmptyWorld();
   Model *last = MakeChain(world.get()), *other = MakeChain(world.get())->Root();
   for (const bool adopt : {false, true}) {

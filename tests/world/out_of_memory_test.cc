@@ -15,7 +15,7 @@
 #include <sstream>
 #include <string>
 
-#include "models/thrown.hh"
+#include "models/exception_origin.hh"
 #include "support/crowd.hh"
 #include "support/model_testing.hh"
 
@@ -112,7 +112,7 @@ bool FailsAt(int64_t n, int threads, const std::string& text) {
   return failed;
 }
 
-TEST(OutOfMemory, ComesOutOfTheStepWithAnyNumberOfThreads) {
+TEST(OutOfMemory, LeavesUpdateWithAnyNumberOfThreads) {
   const std::string text = SensorsOfAllTypes(12);
   for (const int threads : {1, 2, 4}) {
     int failures = 0;
@@ -175,7 +175,7 @@ int CountLoadFailures(const Load& load, int64_t ever_fewer) {
   return failures;
 }
 
-TEST(OutOfMemory, ComesOutOfLoadAndTheWorldCanBeLoadedAgain) {
+TEST(OutOfMemory, LeavesLoadAndTheWorldCanBeReloaded) {
   Stg::InitLibrary();
   const std::string text = AllThatIsLoaded();
   for (const bool nothing_left : {false, true}) {
@@ -189,7 +189,7 @@ TEST(OutOfMemory, ComesOutOfLoadAndTheWorldCanBeLoadedAgain) {
   nothing_left_after = false;
 }
 
-TEST(OutOfMemory, ComesOutOfLoadForEachShippedWorld) {
+TEST(OutOfMemory, LeavesLoadForEachShippedWorld) {
   Stg::InitLibrary();
   nothing_left_after = true;
   int worlds = 0;
@@ -232,17 +232,17 @@ TEST(CallbacksThatThrow, AreTheSameWithAnyNumberOfThreads) {
         robot->AddParallelCallback(Stg::Model::CB_UPDATE, ThrowSomething, &plan);
     for (int step = 0; step < 3; step++) {
       EXPECT_THROW(world->Update(), int);
-      EXPECT_EQ(std::string(Stg::Thrower()).find("a callback of model \"r17\""), 0u)
-          << Stg::Thrower();
+      EXPECT_EQ(std::string(Stg::ExceptionOrigin()).find("a callback of model \"r17\""), 0u)
+          << Stg::ExceptionOrigin();
     }
     for (Stg::Model* robot : world->GetChildren())
       robot->RemoveCallback(Stg::Model::CB_UPDATE, ThrowSomething);
     EXPECT_FALSE(world->Update());
-    EXPECT_STREQ(Stg::Thrower(), "");
+    EXPECT_STREQ(Stg::ExceptionOrigin(), "");
   }
 }
 
-TEST(CallbacksThatThrow, InTheMidstOfUpdatesLoseNoUpdates) {
+TEST(CallbacksThatThrow, DuringUpdatesLoseNoUpdates) {
   for (const int threads : {1, 4}) {
     const auto world = LoadWith(threads, crowd::Repeat(20, [](int i) {
                                   return "position( name \"r" + std::to_string(i) + "\" pose [0 " +

@@ -81,7 +81,7 @@ class PopulationsTest : public testing::Test {
   static void SetUpTestSuite() { Init(nullptr, nullptr); }
 };
 
-TEST_F(PopulationsTest, StandOnFreeGround) {
+TEST_F(PopulationsTest, ArePlacedOnFreeGround) {
   for (uint64_t seed = 0; seed < (kSanitized ? 5 : 40); seed++) {
     SCOPED_TRACE(seed);
     const std::unique_ptr<World> world = LoadText(RandomWorld(seed), seed);
@@ -113,7 +113,7 @@ TEST_F(PopulationsTest, DependOnTheSeedAndTheirNameAlone) {
   EXPECT_EQ(poses(3, {"a.seed=8"}, 5), poses(4, {"a.seed=8"}, 5));
 }
 
-TEST_F(PopulationsTest, ThatFindNoRoomAreErrors) {
+TEST_F(PopulationsTest, FailWithoutEnoughSpace) {
   World world(OptionsOf(1));
   std::istringstream content("population( model \"model\" count 100 area [-1 -1 1 1] )\n" +
                              Room(2));
@@ -125,7 +125,7 @@ TEST_F(PopulationsTest, ThatFindNoRoomAreErrors) {
 }
 
 /// Loaded, reset and copied worlds with the same seed are equal.
-TEST_F(PopulationsTest, AreTheSameHoweverAWorldCameToBe) {
+TEST_F(PopulationsTest, DoNotDependOnTheHistory) {
   for (uint64_t seed = 0; seed < (kSanitized ? 4 : 40); seed++) {
     SCOPED_TRACE(seed);
     const std::string text = RandomWorld(seed);
@@ -150,7 +150,7 @@ TEST_F(PopulationsTest, AreTheSameHoweverAWorldCameToBe) {
 }
 
 /// A reset undoes all changes of a world.
-TEST_F(PopulationsTest, ResettingUndoesAll) {
+TEST_F(PopulationsTest, ResetUndoesAllChanges) {
   for (uint64_t seed = 0; seed < (kSanitized ? 4 : 40); seed++) {
     SCOPED_TRACE(seed);
     const bool exact = seed % 3 == 0;

@@ -82,7 +82,7 @@ void CompareWithRangers(const char* file, RayModel ray_model) {
   EXPECT_GT(compared, 500u);
 }
 
-TEST(RayCaster, ReadsWhatRangersRead) {
+TEST(RayCaster, EqualsRangers) {
   CompareWithRangers("cave.world", RayModel::kCell);
   CompareWithRangers("hospital.world", RayModel::kCell);
 }
@@ -140,12 +140,10 @@ TEST(RayCaster, MapChangesWithWhatStandsOnRobots) {
   EXPECT_EQ(range(), 8);
 }
 
-TEST(RayCaster, ReadsWhatRangersReadInTheExactModel) {
-  CompareWithRangers("cave.world", RayModel::kExact);
-}
+TEST(RayCaster, EqualsExactRangers) { CompareWithRangers("cave.world", RayModel::kExact); }
 
 /// Compares rays from random poses, with several numbers of threads.
-TEST(RayCaster, SaysWhatRaytraceSays) {
+TEST(RayCaster, EqualsRaytrace) {
   RandomSource random(7);
   const std::vector<Pose> poses = RandomPoses(&random, 3000, 9);
   std::vector<double> bearings;
@@ -173,7 +171,7 @@ TEST(RayCaster, SaysWhatRaytraceSays) {
     }
 }
 
-TEST(RayCaster, MeetsWhatItIsTold) {
+TEST(RayCaster, ObeysItsOptions) {
   const std::unique_ptr<World> world = EmptyWorld();
   AddBox(world.get(), Size(0.2, 4, 1), Pose(5, 0, 0, 0));
   Model* const low = AddBox(world.get(), Size(0.2, 4, 0.3), Pose(4, 0, 0, 0));
@@ -239,7 +237,7 @@ TEST(RayCaster, IsRefusedInCallbacks) {
 }
 
 /// Casting does not change the world, and dropped data is restored afterwards.
-TEST(RayCaster, LeavesTheWorldAsItIs) {
+TEST(RayCaster, DoesNotChangeTheWorld) {
   const std::unique_ptr<World> world = LoadShipped("cave.world");
   const std::unique_ptr<World> other = LoadShipped("cave.world");
   RandomSource random(3);

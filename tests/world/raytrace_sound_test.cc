@@ -115,7 +115,7 @@ TEST(Unsound, FacesOneCellNearerThanTheRangeAreFound) {
 }
 
 // 2. Rays to the left or downwards skipped the border cells of the next region.
-TEST(Unsound, PostsAreNotStridedOver) {
+TEST(Unsound, PostsAreNotSkipped) {
   ForEachMove([](const Move& move) {
     MovedWorld w(move, {{Size(0.1, 0.3, 1), Pose(13.22, 6.24, 0, 0)}});
     const double heading = dtor(-3);
@@ -131,7 +131,7 @@ TEST(Unsound, PostsAreNotStridedOver) {
   });
 }
 
-TEST(Unsound, NoPostOfASweepIsMissed) {
+TEST(Unsound, SweepFindsEveryPost) {
   // The ray passes well inside the post, so it must see the post at any position.
   for (const double degrees : {-3.0, 182.0, 3.0, 178.0, 87.0, 93.0, -87.0, -93.0}) {
     const std::unique_ptr<World> world = EmptyWorld();
@@ -156,7 +156,7 @@ TEST(Unsound, NoPostOfASweepIsMissed) {
 }
 
 // 3. Whole regions were skipped next to the axes.
-TEST(Unsound, NobodyLooksThroughTheNearWall) {
+TEST(Unsound, NearWallIsOpaque) {
   ForEachMove([](const Move& move) {
     MovedWorld left(move, {{Size(0.1, 0.4, 1), Pose(-0.4, 0.3, 0, 0)},
                            {Size(0.1, 1.4, 1), Pose(-5, 0.3, 0, 0)}});
@@ -191,7 +191,7 @@ TEST(Unsound, RangersSeeTheNearWall) {
 }
 
 // 4. At negative coordinates, rays examined the cell beside the right one.
-TEST(Unsound, NegativeCoordinatesAreLikeOthers) {
+TEST(Unsound, NegativeCoordinatesAreCorrect) {
   ForEachMove([](const Move& move) {
     MovedWorld w(move, {{Size(0.5, 0.4, 1), Pose(2, -0.21, 0, 0)}});
     const RaytraceResult found = w.LookFrom(Pose(0.5, -0.015, 0, 0), 8);
@@ -249,7 +249,7 @@ TEST(Unsound, RaysShorterThanACell) {
 }
 
 // 7. Ranges beyond 2^31 cells were wrong.
-TEST(Unsound, HugeRangesAreOrdinary) {
+TEST(Unsound, HugeRangesAreCorrect) {
   ForEachMove([](const Move& move) {
     MovedWorld w(move, {{Size(0.1, 1, 1), Pose(2.55, 0.3, 0, 0)}});
     for (const double range : {1000.0, 4.2e7, 4.3e7, 5e7, 1e12, 1e300, kInfinity}) {

@@ -178,7 +178,7 @@ TEST(OddRays, NothingHitGivesTheRangeItself) {
   EXPECT_TRUE(std::isnan(Look(world.get(), Pose(1, 2, 0.5, 0.7), kNaN).range));
 }
 
-TEST(OddRays, PosesThatAreNoneHitNothing) {
+TEST(OddRays, NonFinitePosesHitNothing) {
   const std::unique_ptr<World> world = EmptyWorld();
   AddBox(world.get(), Size(4, 4, 4), Pose());
   AddBox(world.get(), Size(0.01, 0.01, 4), Pose(0.01, 0.01, 0, 0));
@@ -190,7 +190,7 @@ TEST(OddRays, PosesThatAreNoneHitNothing) {
     }
 }
 
-TEST(OddRays, HugeHeadingsEnd) {
+TEST(OddRays, HugeHeadingsTerminate) {
   const std::unique_ptr<World> world = EmptyWorld();
   AddBox(world.get(), Size(4, 4, 4), Pose());
   for (const double heading : {1e6, -1e9, 1e100, 1e308})
@@ -278,7 +278,7 @@ TEST(RandomWorlds, EveryRayHitsWhatThePlainWalkFinds) {
   EXPECT_GT(hits, 12000);
 }
 
-TEST(RandomWorlds, ARayBackSeesTheSameGap) {
+TEST(RandomWorlds, LineOfSightIsSymmetric) {
   // A free line of sight is free from both ends, and a body across it is seen from both ends.
   RandomSource random(3);
   const std::unique_ptr<World> world = EmptyWorld();

@@ -275,7 +275,7 @@ TEST(Reentry, AWorldEndsWhileItIsLoaded) {
 int ThrowANumber(Model*, void*) { throw 42; }
 int CallInit(Model* mod, void*) { return mod->CallCallbacks(Model::CB_INIT); }
 
-TEST(Reentry, WhatCallbacksThrowWhileAWorldIsLoadedIsAMessage) {
+TEST(Reentry, ExceptionsDuringLoadingAreReported) {
   static Model::callback_type_t when;
   static model_callback_t what;
   Model::name_map["thrower"] = [](World* world, Model* parent, const std::string& type) {
@@ -302,7 +302,7 @@ TEST(Reentry, WhatCallbacksThrowWhileAWorldIsLoadedIsAMessage) {
   Model::name_map.erase("thrower");
 }
 
-TEST(Reentry, AModelThatIsDeletedWhileItIsLoadedTakesItsPartsAlong) {
+TEST(Reentry, DeletionDuringLoadingRemovesChildren) {
   InitLibrary();
   Model::name_map["doomed"] = [](World* world, Model* parent, const std::string& type) {
     Model* model = new ModelRanger(world, parent, type);

@@ -105,7 +105,7 @@ class Disturbance {
 
 class Repeatable : public testing::TestWithParam<fs::path> {};
 
-TEST_P(Repeatable, WithAThreadThatDrawsFromTheGeneratorsOfTheProcess) {
+TEST_P(Repeatable, DoesNotDependOnGlobalGenerators) {
   const uint64_t expected = HashOf(GetParam());
   const Disturbance disturbance;
   EXPECT_EQ(HashOf(GetParam()), expected);

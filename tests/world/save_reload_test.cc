@@ -164,7 +164,7 @@ std::string WorldWith(const Example& example) {
 
 class OfEveryType : public SaveAndReload, public testing::WithParamInterface<Example> {};
 
-TEST_P(OfEveryType, AWorldAtRestGoesOnAsItWould) {
+TEST_P(OfEveryType, SavedWorldContinuesUnchanged) {
   const std::string path = Write("a.world", WorldWith(GetParam()));
   const auto original = LoadQuietly(path), saving = LoadQuietly(path);
   Step(*saving, 10);
@@ -180,7 +180,7 @@ TEST_P(OfEveryType, AWorldAtRestGoesOnAsItWould) {
   EXPECT_GT(saved->GetAllModels().size(), 4u);
 }
 
-TEST_P(OfEveryType, WhatWasMovedIsThere) {
+TEST_P(OfEveryType, MovedModelsAreSaved) {
   const std::string path = Write("a.world", WorldWith(GetParam()));
   const auto original = LoadQuietly(path), saving = LoadQuietly(path);
   const Pose place(-2.123456, 3.5, 0.25, 2.0);

@@ -57,7 +57,7 @@ TEST(Scaling, DeletedModelsEventsAreDroppedTogether) {
   EXPECT_LT(world->engine().scheduler.looked_at(), 2 * kMany);
 }
 
-TEST(Scaling, DeletedModelsAreForgottenByThoseWhoSawThem) {
+TEST(Scaling, DeletedModelsAreRemovedFromLists) {
   const auto world =
       LoadText(Many("model", 1, "fiducial_return 1 fiducial( alwayson 1 range_max 2 )"));
   Step(*world, 2);
@@ -77,7 +77,7 @@ int Count(Model*, void* calls) {
 }
 
 /// A new model may have the address of a deleted one, but must not get its events.
-TEST(Scaling, EventsOfDeletedModelsAreNotTheirSuccessors) {
+TEST(Scaling, NewModelsDoNotGetEventsOfDeletedOnes) {
   const auto world = EmptyWorld();
   int calls = 0;
   std::set<const Model*> places;
@@ -102,7 +102,7 @@ TEST(Scaling, EventsOfDeletedModelsAreNotTheirSuccessors) {
   EXPECT_EQ(updates, 5);
 }
 
-TEST(Scaling, NamesOfDeletedModelsFindNobody) {
+TEST(Scaling, NamesOfDeletedModelsFindNothing) {
   const auto world = LoadText("model( name \"a\" ) model( name \"a\" )");
   Model* second = Find(*world, "a");
   EXPECT_EQ(Find(*world, "model:2"), second);
@@ -113,7 +113,7 @@ TEST(Scaling, NamesOfDeletedModelsFindNobody) {
   EXPECT_EQ(world->GetModel("a"), third);
 }
 
-TEST(Scaling, AFinderForgetsOnlyWhoIsDeleted) {
+TEST(Scaling, FinderDropsOnlyDeletedModels) {
   const auto world = LoadText(
       "fiducial( name \"f\" alwayson 1 pose [0 0 0 0] fov 360 )"
       "model( name \"a\" pose [1 0 0 0] size [0.2 0.2 1] fiducial_return 1 )"
@@ -134,7 +134,7 @@ TEST(Scaling, AFinderForgetsOnlyWhoIsDeleted) {
 }
 
 /// A deleted pack is no longer charged, and a pack forgets its deleted charger.
-TEST(Scaling, ChargersAndPacksMayGoInAnyOrder) {
+TEST(Scaling, ChargersAndPacksCanBeDeletedInAnyOrder) {
   const char kPair[] =
       "model( name \"giver\" alwayson 1 joules -1 give_watts 10 size [1 1 1] )"
       "model( name \"taker\" take_watts 5 joules_capacity 1000 pose [0.5 0 0 0] size [1 1 1] )";

@@ -39,7 +39,7 @@ class Restless : public Model {
 // ---- intervals ----------------------------------------------------------------------------------
 
 // Stage adds the interval to the time of the last update and rounds up: 150 ms become 200 ms.
-TEST(Intervals, AreKeptInTheLongRunByUpdatesInTheFirstStepAfterEachMultiple) {
+TEST(Intervals, UpdateInTheFirstStepAtOrAfterEachMultiple) {
   struct {
     const char *interval, *updates;
   } const cases[] = {{"100", "a@100 a@200 a@300 a@400 a@500 a@600"},
@@ -63,7 +63,7 @@ TEST(Intervals, AreKeptInTheLongRunByUpdatesInTheFirstStepAfterEachMultiple) {
   }
 }
 
-TEST(Intervals, ThatAreNoMultipleOfAStepAreNotRounded) {
+TEST(Intervals, NonMultiplesOfAStepAreNotRounded) {
   const auto world = LoadText("interval_sim 40 model( name \"a\" alwayson 1 update_interval 100 )");
   Journal journal;
   Noted(*world, "a", &journal);
@@ -72,7 +72,7 @@ TEST(Intervals, ThatAreNoMultipleOfAStepAreNotRounded) {
   EXPECT_EQ(Find(*world, "a")->GetUpdateInterval(), 100000u);
 }
 
-TEST(Intervals, GiveTheRateThatIsAskedForInTheLongRun) {
+TEST(Intervals, GiveTheRequestedMeanRate) {
   const usec_t seconds = 6;
   for (const usec_t step : {5, 10, 20, 33, 100})
     for (const usec_t interval : {1, 7, 25, 30, 40, 100, 250, 333}) {
@@ -89,7 +89,7 @@ TEST(Intervals, GiveTheRateThatIsAskedForInTheLongRun) {
     }
 }
 
-TEST(Intervals, DoNotDependOnWhenSomebodySubscribes) {
+TEST(Intervals, DoNotDependOnTheTimeOfSubscription) {
   for (const usec_t interval : {20, 30, 100, 200})
     for (int late = 0; late < 12; late++) {
       const auto world =
@@ -169,7 +169,7 @@ TEST(Subscriptions, AModelIsUpdatedOncePerIntervalHoweverOftenItIsSubscribedTo) 
 }
 
 // An explicit update replaces the next scheduled one and does not start a second series.
-TEST(Subscriptions, AnUpdateByHandBeginsTheIntervalAnew) {
+TEST(Subscriptions, ExplicitUpdateRestartsTheInterval) {
   const auto world = EmptyWorld();
   auto* model = new Restless(world.get());
   model->Subscribe();
@@ -306,7 +306,7 @@ TEST(Order, ModelsMoveInTheOrderOfCreation) {
 
 // ---- events -------------------------------------------------------------------------------------
 
-TEST(Enqueue, CallsOnceInTheFirstStepThatIsLateEnough) {
+TEST(Enqueue, CallsOnceInTheFirstStepAtOrAfterTheTime) {
   const auto world = LoadText("model( name \"a\" )");
   Journal journal;
   Model* a = Find(*world, "a");
@@ -398,7 +398,7 @@ TEST(Clock, Text) {
   EXPECT_EQ(world->ClockString(), "100h 3m 05s 200msec");
 }
 
-TEST(Clock, IsPrintedEverySoManySteps) {
+TEST(Clock, IsPrintedAtItsInterval) {
   std::vector<std::string> told;
   const auto world = LoadText("show_clock_interval 3");
   const auto every = LoadText("show_clock 1 show_clock_interval 0");

@@ -68,7 +68,7 @@ TEST_F(ShippedFiles, AreNotFoundUnderOtherNames) {
     EXPECT_EQ(Found(name), "") << name;
 }
 
-TEST_F(ShippedFiles, ComeAfterOnesOwn) {
+TEST_F(ShippedFiles, UserFilesTakePrecedence) {
   const std::string shipped = Found("robots.inc");
   Write("path/robots.inc", "");
   setenv("STAGEPATH", "path", 1);
@@ -80,7 +80,7 @@ TEST_F(ShippedFiles, ComeAfterOnesOwn) {
   EXPECT_EQ(Found("robots.inc"), shipped);
 }
 
-TEST_F(ShippedFiles, ServeAWorldElsewhere) {
+TEST_F(ShippedFiles, AreFoundFromOtherFolders) {
   Write("w.world",
         "include \"sensors.inc\"\ninclude \"robots.inc\"\ninclude \"maps.inc\"\n"
         "floorplan( name \"a\" bitmap \"rooms.png\" size [16 16 0.8] )\n"

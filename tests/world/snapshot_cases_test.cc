@@ -219,7 +219,7 @@ void Check(const Case& c) {
   }
 }
 
-TEST(SnapshotCases, EachStateIsReadBack) {
+TEST(SnapshotCases, EachStateCanBeRestored) {
   Init(nullptr, nullptr);
   SetLogSink([](LogLevel, const std::string&) {});
   for (const Case& c : AllCases()) {

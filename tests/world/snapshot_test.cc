@@ -42,14 +42,14 @@ uint64_t HashAfter(World* world, int steps) {
 std::vector<double> DrawingOf(World* world, const Model& model) {
   std::vector<double> all;
   const internal::grid::Grid& grid = world->engine().scene.grid;
-  model.body().ForEachBody([&](uint32_t id, const std::vector<internal::grid::TilePart>& parts) {
+  model.body().ForEachBody([&](uint32_t id, const std::vector<internal::grid::CellSet>& sets) {
     const internal::grid::Body& body = grid.body(id);
     all.insert(all.end(), {body.z_min, body.z_max});
     // For transparent models the flag of visibility does not matter.
     all.push_back(body.ranger_visible || model.vis.ranger_return < 0);
     all.push_back(static_cast<const Model*>(body.tree)->GetId());
-    for (const internal::grid::TilePart& part : parts)
-      all.insert(all.end(), {double(part.x), double(part.y), static_cast<double>(part.cells)});
+    for (const internal::grid::CellSet& set : sets)
+      all.insert(all.end(), {double(set.x), double(set.y), static_cast<double>(set.cells)});
   });
   return all;
 }
@@ -78,7 +78,7 @@ class SnapshotTest : public testing::Test {
   static void SetUpTestSuite() { Init(nullptr, nullptr); }
 };
 
-TEST_F(SnapshotTest, ShippedWorldsGoOnAsIfNothingHadHappened) {
+TEST_F(SnapshotTest, RestoredWorldsContinueUnchanged) {
   for (const std::string& file : ShippedWorlds()) {
     SCOPED_TRACE(file);
     const std::unique_ptr<World> world = LoadFile(file, 1);
@@ -111,7 +111,7 @@ TEST_F(SnapshotTest, ShippedWorldsGoOnAsIfNothingHadHappened) {
   }
 }
 
-TEST_F(SnapshotTest, TakingAndGoingBackInEachStepChangesNothing) {
+TEST_F(SnapshotTest, TakingAndRestoringInEachStepChangesNothing) {
   for (const std::string& file : ShippedWorlds()) {
     const uint64_t undisturbed = HashAfter(LoadFile(file, 3).get(), kSteps / 2);
     const std::unique_ptr<World> world = LoadFile(file, 3);
@@ -127,7 +127,7 @@ TEST_F(SnapshotTest, TakingAndGoingBackInEachStepChangesNothing) {
 }
 
 /// After a step, the data that lean snapshots leave out is complete again.
-TEST_F(SnapshotTest, LeanOnesAreAsGoodFromTheNextStepOn) {
+TEST_F(SnapshotTest, LeanSnapshotsAreEquivalentAfterAStep) {
   for (const std::string& file : ShippedWorlds()) {
     SCOPED_TRACE(file);
     const std::unique_ptr<World> world = LoadFile(file, 1), other = LoadFile(file, 2);
@@ -156,7 +156,7 @@ TEST_F(SnapshotTest, LeanOnesAreAsGoodFromTheNextStepOn) {
   }
 }
 
-TEST_F(SnapshotTest, LeanOnesAreSmall) {
+TEST_F(SnapshotTest, LeanSnapshotsAreSmall) {
   for (const std::string name : {"worlds/cave.world", "worlds/hospital.world"}) {
     const std::unique_ptr<World> world = LoadFile(SourceFile(name), 1);
     Snapshot snapshot;
@@ -201,7 +201,7 @@ void GoAstrayAndBack(uint64_t seed, Snapshot::Keep keep) {
   }
 }
 
-TEST_F(SnapshotTest, WhateverWasDoneSinceIsUndone) {
+TEST_F(SnapshotTest, RestoreUndoesAllChanges) {
   constexpr int kWorlds = kSanitized ? 10 : 60;
   for (uint64_t seed = 0; seed < kWorlds && !HasFatalFailure(); seed++)
     for (const Snapshot::Keep keep : {Snapshot::kFull, Snapshot::kLean}) {
@@ -212,7 +212,7 @@ TEST_F(SnapshotTest, WhateverWasDoneSinceIsUndone) {
 }
 
 /// One world simulates many futures alternately; each is the same as alone.
-TEST_F(SnapshotTest, FuturesOfOneWorldDoNotMeet) {
+TEST_F(SnapshotTest, FuturesOfOneWorldAreIndependent) {
   constexpr uint64_t kFutures = 24;
   constexpr int kRounds = 4, kRound = 5, kTurns = kSanitized ? 60 : 2000;
   const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1);
@@ -248,7 +248,7 @@ TEST_F(SnapshotTest, FuturesOfOneWorldDoNotMeet) {
 
 /// After restoring, the id of a deleted model may be reused, but its name must not find another
 /// model.
-TEST_F(SnapshotTest, NamesOfModelsThatAreGoneLeadNowhere) {
+TEST_F(SnapshotTest, NamesOfDeletedModelsFindNothing) {
   const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1);
   Snapshot now;
   ASSERT_TRUE(world->Take(&now));
@@ -266,7 +266,7 @@ TEST_F(SnapshotTest, NamesOfModelsThatAreGoneLeadNowhere) {
 
 int DoNothing(Model*, void*) { return 0; }
 
-TEST_F(SnapshotTest, WhatCannotBeKeptIsNamed) {
+TEST_F(SnapshotTest, NamesStateThatCannotBeSaved) {
   const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1);
   Snapshot snapshot;
   world->Enqueue(0, 1000000, world->GetModel("puck"), DoNothing, nullptr);
@@ -278,7 +278,7 @@ TEST_F(SnapshotTest, WhatCannotBeKeptIsNamed) {
             std::string::npos);
 }
 
-TEST_F(SnapshotTest, TheWorldIsAsItWasWhereModelsDoNotFit) {
+TEST_F(SnapshotTest, FailedRestoreLeavesTheWorldUnchanged) {
   const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1), other = LoadRobotsOfAllTypes(1);
   Go(world.get(), 1, 0, 10);
   other->GetModel("a")->AddCallback(Model::CB_UPDATE, DoNothing, nullptr);
@@ -304,7 +304,7 @@ std::string Written(const Snapshot& snapshot) {
   return out.str();
 }
 
-TEST_F(SnapshotTest, FilesKeepAll) {
+TEST_F(SnapshotTest, FilesAreComplete) {
   const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1), other = LoadRobotsOfAllTypes(2);
   Go(world.get(), 1, 0, 10);
   Snapshot snapshot, read;
@@ -323,7 +323,7 @@ TEST_F(SnapshotTest, FilesKeepAll) {
 /// Stored snapshot files can be read, and give the stored state hash two seconds later. They are
 /// named after their worlds. STAGE_NEW_SNAPSHOTS=1 rewrites them after a change of the format
 /// version.
-TEST_F(SnapshotTest, FilesOfOldAreRead) {
+TEST_F(SnapshotTest, ReadsStoredFiles) {
   const std::filesystem::path folder = SourceFile("tests/data/snapshots");
   for (const std::string name : {"simple", "zoo"}) {
     const std::string world_file = SourceFile("worlds/" + name + ".world");
@@ -347,7 +347,7 @@ TEST_F(SnapshotTest, FilesOfOldAreRead) {
   }
 }
 
-TEST_F(SnapshotTest, StatesThatNoWorldIsInDoNoHarm) {
+TEST_F(SnapshotTest, ImpossibleStatesAreHarmless) {
   const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1);
   Go(world.get(), 1, 0, 10);
   Snapshot good;

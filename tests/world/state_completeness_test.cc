@@ -195,7 +195,7 @@ std::vector<Change> AllChanges() {
 
 class State : public testing::TestWithParam<Change> {};
 
-TEST_P(State, KnowsTheChange) {
+TEST_P(State, ChangesWithEachChange) {
   const Scene scene;
   const uint64_t before = scene.world->StateHash();
   const StateExchange::Bytes saved = scene.Save();
@@ -207,7 +207,7 @@ TEST_P(State, KnowsTheChange) {
   EXPECT_EQ(scene.Save(), saved);
 }
 
-TEST_P(State, ComesBackWithASnapshot) {
+TEST_P(State, IsRestoredBySnapshots) {
   const Scene scene;
   Snapshot before, changed, after;
   ASSERT_TRUE(scene.world->Take(&before));

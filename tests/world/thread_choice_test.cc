@@ -36,21 +36,21 @@ TEST(ThreadChoice, ShortStepsNeverWakeThreads) {
   EXPECT_EQ(CountShared(&choice, 1000, 10, 0.9 * ThreadChoice::kWorthThreads, 1e-9), 0);
 }
 
-TEST(ThreadChoice, ASlowFirstStepIsNoReason) {
+TEST(ThreadChoice, IgnoresASlowFirstStep) {
   ThreadChoice choice;
   EXPECT_FALSE(choice.UseAll(10));
   choice.Report(1);
   EXPECT_EQ(CountShared(&choice, 1000, 10, 10e-6, 1e-9), 0);
 }
 
-TEST(ThreadChoice, LongStepsUseWhatIsFaster) {
+TEST(ThreadChoice, LongStepsUseTheFasterChoice) {
   ThreadChoice faster, slower;
   EXPECT_GT(CountShared(&faster, 1000, 10, 1e-3, 0.3e-3), 950);
   EXPECT_LT(CountShared(&slower, 1000, 10, 1e-3, 3e-3), 50);
 }
 
 /// Sensors with different intervals alternate large and small steps, which are measured separately.
-TEST(ThreadChoice, SizesAreApart) {
+TEST(ThreadChoice, MeasuresSizesSeparately) {
   ThreadChoice choice;
   int large = 0, small = 0;
   for (int i = 0; i < 500; i++) {
@@ -78,15 +78,15 @@ class ChosenThreads : public testing::Test {
 TEST_F(ChosenThreads, AreAllProcessorsByDefault) {
   const std::unique_ptr<World> world = Load("hospital.world", 0);
   EXPECT_TRUE(world->engine().chooses_threads());
-  EXPECT_EQ(world->engine().most_threads(), threads::CountUsableProcessors());
+  EXPECT_EQ(world->engine().max_threads(), threads::CountUsableProcessors());
   EXPECT_EQ(world->engine().threads(), 1u) << "none is started before it is worth it";
   EXPECT_TRUE(world->Summary().chooses_threads);
-  EXPECT_EQ(Load("hospital.world", 3)->engine().most_threads(), 3u);
+  EXPECT_EQ(Load("hospital.world", 3)->engine().max_threads(), 3u);
   EXPECT_FALSE(Load("hospital.world", 3)->engine().chooses_threads());
 }
 
 /// The number of threads in a world file is kept, and is applied again when it is loaded again.
-TEST_F(ChosenThreads, TheWorldFileHasItsWay) {
+TEST_F(ChosenThreads, WorldFileTakesPrecedence) {
   World world;
   const auto load = [&world](const std::string& text) {
     std::istringstream file(text);
@@ -99,7 +99,7 @@ TEST_F(ChosenThreads, TheWorldFileHasItsWay) {
   EXPECT_TRUE(world.engine().chooses_threads());
   load("threads 1");
   EXPECT_FALSE(world.engine().chooses_threads());
-  EXPECT_EQ(world.engine().most_threads(), 1u);
+  EXPECT_EQ(world.engine().max_threads(), 1u);
 }
 
 /// The choice must not change results, even with more threads than processors.
@@ -127,7 +127,7 @@ TEST_F(ChosenThreads, ManyRaysAreCastByAll) {
   }
 }
 
-TEST_F(ChosenThreads, LongStepsTryThem) {
+TEST_F(ChosenThreads, LongStepsTryAllThreads) {
   const std::unique_ptr<World> world = Load("hospital.world", 0);
   world->engine().ChooseThreads(3);
   for (int i = 0; i < 10; i++) world->Update();

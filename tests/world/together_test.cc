@@ -25,60 +25,62 @@
 
 namespace {
 
-using Stg::TileRanks;
+using Stg::TileColoring;
 using Stg::grid::CellBox;
 
-// ---- ranks --------------------------------------------------------------------------------------
+// ---- colors
+// --------------------------------------------------------------------------------------
 
-TEST(TileRanksTest, ThoseThatShareATileFollowOneAnother) {
-  TileRanks ranks;
-  ranks.Clear();
-  EXPECT_EQ(ranks.Add({0, 0, 1, 1}), 0u);
-  EXPECT_EQ(ranks.Add({1, 1, 2, 2}), 1u);
-  EXPECT_EQ(ranks.Add({2, 2, 3, 3}), 2u);
-  EXPECT_EQ(ranks.Add({0, 0, 0, 0}), 1u);
+TEST(TileColoringTest, BoxesThatShareATileGetIncreasingColors) {
+  TileColoring coloring;
+  coloring.Clear();
+  EXPECT_EQ(coloring.ColorOf({0, 0, 1, 1}), 0u);
+  EXPECT_EQ(coloring.ColorOf({1, 1, 2, 2}), 1u);
+  EXPECT_EQ(coloring.ColorOf({2, 2, 3, 3}), 2u);
+  EXPECT_EQ(coloring.ColorOf({0, 0, 0, 0}), 1u);
 }
 
-TEST(TileRanksTest, OthersAreOfTheFirstRank) {
-  TileRanks ranks;
-  ranks.Clear();
-  for (int i = 0; i < 1000; i++) EXPECT_EQ(ranks.Add({3 * i, -7 * i, 3 * i + 2, -7 * i + 2}), 0u);
-  ranks.Clear();
+TEST(TileColoringTest, OtherBoxesGetTheFirstColor) {
+  TileColoring coloring;
+  coloring.Clear();
+  for (int i = 0; i < 1000; i++)
+    EXPECT_EQ(coloring.ColorOf({3 * i, -7 * i, 3 * i + 2, -7 * i + 2}), 0u);
+  coloring.Clear();
   for (int i = 0; i < 5000; i++)  // far apart
-    EXPECT_EQ(ranks.Add({90 * i - 70000, 50 * i, 90 * i - 70000, 50 * i}), 0u);
+    EXPECT_EQ(coloring.ColorOf({90 * i - 70000, 50 * i, 90 * i - 70000, 50 * i}), 0u);
   for (int i = 0; i < 5000; i++)
-    EXPECT_EQ(ranks.Add({90 * i - 70000, 50 * i - 1, 90 * i - 69999, 50 * i}), 1u);
+    EXPECT_EQ(coloring.ColorOf({90 * i - 70000, 50 * i - 1, 90 * i - 69999, 50 * i}), 1u);
 }
 
-TEST(TileRanksTest, NoTwoOfARankShareATileAndLaterOnesComeLater) {
+TEST(TileColoringTest, ColorsAreDisjointAndKeepTheOrder) {
   Stg::RandomStream random(3);
-  TileRanks ranks;
+  TileColoring coloring;
   for (int round = 0; round < 5; round++) {
-    ranks.Clear();
-    std::map<std::pair<int, int>, uint32_t> last_rank;
+    coloring.Clear();
+    std::map<std::pair<int, int>, uint32_t> last_color;
     for (int i = 0; i < 500; i++) {
       const int x = static_cast<int>(random.Uniform(-20, 20));
       const int y = static_cast<int>(random.Uniform(-20, 20));
       const bool large = i % 50 == 0;
       const CellBox box{x, y, x + (large ? 21 : i % 3), y + (large ? 11 : i % 4)};
-      const uint32_t rank = ranks.Add(box);
+      const uint32_t color = coloring.ColorOf(box);
       for (int tx = box.min_x; tx <= box.max_x; tx++) {
         for (int ty = box.min_y; ty <= box.max_y; ty++) {
-          const auto [place, is_new] = last_rank.try_emplace({tx, ty}, rank);
+          const auto [place, is_new] = last_color.try_emplace({tx, ty}, color);
           if (is_new) continue;
-          EXPECT_GT(rank, place->second);
-          place->second = rank;
+          EXPECT_GT(color, place->second);
+          place->second = color;
         }
       }
     }
   }
 }
 
-TEST(TileRanksTest, AreForgottenByClear) {
-  TileRanks ranks;
+TEST(TileColoringTest, AreForgottenByClear) {
+  TileColoring coloring;
   for (int round = 0; round < 3; round++) {
-    ranks.Clear();
-    EXPECT_EQ(ranks.Add({5, 5, 5, 5}), 0u);
+    coloring.Clear();
+    EXPECT_EQ(coloring.ColorOf({5, 5, 5, 5}), 0u);
   }
 }
 
@@ -86,18 +88,18 @@ bool Overlap(const CellBox& a, const CellBox& b) {
   return a.min_x <= b.max_x && b.min_x <= a.max_x && a.min_y <= b.max_y && b.min_y <= a.max_y;
 }
 
-/// TileClaims names the boxes that share a tile with others, in several rounds.
-TEST(TileClaimsTest, NameThoseWhoShareTilesAndNobodyElse) {
+/// TileOwnership names the boxes that share a tile with others, in several rounds.
+TEST(TileOwnershipTest, NamesExactlyTheBoxesThatShareTiles) {
   Stg::RandomStream random(5);
   Stg::grid::Grid grid;
   const Stg::grid::BodyId body = grid.AddBody({.z_max = 1});
   // Regions are 8 x 8 tiles. Only regions with x < 40 exist.
   for (int x = -40; x < 40; x += 8)
     for (int y = -40; y < 48; y += 8) {
-      Stg::grid::TilePart part{.x = x, .y = y, .cells = 1};
-      grid.Redraw(body, {}, std::span(&part, 1));
+      Stg::grid::CellSet set{.x = x, .y = y, .cells = 1};
+      grid.Rasterize(body, {}, std::span(&set, 1));
     }
-  Stg::TileClaims claims;
+  Stg::TileOwnership ownership;
   for (int round = 0; round < 20; round++) {
     std::vector<CellBox> boxes;
     for (int i = 0; i < 120; i++) {
@@ -108,11 +110,11 @@ TEST(TileClaimsTest, NameThoseWhoShareTilesAndNobodyElse) {
     boxes.push_back({38, 38, 41, 39});  // extends beyond the existing regions
     std::vector<std::atomic<bool>> named(boxes.size());
     std::vector<char> known(boxes.size());
-    claims.Begin(grid);
+    ownership.Begin(grid);
     Stg::threads::WorkerPool workers(4);
     workers.Run(boxes.size(), 1, [&](size_t begin, size_t end, unsigned) {
       for (size_t i = begin; i < end; i++)
-        known[i] = claims.Claim(grid, boxes[i], i, [&](size_t other) {
+        known[i] = ownership.Claim(grid, boxes[i], i, [&](size_t other) {
           named[i] = true;
           named[other] = true;
         });
@@ -233,12 +235,12 @@ TEST(MovesTogether, OutlinesForExactRaysLieInTheCellsOfTheirPlacement) {
     const double turn = i % 3 == 0 ? M_PI / 2 * (i % 4) : random.Uniform(-4, 4);
     robot->SetGlobalPose(Stg::Pose(tenths() + 0.05 * (i % 2), tenths(), 0, turn));
     Stg::Placement placement;
-    placement.Plan(*robot, true);
+    placement.Propose(*robot, true);
     const CellBox box = placement.Cells();
-    Stg::grid::Drawings drawings;
-    robot->body().AppendDrawings(&drawings, true);
-    ASSERT_EQ(drawings.of_bodies.size(), 1u);
-    drawings.ForEachCell([&](Stg::grid::CellRef cell) {
+    Stg::grid::Rasterizations rasterizations;
+    robot->body().AppendRasterizations(&rasterizations, true);
+    ASSERT_EQ(rasterizations.of_bodies.size(), 1u);
+    rasterizations.ForEachCell([&](Stg::grid::CellRef cell) {
       int32_t x, y;
       world->host().scene.grid.Coordinates(cell, &x, &y);
       ASSERT_TRUE(x >= box.min_x && x <= box.max_x && y >= box.min_y && y <= box.max_y) << i;
@@ -246,7 +248,7 @@ TEST(MovesTogether, OutlinesForExactRaysLieInTheCellsOfTheirPlacement) {
   }
 }
 
-TEST(MovesTogether, BodiesThatRangersLookThrough) {
+TEST(MovesTogether, TransparentBodies) {
   const std::string ghosts = crowd::Repeat(10, [](int i) {
     return "position( size [0.3 0.3 0.3] ranger_return -1 pose [" + std::to_string(0.4 * i - 3) +
            " -3.5 0 0] )\n";
@@ -263,7 +265,7 @@ void ExpectSameOfFastRobots(const std::string& extras) {
   crowd::ExpectSameHoweverItIsRun(crowd);
 }
 
-TEST(MovesTogether, FastRobotsThatLeaveEverythingBehind) {
+TEST(MovesTogether, FastRobotsThatLeaveTheirRegions) {
   ExpectSameOfFastRobots("");
   ExpectSameOfFastRobots("ray_model \"exact\"\n");
 }
@@ -316,7 +318,7 @@ TEST(CallbacksTogether, OfATreeAreCalledInTheirOrder) {
     EXPECT_EQ(log.calls, (std::vector<int>{0, 1, 0, 1, 0, 1, 0, 1, 0, 1}));
 }
 
-TEST(CallbacksTogether, OthersAreCalledOneAfterTheOtherAndInTheirPlace) {
+TEST(CallbacksTogether, SerialCallbacksKeepTheirOrder) {
   for (const int robots : {60, 2100}) {
     const auto world = RobotsWithTwoRangers(robots);
     const std::vector<Stg::Model*> rangers = RangersOf(*world);

@@ -12,9 +12,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "models/exception_origin.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
-#include "models/thrown.hh"
 #include "support/model_testing.hh"
 
 namespace Stg {
@@ -58,7 +58,7 @@ class UnrulyGatherer : public Model {
   UnrulyGatherer(World* world_, Model* parent_, const std::string& type_)
       : Model(world_, parent_, type_) {}
   void Update() override {
-    GatherAlone();
+    GatherSerially();
     Model::Update();
   }
   void Gather(internal::sensing::FanList*) override {
@@ -68,7 +68,7 @@ class UnrulyGatherer : public Model {
 
 [[maybe_unused]] const bool kRegistered =
     RegisterModelType(ModelTypeOf<Unruly>("unruly")) &&
-    RegisterModelType(ModelTypeOf<UnrulyGatherer>("gatherer").Updates(ModelType::kShared));
+    RegisterModelType(ModelTypeOf<UnrulyGatherer>("gatherer").Updates(ModelType::kParallel));
 
 const char kText[] =
     "model( name \"before\" )\n"
@@ -90,7 +90,7 @@ void DeleteParent(Model* model) { delete model->Parent(); }
 void DeleteGround(Model* model) { delete model->GetWorld()->GetGround(); }
 void Throw(Model*) { throw std::runtime_error("it is Friday"); }
 
-TEST_F(UnrulyTypes, ThatDeleteTheirParentInTheConstructorAreRefused) {
+TEST_F(UnrulyTypes, DeletingTheParentInTheConstructorIsRefusedOnLoad) {
   Do(Place::kConstructor, DeleteParent);
   const LoadOutcome outcome = TryToLoad(kText);
   EXPECT_FALSE(outcome.loaded);
@@ -101,7 +101,7 @@ TEST_F(UnrulyTypes, ThatDeleteTheirParentInTheConstructorAreRefused) {
       "expected a type that deletes neither itself nor its parent there\n");
 }
 
-TEST_F(UnrulyTypes, ThatDeleteTheirParentInTheConstructorAreNotMadeLater) {
+TEST_F(UnrulyTypes, DeletingTheParentInTheConstructorIsRefusedAtRunTime) {
   const auto world = LoadText("model( name \"parent\" )");
   Do(Place::kConstructor, DeleteParent);
   const std::string errors =
@@ -121,7 +121,7 @@ TEST_F(UnrulyTypes, MayDeleteTheirParentLater) {
   }
 }
 
-TEST_F(UnrulyTypes, ThatDeleteTheGroundAreToldSoAndGetAnotherOne) {
+TEST_F(UnrulyTypes, DeletingTheGroundIsReportedAndGroundRecreated) {
   for (const Place where :
        {Place::kConstructor, Place::kLoad, Place::kStartup, Place::kUpdate, Place::kSensed}) {
     Do(where, DeleteGround);
@@ -157,17 +157,17 @@ TEST_F(UnrulyTypes, DeletingTheGroundChangesNoResult) {
   EXPECT_EQ(world->StateHash(), other->StateHash());
 }
 
-TEST_F(UnrulyTypes, ThrowWithTheNameOfTheirModel) {
+TEST_F(UnrulyTypes, ExceptionsNameTheModel) {
   for (const Place where : {Place::kUpdate, Place::kSensed}) {
     const auto world = LoadText(kText);
     Do(where, Throw);
     EXPECT_THROW(world->Update(), std::runtime_error);
-    EXPECT_EQ(std::string(Thrower()), "the update of model \"parent.u\"");
+    EXPECT_EQ(std::string(ExceptionOrigin()), "the update of model \"parent.u\"");
     place = Place::kNowhere;
   }
 }
 
-TEST_F(UnrulyTypes, ThrowWithTheNameOfTheirModelInOtherThreadsToo) {
+TEST_F(UnrulyTypes, ExceptionsNameTheModelInOtherThreads) {
   std::string text;
   for (int i = 0; i < 20; i++)
     text += "gatherer( name \"g" + std::to_string(i) + "\" alwayson 1 )\n";
@@ -181,7 +181,8 @@ TEST_F(UnrulyTypes, ThrowWithTheNameOfTheirModelInOtherThreadsToo) {
     ASSERT_TRUE(world.Load(content, "t.world"));
     Do(Place::kGather, Throw);
     EXPECT_THROW(world.Update(), std::runtime_error);
-    EXPECT_EQ(std::string(Thrower()), "the update of model \"g7\"") << threads << " threads";
+    EXPECT_EQ(std::string(ExceptionOrigin()), "the update of model \"g7\"")
+        << threads << " threads";
     place = Place::kNowhere;
   }
 }

@@ -31,8 +31,8 @@ struct Corruption {
 
 Model* Wall(World* world) { return world->GetModel("wall"); }
 Block& BlockOf(Model* model) { return *model->body().blocks()[0]; }
-std::vector<grid::TilePart>& CellsOf(Model* model) {
-  return const_cast<std::vector<grid::TilePart>&>(BlockOf(model).cells());
+std::vector<grid::CellSet>& CellsOf(Model* model) {
+  return const_cast<std::vector<grid::CellSet>&>(BlockOf(model).cells());
 }
 /// Pointer to a model that does not exist.
 Model* Nobody() {
@@ -81,7 +81,7 @@ std::vector<Corruption> AllCorruptions() {
       {"an event of another model",
        [](World* w) {
          const std::span<Scheduler::Event> events = w->engine().scheduler.AddRoom(1000000, 1);
-         events[0] = {Wall(w), nullptr, nullptr, UpdateChain::First(Wall(w)->GetId() + 1)};
+         events[0] = {Wall(w), nullptr, nullptr, UpdateGeneration::First(Wall(w)->GetId() + 1)};
        },
        "an event with another model's chain"},
       {"an update twice",

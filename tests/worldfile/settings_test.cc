@@ -38,7 +38,7 @@ std::string ErrorWith(const std::string& setting, const std::string& text = kFil
   return "";
 }
 
-TEST(Settings, NameTheWorldTypesMacrosAndModels) {
+TEST(Settings, CanSelectWorldTypesMacrosAndModels) {
   Worldfile wf;
   LoadWith(&wf,
            {"world.resolution=0.5", "position.size=[2 3 4]", "robot.ctrl=follow me, please",
@@ -54,7 +54,7 @@ TEST(Settings, NameTheWorldTypesMacrosAndModels) {
   wf.CheckSettings();
 }
 
-TEST(Settings, TheLastOneThatFitsHolds) {
+TEST(Settings, LastMatchingSettingWins) {
   Worldfile wf;
   LoadWith(&wf, {"robot.speed=5", "fast.speed=6", "b.speed=7", "robot.speed=8"}, kFile);
   EXPECT_EQ(wf.ReadFloat(1, "speed", 0), 8);
@@ -62,27 +62,27 @@ TEST(Settings, TheLastOneThatFitsHolds) {
   wf.CheckSettings();
 }
 
-TEST(Settings, StayWithACopyButNotInWhatIsSaved) {
+TEST(Settings, AreCopiedButNotSaved) {
   Worldfile wf;
   LoadWith(&wf, {"world.resolution=0.5"}, kFile);
   EXPECT_EQ(wf.Copy()->ReadFloat(0, "resolution", 0), 0.5);
 }
 
-TEST(Settings, ThatAreNoneAreRefused) {
+TEST(Settings, RejectInvalidSyntax) {
   for (const char* text : {"", "=", "robots", "a.b", "=1", ".b=1", "a.=1", "a.b="})
     EXPECT_NE(ErrorWith(text).find("expected NAME.PROPERTY=VALUE"), std::string::npos) << text;
   for (const char* text : {"a.b=[1", "a.b=[[1]]", "a.b=[1] 2", "a.b=[( )]", "a.b=one\"two"})
     EXPECT_EQ(ErrorWith(text).rfind("--set a.b:", 0), 0U) << text << ErrorWith(text);
 }
 
-TEST(Settings, ThatNobodyReadsAreErrors) {
+TEST(Settings, RejectUnusedSettings) {
   EXPECT_NE(ErrorWith("a.speeed=1").find("nothing reads \"speeed\" of \"a\""), std::string::npos);
   EXPECT_NE(ErrorWith("robt.speed=1").find("did you mean \"robot\"?"), std::string::npos);
 }
 
 // ---- populations --------------------------------------------------------------------------------
 
-TEST(Populations, AreModelsLikeThoseThatAreWrittenOut) {
+TEST(Populations, EqualExplicitModels) {
   Worldfile wf;
   LoadText(wf, kFile);
   EXPECT_EQ(Tree(wf), "position:0 position:0 model:2 model:0 population:0 position:0 position:0");
@@ -92,7 +92,7 @@ TEST(Populations, AreModelsLikeThoseThatAreWrittenOut) {
   EXPECT_EQ(wf.ReadFloat(7, "speed", 0), 2) << "of the macro";
 }
 
-TEST(Populations, HaveTheSizeThatASettingGives) {
+TEST(Populations, ObeyTheCountOfASetting) {
   Worldfile wf;
   LoadWith(&wf, {"crowd=0"}, kFile);
   EXPECT_TRUE(wf.populations()[0].members.empty());
@@ -100,7 +100,7 @@ TEST(Populations, HaveTheSizeThatASettingGives) {
   EXPECT_EQ(wf.populations()[0].members.size(), 5U);
 }
 
-TEST(Populations, OfATypeTakeThePlaceOfThoseOfTheFile) {
+TEST(Populations, SettingReplacesModelsOfTheFile) {
   for (const char* name : {"robot=3", "robots=3"}) {
     Worldfile wf;
     LoadWith(&wf, {name}, kFile);
@@ -113,7 +113,7 @@ TEST(Populations, OfATypeTakeThePlaceOfThoseOfTheFile) {
   }
 }
 
-TEST(Populations, ThatAreNoneAreErrors) {
+TEST(Populations, RejectInvalidPopulations) {
   EXPECT_NE(ErrorWith("dogs=3").find("found no population and no model of that name"),
             std::string::npos);
   for (const char* count : {"-1", "2.5", "many", "100001"})

@@ -17,7 +17,7 @@ namespace {
 
 const std::string kMark = "\xef\xbb\xbf";
 
-TEST(WorldfileEncoding, AByteOrderMarkIsPassedOver) {
+TEST(WorldfileEncoding, SkipsByteOrderMark) {
   EXPECT_EQ(TreeOf(kMark + "model( )"), "model:0");
   EXPECT_EQ(TreeOf(kMark + "\r\nmodel( )"), "model:0");
   EXPECT_EQ(TreeOf(kMark), "");
@@ -115,7 +115,7 @@ TEST_F(WorldfileIncludes, ASavedFileKeepsItsMark) {
 }
 
 // Each kind of invalid file is reported immediately, with the place of the include.
-TEST_F(WorldfileIncludes, WhatCannotBeIncludedIsSaidWithItsPlace) {
+TEST_F(WorldfileIncludes, InvalidIncludesAreReportedWithTheirPlace) {
   ASSERT_EQ(mkfifo((root_ / "fifo").c_str(), 0600), 0);
   std::filesystem::create_directory(root_ / "folder");
   std::filesystem::create_symlink("loop", root_ / "loop");

@@ -88,7 +88,7 @@ TEST(WorldfileNumbers, OtherNotationsAreExplained) {
   }
 }
 
-TEST(WorldfileNumbers, BeyondTheDoublesIsRefused) {
+TEST(WorldfileNumbers, OutOfRangeIsRefused) {
   Worldfile wf;
   LoadText(wf, "m( mass 1e400 n 1e400 )");
   EXPECT_THROW(wf.ReadFloat(1, "mass", 0), LoadError);
@@ -96,7 +96,7 @@ TEST(WorldfileNumbers, BeyondTheDoublesIsRefused) {
 }
 
 // A word may follow a number, as in Stage, without a blank, even if it begins with e or x.
-TEST(WorldfileNumbers, NamesRightBehindNumbers) {
+TEST(WorldfileNumbers, NamesMayFollowNumbersWithoutBlank) {
   Worldfile wf;
   LoadText(wf, "mass 1energy 2e\"x\" f 0x 3 h 0xyz 4 i .e5 6");
   EXPECT_EQ(wf.ReadFloat(0, "mass", 0), 1);
@@ -107,7 +107,7 @@ TEST(WorldfileNumbers, NamesRightBehindNumbers) {
   EXPECT_EQ(wf.ReadFloat(0, "e5", 0), 6);  // a single point can't have an exponent
 }
 
-TEST(WorldfileNumbers, TokensAreWhatTheLexerTakes) {
+TEST(WorldfileNumbers, IsNumberTokenMatchesTheLexer) {
   for (const char* number : {"1", "-1.5", "1e3", "1e-06", ".5", "1.2.3", "+-1", "."})
     EXPECT_TRUE(IsNumberToken(number)) << number;
   for (const char* word :

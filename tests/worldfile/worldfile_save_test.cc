@@ -54,13 +54,13 @@ class SaveTest : public testing::Test {
   Worldfile wf_;
 };
 
-TEST_F(SaveTest, UntouchedTextComesBack) {
+TEST_F(SaveTest, UnchangedTextIsPreserved) {
   const std::string text = "# c \"\n\tname  \"w\" m ( a [ 1 2 ] )#x\n\n  b 3 ";
   Load(text);
   EXPECT_EQ(Saved(), text);
 }
 
-TEST_F(SaveTest, ValuesGoIntoTheirPlaces) {
+TEST_F(SaveTest, ValuesAreReplacedInPlace) {
   Load("m( pose [ 1 2  0 90 7 ] # here\n f 0.5 s \"x\" i 3 q \"1\" )\n");
   WritePose(1, 1.5, -2, 0.1234567, -1.5707963267948966);
   wf_.WriteFloat(1, "f", 0.25);
@@ -76,7 +76,7 @@ TEST_F(SaveTest, ValuesGoIntoTheirPlaces) {
 
 // Positions are saved with all digits. Headings are saved as the degrees that were set, although
 // models store radians.
-TEST_F(SaveTest, NumbersHaveTheDigitsThatTheyNeed) {
+TEST_F(SaveTest, NumbersHaveAllSignificantDigits) {
   Load("m( pose [ 1.0 2.50 0 45.000 ] )\n");
   WritePose(1, 1, 2.5, 0, 45 * wf_.unit_angle);
   EXPECT_EQ(Saved(), "m( pose [ 1.0 2.50 0 45.000 ] )\n");  // nothing has changed
@@ -113,7 +113,7 @@ TEST_F(SaveTest, NumberFormats) {
   EXPECT_EQ(wf_.warnings().size(), 1U);
 }
 
-TEST_F(SaveTest, UnitsAreTheFiles) {
+TEST_F(SaveTest, UsesTheUnitsOfTheFile) {
   Load("unit_length \"cm\" unit_angle \"radians\" l 1 m( pose [1 1 1 1] size [1 1 1] )");
   WritePose(1, 0.5, 0, 0, 7.0);
   Size(1, 2, 3).Save(&wf_, 1, "size");
@@ -153,7 +153,7 @@ TEST_F(SaveTest, IncludesAreNotWritten) {
   EXPECT_EQ(wf_.ReadInt(0, "x", 0), 5);
 }
 
-TEST_F(SaveTest, InstancesGetWhatDiffersFromTheirMacro) {
+TEST_F(SaveTest, InstancesOverrideTheirMacro) {
   Load(
       "define r position( pose [0 0 0 0] size [1 1 1] )\n"
       "r( name \"a\" )\nr(\n  name \"b\"\n)\nr( name \"c\" )r()\n");
@@ -196,7 +196,7 @@ TEST_F(SaveTest, LoadedFromAStream) {
   EXPECT_EQ(Read("new.world"), "a 1");
 }
 
-TEST_F(SaveTest, FailureIsToldAndLeavesNothing) {
+TEST_F(SaveTest, FailureIsReportedAndLeavesNoFile) {
   Load("a 1");
   testing::internal::CaptureStderr();
   EXPECT_FALSE(wf_.Save(Path("no/such/folder.world")));
@@ -242,7 +242,7 @@ void LoadText(Worldfile& wf, const std::string& text) {
 }
 
 /// In a folder that everybody can write to, predictable names may already exist.
-TEST_F(SaveTest, NamesThatCanBeForetoldAreNotNeeded) {
+TEST_F(SaveTest, ToleratesExistingTemporaryNames) {
   Load("speedup 1");
   Write("w.world." + std::to_string(getpid()) + ".tmp", "in the way");
   EXPECT_EQ(Saved(), "speedup 1");
@@ -264,7 +264,7 @@ TEST_F(SaveTest, APipeIsWrittenToNotReplaced) {
   EXPECT_EQ(got, "speedup 1");
 }
 
-TEST(UnusedTest, FetchingCountsAskingDoesNot) {
+TEST(UnusedTest, ReadingCountsAsUseTestingDoesNot) {
   Worldfile wf;
   LoadText(wf, "a 1 b 2 c [1 2] d 4 e 5");
   wf.ReadInt(0, "a", 0);

@@ -81,7 +81,7 @@ TEST(WorldfileWords, EveryLineEndCountsOnce) {
   }
 }
 
-TEST(WorldfileWords, PlacesFarDownAreTrue) {
+TEST(WorldfileWords, PlacesInLongFilesAreCorrect) {
   std::string text;
   for (int i = 0; i < 9999; ++i) text += i % 3 == 0 ? "a 1\r\n" : i % 7 == 0 ? "bb 22 \r" : "#\n";
   EXPECT_ERROR(text + "  ,", "t.world:10000:3: ", "','");
@@ -250,7 +250,7 @@ TEST(WorldfileMacros, MistakesInABodyMatterWhenUsed) {
   EXPECT_EQ(wf.warnings().size(), 1U);
 }
 
-TEST(WorldfileMacros, LinesStayTrueAfterADefine) {
+TEST(WorldfileMacros, LinesAreCorrectAfterADefine) {
   EXPECT_ERROR("define a b\n(\n\n)\nm\n(\n x y )", "t.world:7:4: ", "the word \"y\"");
 }
 

@@ -187,7 +187,7 @@ TEST_F(WorldFolder, WorldFromStagePathIsItsOwnBase) {
   EXPECT_EQ(wf_.ReadInt(0, "a", 0), 1);
 }
 
-TEST_F(WorldFolder, FilesThatAreNone) {
+TEST_F(WorldFolder, InvalidFiles) {
   EXPECT_EQ(FileError(Path("no.world")),
             Path("no.world") + ": unable to open world file: No such file or directory");
   EXPECT_NE(FileError(root_.string()).find("Is a directory"), std::string::npos);
@@ -399,7 +399,7 @@ TEST(WorldfileValues, Places) {
   }
 }
 
-TEST(WorldfileValues, EntitiesThatAreNone) {
+TEST(WorldfileValues, InvalidEntities) {
   Worldfile wf;
   LoadText(wf, "a 1");
   EXPECT_EQ(wf.ReadInt(-1, "a", 5), 5);

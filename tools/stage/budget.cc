@@ -25,22 +25,22 @@ namespace Stg::program {
 namespace {
 
 constexpr usec_t kStart = 1000000;  // default start, simulated: sensors have readings by then
-constexpr uint32_t kMostScenarios = 100000;
+constexpr uint32_t kMaxScenarios = 100000;
 
 /// The results. Times are in seconds.
 struct Budget {
   uint64_t steps = 0;  // per scenario
   unsigned threads = 1;
-  uint32_t scenarios = 0;      // maximum number that fits
-  bool is_least = false;       // the search ran out of time before a number did not fit
-  double decision = 0;         // for that many scenarios
-  double scenario = 0;         // for one scenario on one thread
-  size_t row = 0, shared = 0;  // bytes per branch, and shared by all
+  uint32_t scenarios = 0;       // maximum number that fits
+  bool is_lower_bound = false;  // the search ran out of time before a number did not fit
+  double decision = 0;          // for that many scenarios
+  double scenario = 0;          // for one scenario on one thread
+  size_t row = 0, shared = 0;   // bytes per branch, and shared by all
 };
 
-class Gauge {
+class DecisionTimer {
  public:
-  Gauge(const World& world, const Snapshot& now, uint64_t steps, unsigned threads)
+  DecisionTimer(const World& world, const Snapshot& now, uint64_t steps, unsigned threads)
       : now_(now), steps_(steps), branches_(world, 0, OptionsWith(threads)) {}
 
   bool IsReady() const { return branches_.IsReady(); }
@@ -48,14 +48,14 @@ class Gauge {
 
   /// Size of a branch at its end, bytes.
   size_t RowBytes() const { return branches_.StateOf(0).size(); }
-  /// Seconds for this many scenarios: the median of up to kTries runs, fewer if they take long.
+  /// Seconds for this many scenarios: the median of up to kMaxTries runs, fewer if they take long.
   double Seconds(uint32_t scenarios) {
-    constexpr size_t kTries = 5;
-    constexpr double kEnough = 0.5;  // seconds after which no further run starts
+    constexpr size_t kMaxTries = 5;
+    constexpr double kMaxTime = 0.5;  // seconds after which no further run starts
     std::vector<double> seconds;
     const double start = WallClock();
     do seconds.push_back(OneTry(scenarios));
-    while (seconds.size() < kTries && WallClock() - start < kEnough);
+    while (seconds.size() < kMaxTries && WallClock() - start < kMaxTime);
     std::ranges::sort(seconds);
     return seconds[(seconds.size() - 1) / 2];
   }
@@ -87,18 +87,18 @@ class Search {
  public:
   /// A measurement takes at most about twice the budget. The whole search therefore takes about six
   /// budgets, or slightly over fifteen seconds.
-  Search(double seconds, Gauge* gauge, Budget* budget, bool shows_progress)
+  Search(double seconds, DecisionTimer* timer, Budget* budget, bool shows_progress)
       : seconds_(seconds),
         end_(WallClock() + std::max(15.0, 4 * seconds)),
-        gauge_(*gauge),
+        timer_(*timer),
         budget_(*budget),
         shows_progress_(shows_progress) {}
 
   void Go() {
-    gauge_.WarmUp();
+    timer_.WarmUp();
     uint32_t more = 1;  // does not fit, once the loop below has ended with time left
     bool fits = true;
-    while (more < kMostScenarios && HasTime() && (fits = Fits(more))) {
+    while (more < kMaxScenarios && HasTime() && (fits = Fits(more))) {
       // The number that would fit at the measured rate, but at most twice the last one.
       const double guess = more * seconds_ / std::max(budget_.decision, 1e-9);
       more = std::min(2 * more, std::max(more + 1, static_cast<uint32_t>(std::min(guess, 1e9))));
@@ -107,7 +107,7 @@ class Search {
       const uint32_t middle = budget_.scenarios + (more - budget_.scenarios) / 2;
       if (!Fits(middle)) more = middle;
     }
-    budget_.is_least = fits || IsWide(more);
+    budget_.is_lower_bound = fits || IsWide(more);
     line_.Erase();
   }
 
@@ -120,7 +120,7 @@ class Search {
   bool Fits(uint32_t scenarios) {
     if (shows_progress_)
       line_.Print(Format(" %u scenarios fit; trying %u", budget_.scenarios, scenarios));
-    const double time = gauge_.Seconds(scenarios);
+    const double time = timer_.Seconds(scenarios);
     if (time > seconds_) return false;
     budget_.scenarios = scenarios;
     budget_.decision = time;
@@ -128,7 +128,7 @@ class Search {
   }
 
   const double seconds_, end_;
-  Gauge& gauge_;
+  DecisionTimer& timer_;
   Budget& budget_;
   const bool shows_progress_;
   StatusLine line_;
@@ -148,7 +148,7 @@ std::string TextOf(const Options& options, const World& world, const Budget& bud
   if (budget.scenarios == 0)
     text += "no scenario\n";
   else
-    text += Count(budget.scenarios, "scenario") + (budget.is_least ? " or more" : "") +
+    text += Count(budget.scenarios, "scenario") + (budget.is_lower_bound ? " or more" : "") +
             Format(" (they take %.3g ms)\n", budget.decision * 1e3);
   text += Format("one scenario on one thread: %.3g ms, %.0f times as fast as real time\n",
                  budget.scenario * 1e3, horizon / budget.scenario);
@@ -164,7 +164,7 @@ nlohmann::json JsonOf(const Options& options, const World& world, const Budget& 
           {"simulated_seconds", static_cast<double>(world.SimTimeNow()) / 1e6},
           {"threads", budget.threads},
           {"scenarios", budget.scenarios},
-          {"scenarios_are_least", budget.is_least},
+          {"scenarios_are_least", budget.is_lower_bound},
           {"decision_seconds", budget.decision},
           {"scenario_seconds", budget.scenario},
           {"branch_bytes", budget.row},
@@ -185,7 +185,7 @@ World* LoadAndRun(const Options& options) {
 
 }  // namespace
 
-int TellBudget(const Options& options) {
+int PrintBudget(const Options& options) {
   const std::optional<ReportFile> report = OpenReport(options);
   Budget budget;
   World* world = nullptr;
@@ -200,9 +200,9 @@ int TellBudget(const Options& options) {
     budget.shared = now.shared_size();
     const double seconds = options.budget_ms / 1e3;
     const bool shows = ShowsAll();
-    Say("measuring what a scenario takes");
-    Gauge one(*world, now, budget.steps, 1);
-    Gauge all(*world, now, budget.steps, static_cast<unsigned>(options.run.threads));
+    PrintProgress("measuring what a scenario takes");
+    DecisionTimer one(*world, now, budget.steps, 1);
+    DecisionTimer all(*world, now, budget.steps, static_cast<unsigned>(options.run.threads));
     if (!one.IsReady() || !all.IsReady()) return 1;
     budget.threads = all.threads();
     budget.scenario = one.WarmUp();
@@ -212,7 +212,7 @@ int TellBudget(const Options& options) {
     budget.row = one.RowBytes();
     if (!is_hopeless) Search(seconds, &all, &budget, shows).Go();
   }
-  PrintBeside(report, TextOf(options, *world, budget));
+  PrintUnlessReport(report, TextOf(options, *world, budget));
   if (report) report->Write(JsonOf(options, *world, budget).dump(2) + "\n");
   return 0;
 }

@@ -10,7 +10,7 @@
 namespace Stg::program {
 
 /// Prints the result and returns the exit status.
-int TellBudget(const Options& options);
+int PrintBudget(const Options& options);
 
 }  // namespace Stg::program
 

@@ -65,7 +65,7 @@ void ShowMessages(std::optional<bool> all) {
 
 bool ShowsAll() { return shows_all; }
 
-void Say(const std::string& line) {
+void PrintProgress(const std::string& line) {
   if (!shows_all) return;
   EndLine();
   PrintOnStandardError(line + "\n");

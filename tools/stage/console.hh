@@ -18,7 +18,7 @@ namespace Stg::program {
 void ShowMessages(std::optional<bool> all);
 bool ShowsAll();
 /// Prints a progress message if progress is shown.
-void Say(const std::string& line);
+void PrintProgress(const std::string& line);
 /// Ends an unfinished line on standard error, such as that of loaded files.
 void EndLine();
 /// Ends the line of the clock, if there is one.

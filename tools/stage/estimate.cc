@@ -19,7 +19,7 @@ double Updates(const SensorKind& kind) {
 
 /// Fills in kinds that were not measured, because there are too many: with the mean of their type,
 /// or with the mean of all kinds if no kind of the type was measured.
-std::vector<SensorCost> WithoutGaps(const SceneSummary& scene, std::vector<SensorCost> costs) {
+std::vector<SensorCost> FillGaps(const SceneSummary& scene, std::vector<SensorCost> costs) {
   const std::vector<SensorCost> measured = costs;
   const auto mean_of = [&](const std::string& type, double SensorCost::*field) {
     double sum = 0, count = 0;
@@ -47,7 +47,7 @@ std::vector<SensorCost> WithoutGaps(const SceneSummary& scene, std::vector<Senso
 
 void EstimateStep(const SceneSummary& scene, const StepCosts& costs, const RunOptions& options,
                   Estimate* e) {
-  const std::vector<SensorCost> sensors = WithoutGaps(scene, costs.sensors);
+  const std::vector<SensorCost> sensors = FillGaps(scene, costs.sensors);
   double rays = 0, gather = 0, pictures = 0, look = 0;  // nanoseconds
   for (size_t i = 0; i < scene.sensors.size(); i++) {
     const SensorKind& kind = scene.sensors[i];

@@ -20,20 +20,20 @@ struct MemoryReadings {
   double peak = 0;    ///< maximum so far
 };
 
-struct Part {
+struct CostPart {
   std::string name;  ///< also used in JSON: lower case with underscores
   double value;      ///< milliseconds or MB
   std::string text;  ///< description for people
 };
 
 struct Estimate {
-  std::vector<Part> step;       ///< milliseconds of real time for an average step
-  double step_ms = 0;           ///< their sum
-  std::vector<double> kind_ms;  ///< of these, per kind of sensor in SceneSummary::sensors
-  std::vector<Part> memory;     ///< MB
-  double memory_mb = 0;         ///< their sum
-  double peak_mb = 0;           ///< memory_mb, or the peak while loading if that was higher
-  double rays = 0;              ///< per step, of subscribed sensors, as far as known
+  std::vector<CostPart> step;    ///< milliseconds of real time for an average step
+  double step_ms = 0;            ///< their sum
+  std::vector<double> kind_ms;   ///< of these, per kind of sensor in SceneSummary::sensors
+  std::vector<CostPart> memory;  ///< MB
+  double memory_mb = 0;          ///< their sum
+  double peak_mb = 0;            ///< memory_mb, or the peak while loading if that was higher
+  double rays = 0;               ///< per step, of subscribed sensors, as far as known
 };
 
 /// One world's explanation.

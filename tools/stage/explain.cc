@@ -56,7 +56,7 @@ void Complete(const RunOptions& options, Explanation* e) {
   e->steps = StepsLeft(*e->world);
   e->scene = e->world->Summary();
   if (e->scene.exact_sensors > 0) {  // done here as in the first step
-    e->world->DrawForExactRays();
+    e->world->RasterizeForExactRays();
     e->scene = e->world->Summary();
     e->memory.after = MemoryMb();
   }
@@ -81,7 +81,7 @@ int Explain(const Options& options) {
   std::string text;
   for (const Explanation& world : worlds) text += ExplanationText(world);
   if (!options.explain_as_json)
-    PrintBeside(report, text);
+    PrintUnlessReport(report, text);
   else if (!report || !report->IsStandardOutput())
     PrintWhole(json);
   if (report) report->Write(json);

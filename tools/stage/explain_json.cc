@@ -86,9 +86,9 @@ Json Grid(const SceneSummary& s) {
           {"dense_bytes", s.dense_bytes}};
 }
 
-Json Parts(const std::vector<Part>& parts) {
+Json Parts(const std::vector<CostPart>& parts) {
   Json json = Json::object();
-  for (const Part& part : parts) json[part.name] = part.value;
+  for (const CostPart& part : parts) json[part.name] = part.value;
   return json;
 }
 
@@ -133,7 +133,7 @@ Json Describe(const Explanation& e, const RunOptions& options) {
           {"memory_mb", Parts(estimate.memory)},
           {"peak_memory_mb", estimate.peak_mb},
           {"measured", Costs(e.costs)},
-          {"doubts", s.doubts},
+          {"doubts", s.load_warnings},
           {"hints", Hints(e)}};
 }
 

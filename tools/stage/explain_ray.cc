@@ -20,7 +20,7 @@ namespace Stg::program {
 namespace {
 
 constexpr char kForm[] = "ROBOT:RANGER:SENSOR:SAMPLE@SECONDS, as r0:0:0:90@12.5";
-constexpr double kLongestSeconds = 1e12;
+constexpr double kMaxSeconds = 1e12;
 
 [[noreturn]] void Refuse(const std::string& text) {
   throw UsageError("--explain-ray: found " + messages::Quoted(text) + ", expected " + kForm);
@@ -44,7 +44,7 @@ Number NumberIn(const std::string& text, const std::string& whole) {
 
 double SecondsIn(const std::string& text, const std::string& whole) {
   const double seconds = NumberIn<double>(text, whole);
-  if (!(seconds >= 0 && seconds <= kLongestSeconds)) Refuse(whole);
+  if (!(seconds >= 0 && seconds <= kMaxSeconds)) Refuse(whole);
   return seconds;
 }
 
@@ -78,12 +78,12 @@ Model* FindModel(const World& world, const std::string& name) {
 }
 
 std::string SomeNames(const std::vector<ModelRanger*>& rangers) {
-  constexpr size_t kMost = 5;
+  constexpr size_t kMaxNamed = 5;
   if (rangers.empty()) return "there is no ranger in this world";
   std::string names;
-  for (size_t i = 0; i < std::min(kMost, rangers.size()); i++)
+  for (size_t i = 0; i < std::min(kMaxNamed, rangers.size()); i++)
     names += (i > 0 ? ", " : "") + messages::Quoted(rangers[i]->TokenStr());
-  return "the rangers are " + names + (rangers.size() > kMost ? " ..." : "");
+  return "the rangers are " + names + (rangers.size() > kMaxNamed ? " ..." : "");
 }
 
 void CheckSample(const ModelRanger& ranger, const RayChoice& choice) {
@@ -162,9 +162,9 @@ int ExplainRay(const Options& options) {
     explained.ranger = ranger;
     explained.ray = *watch.last();
   }
-  PrintBeside(report, RayText(explained));
+  PrintUnlessReport(report, RayText(explained));
   if (report) report->Write(RayJson(explained));
-  return CaughtSignal() != 0 ? DieOf(CaughtSignal()) : 0;
+  return CaughtSignal() != 0 ? RaiseDefault(CaughtSignal()) : 0;
 }
 
 }  // namespace Stg::program

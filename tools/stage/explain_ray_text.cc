@@ -17,7 +17,9 @@ using sensing::RayRecord;
 using sensing::WalkStep;
 
 double Degrees(double radians) { return radians * 180 / M_PI; }
-double BearingOf(const RayRecord& r) { return ArcTangent(r.turn.sine, r.turn.cosine); }
+double BearingOf(const RayRecord& r) {
+  return ArcTangent(r.unit_vector.sine, r.unit_vector.cosine);
+}
 double HeadingOf(const RayRecord& r) {
   return ArcTangent(r.fan.heading.sine, r.fan.heading.cosine);
 }
@@ -28,7 +30,7 @@ const char* AnswerName(RayRecord::Answer answer) {
       return "other height";
     case RayRecord::Answer::kMissed:
       return "missed";
-    case RayRecord::Answer::kRefused:
+    case RayRecord::Answer::kRejected:
       return "refused";
     case RayRecord::Answer::kAccepted:
       break;
@@ -42,7 +44,7 @@ const char* AnswerText(RayRecord::Answer answer) {
       return "at another height: the ray continues";
     case RayRecord::Answer::kMissed:
       return "its edges are missed, or are behind the hit: the ray continues";
-    case RayRecord::Answer::kRefused:
+    case RayRecord::Answer::kRejected:
       return "rangers look through it, or it belongs to the robot: the ray continues";
     case RayRecord::Answer::kAccepted:
       break;
@@ -94,12 +96,11 @@ std::string WalkText(const ExplainedRay& e) {
   for (size_t i = 0; i < r.potential_hits.size(); i++) {
     const RayRecord::PotentialHit& cell = r.potential_hits[i];
     text += Format("  %zu. cell (%d, %d), %.4f m away\n", i + 1, cell.x, cell.y, cell.middle);
-    for (size_t k = 0; k < cell.questions.size(); k++) {
-      const RayRecord::Question& question = cell.questions[k];
+    for (size_t k = 0; k < cell.tests.size(); k++) {
+      const RayRecord::BodyTest& test = cell.tests[k];
       text += "     " + Printable(e.ray.models[i][k]) +
-              Format(", %g to %g m high: %s", question.z_min, question.z_max,
-                     AnswerText(question.answer));
-      if (r.fan.exact && question.along > 0) text += Format(", %.6f m away", question.along);
+              Format(", %g to %g m high: %s", test.z_min, test.z_max, AnswerText(test.answer));
+      if (r.fan.exact && test.along > 0) text += Format(", %.6f m away", test.along);
       text += "\n";
     }
   }
@@ -142,12 +143,12 @@ std::string RayJson(const ExplainedRay& e) {
   Json cells = Json::array();
   for (size_t i = 0; i < r.potential_hits.size(); i++) {
     Json bodies = Json::array();
-    for (size_t k = 0; k < r.potential_hits[i].questions.size(); k++) {
-      const RayRecord::Question& question = r.potential_hits[i].questions[k];
+    for (size_t k = 0; k < r.potential_hits[i].tests.size(); k++) {
+      const RayRecord::BodyTest& test = r.potential_hits[i].tests[k];
       bodies.push_back({{"model", e.ray.models[i][k]},
-                        {"z", {question.z_min, question.z_max}},
-                        {"answer", AnswerName(question.answer)}});
-      if (question.along > 0) bodies.back()["along"] = question.along;
+                        {"z", {test.z_min, test.z_max}},
+                        {"answer", AnswerName(test.answer)}});
+      if (test.along > 0) bodies.back()["along"] = test.along;
     }
     const RayRecord::PotentialHit& cell = r.potential_hits[i];
     cells.push_back({{"cell", {cell.x, cell.y}}, {"middle", cell.middle}, {"bodies", bodies}});

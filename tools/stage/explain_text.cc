@@ -11,10 +11,10 @@ namespace Stg::program {
 
 namespace {
 
-constexpr size_t kMostKinds = 10;  // number of sensor and model kinds that are listed one by one
-constexpr size_t kMostIdleKinds = 6;
-constexpr size_t kMostHeights = 6;
-constexpr size_t kMostNames = 3;
+constexpr size_t kMaxKinds = 10;  // number of sensor and model kinds that are listed one by one
+constexpr size_t kMaxIdleKinds = 6;
+constexpr size_t kMaxHeights = 6;
+constexpr size_t kMaxNames = 3;
 
 double Seconds(usec_t time) { return static_cast<double>(time) / 1e6; }
 double Number(uint64_t number) { return static_cast<double>(number); }
@@ -82,10 +82,10 @@ class Page {
 
   std::string Models() const {
     std::vector<std::string> parts;
-    for (size_t i = 0; i < std::min(kMostKinds, s_.types.size()); i++)
+    for (size_t i = 0; i < std::min(kMaxKinds, s_.types.size()); i++)
       parts.push_back(Format("%zu %s", s_.types[i].models, s_.types[i].type.c_str()));
-    if (s_.types.size() > kMostKinds)
-      parts.push_back(Format("%zu other types", s_.types.size() - kMostKinds));
+    if (s_.types.size() > kMaxKinds)
+      parts.push_back(Format("%zu other types", s_.types.size() - kMaxKinds));
     return Format("%zu: ", s_.models) + Joined(parts);
   }
 
@@ -98,7 +98,7 @@ class Page {
     }
     Line("sensors", Format("%-12s %7s %9s %10s %12s %10s", "kind", "count", "rays each", "every",
                            "rays a step", "ms a step"));
-    for (; listed < std::min(kMostKinds, subscribed); listed++) PrintSensor(listed);
+    for (; listed < std::min(kMaxKinds, subscribed); listed++) PrintSensor(listed);
     if (listed == subscribed) return;
     double rays = 0, ms = 0;
     for (size_t i = listed; i < subscribed; i++) {
@@ -126,7 +126,7 @@ class Page {
     std::vector<std::string> parts;
     for (const SensedHeight& height : s_.heights) {
       if (height.sensors == 0) continue;
-      if (parts.size() == std::min(kMostHeights, s_.layer_heights)) break;
+      if (parts.size() == std::min(kMaxHeights, s_.layer_heights)) break;
       parts.push_back(
           Format("%s m (%zu of %zu blocks)", Rounded(height.z).c_str(), height.blocks, s_.blocks));
     }
@@ -137,10 +137,11 @@ class Page {
   }
 
   void PrintDoubts() {
-    if (s_.doubts.empty() && RobotsUnseen().empty()) return;
+    if (s_.load_warnings.empty() && RobotsUnseen().empty()) return;
     Heading("Possible mistakes");
     if (!RobotsUnseen().empty()) Line("robots", RobotsUnseen());
-    for (const std::string& doubt : s_.doubts) text_ += Wrapped("  " + Printable(doubt), 4) + "\n";
+    for (const std::string& doubt : s_.load_warnings)
+      text_ += Wrapped("  " + Printable(doubt), 4) + "\n";
   }
 
   /// Lists heights at which rangers see no robot at all, if the world has at least two robots.
@@ -148,7 +149,7 @@ class Page {
     if (s_.robots + s_.undriven < 2) return "";
     std::vector<std::string> heights;
     for (const SensedHeight& height : s_.heights)
-      if (height.sensors > 0 && height.robots == 0 && heights.size() < kMostHeights)
+      if (height.sensors > 0 && height.robots == 0 && heights.size() < kMaxHeights)
         heights.push_back(Rounded(height.z) + " m");
     if (heights.empty()) return "";
     return "none has a body where rangers look, at " + Joined(heights);
@@ -183,7 +184,7 @@ class Page {
       std::string part = Format("%zu %s", kind.models, kind.type.c_str());
       if (kind.rays > 0) part += Format(" of %.0f rays", Number(kind.rays));
       part += (kind.models > 1 ? " (such as " : " (") + messages::Shortened(kind.example) + ")";
-      if (parts.size() < kMostIdleKinds) parts.push_back(part);
+      if (parts.size() < kMaxIdleKinds) parts.push_back(part);
     }
     if (all == 0)
       return s_.sensors.empty() ? "none: there is no sensor" : "none: all are subscribed";
@@ -200,7 +201,7 @@ class Page {
     for (const SensedHeight& height : s_.heights) {
       if (height.sensors > 0) continue;
       idle_count++;
-      if (idle.size() < kMostHeights) idle.push_back(Rounded(height.z) + " m");
+      if (idle.size() < kMaxHeights) idle.push_back(Rounded(height.z) + " m");
     }
     const size_t used = s_.heights.size() - idle_count;
     std::string text =
@@ -222,7 +223,7 @@ class Page {
         unseen, s_.blocks, s_.hidden_blocks, s_.overlooked_blocks);
     if (s_.unseen_bodies > 0) {
       std::vector<std::string> names = s_.unseen_examples;
-      names.resize(std::min(names.size(), kMostNames));
+      names.resize(std::min(names.size(), kMaxNames));
       for (std::string& name : names) name = messages::Shortened(name);
       text += Format("; all of %s: ", Count(Number(s_.unseen_bodies), "model").c_str()) +
               Joined(names) + (s_.unseen_bodies > names.size() ? ", ..." : "");
@@ -248,7 +249,7 @@ class Page {
 
   void PrintStep() {
     Heading("Time of a step, milliseconds");
-    for (const Part& part : e_.step)
+    for (const CostPart& part : e_.step)
       Line(part.name, Format("%10.3f %4.0f %%   %s", part.value, 100 * part.value / e_.step_ms,
                              part.text.c_str()));
     const double times = e_.step_ms > 0 ? Seconds(s_.step) * 1e3 / e_.step_ms : 0;
@@ -271,7 +272,7 @@ class Page {
 
   void PrintMemory() {
     Heading("Memory, MB");
-    for (const Part& part : e_.memory)
+    for (const CostPart& part : e_.memory)
       Line(part.name, Format("%10.2f          %s", part.value, part.text.c_str()));
     Line("peak", Format("%10.2f          %s", e_.peak_mb,
                         e_.peak_mb > e_.memory_mb ? "while loading" : "sum of these"));

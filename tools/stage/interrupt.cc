@@ -65,10 +65,10 @@ void OnSignal(void (*action)()) { on_signal = action; }
 int CaughtSignal() { return caught; }
 
 bool SleepUntil(double time) {
-  constexpr double kLongestNap = 3600;
+  constexpr double kMaxNap = 3600;
   for (;;) {
     if (CaughtSignal() != 0) return false;
-    const double left = std::min(time - WallClock(), kLongestNap);
+    const double left = std::min(time - WallClock(), kMaxNap);
     if (left <= 0) return true;
     const double seconds = std::floor(left);
     const timespec nap = {static_cast<time_t>(seconds), static_cast<long>((left - seconds) * 1e9)};
@@ -77,7 +77,7 @@ bool SleepUntil(double time) {
   }
 }
 
-int DieOf(int signal) {
+int RaiseDefault(int signal) {
   std::signal(signal, SIG_DFL);
   raise(signal);
   return 128 + signal;

@@ -22,7 +22,7 @@ int CaughtSignal();
 bool SleepUntil(double time);
 /// Terminates the process by the signal's default action, so that the calling shell sees it.
 /// Returns an exit status if that is impossible.
-int DieOf(int signal);
+int RaiseDefault(int signal);
 
 }  // namespace Stg::program
 

@@ -13,7 +13,7 @@
 #include <string_view>
 
 #include "messages/report.hh"
-#include "models/thrown.hh"
+#include "models/exception_origin.hh"
 #include "stage.hh"
 #include "stage/budget.hh"
 #include "stage/console.hh"
@@ -41,25 +41,25 @@ constexpr int kFailure = 1;
 constexpr int kBadUsage = 2;
 
 /// With --opencl, reports whether the device was of use.
-void TellOfDevice(const Options& options, const std::vector<LoadedWorld>& worlds) {
+void ReportDevice(const Options& options, const std::vector<LoadedWorld>& worlds) {
   if (!options.run.opencl) return;
   for (const LoadedWorld& loaded : worlds)
-    Say("[OpenCL: " + DeviceUse(loaded.world->statistics(), options.run) + "]");
+    PrintProgress("[OpenCL: " + DeviceUse(loaded.world->statistics(), options.run) + "]");
 }
 
 /// Returns the exit status.
 int Finish(const Options& options, const std::optional<ReportFile>& report,
            const std::vector<LoadedWorld>& worlds, std::optional<OutputToError>* redirected) {
   EndClock();
-  TellOfDevice(options, worlds);
-  Say("[Stage: done]");
+  ReportDevice(options, worlds);
+  PrintProgress("[Stage: done]");
   if (options.state_hash)
     for (const LoadedWorld& loaded : worlds)
       std::printf("state-hash %016" PRIx64 "\n", loaded.world->StateHash());
   redirected->reset();
   if (report) report->Write(Statistics(worlds));
   FlushOutput();
-  return CaughtSignal() != 0 ? DieOf(CaughtSignal()) : 0;
+  return CaughtSignal() != 0 ? RaiseDefault(CaughtSignal()) : 0;
 }
 
 /// Opens the log requested by --log, or returns null. Throws UsageError.
@@ -78,7 +78,7 @@ int Run(const Options& options, ReplayRun* replay) {
   // A program may parse a report on standard output, so everything else goes to standard error.
   std::optional<OutputToError> redirected;
   if (report && report->IsStandardOutput()) redirected.emplace();
-  Say(std::string("Stage ") + Version() + " " + options.tags);
+  PrintProgress(std::string("Stage ") + Version() + " " + options.tags);
   World* const special = pictures ? pictures->MakeWorld() : OpenWindow(options, replay);
   // Never deleted, like the worlds in it: the process ends without tearing them down.
   static std::vector<LoadedWorld>& worlds = *new std::vector<LoadedWorld>;
@@ -92,13 +92,13 @@ int Run(const Options& options, ReplayRun* replay) {
   if (log) log->Attach(worlds.front().world);
   RunWorlds(options, &worlds, pictures.get(), saver ? &*saver : nullptr);
   if (log) log->Finish();
-  if (saver && CaughtSignal() == 0 && !saver->IsDone()) return saver->TellTooEarlyAnEnd(worlds);
+  if (saver && CaughtSignal() == 0 && !saver->IsDone()) return saver->ReportEarlyEnd(worlds);
   return Finish(options, report, worlds, &redirected);
 }
 
 int Main(int argc, char* argv[]) {
-  KeepStandardFiles();
-  if (const std::optional<int> status = ObeySweepCommand(argc, argv)) return *status;
+  ReserveStandardStreams();
+  if (const std::optional<int> status = RunSweepCommand(argc, argv)) return *status;
   Options options = ParseOptions(argc, argv);
   switch (options.action) {
     case Options::Action::kHelp:
@@ -128,7 +128,7 @@ int Main(int argc, char* argv[]) {
   Init(&argc, &argv);
   if (options.action == Options::Action::kExplain) return Explain(options);
   if (options.action == Options::Action::kExplainRay) return ExplainRay(options);
-  if (options.action == Options::Action::kBudget) return TellBudget(options);
+  if (options.action == Options::Action::kBudget) return PrintBudget(options);
   return Run(options, replay.get());
 }
 
@@ -139,16 +139,16 @@ const char* AdviceFor(int argc, char* argv[]) {
   return "; 'stage --help' explains the options";
 }
 
-void Complain(const std::string& text, const char* advice = "") {
-  constexpr std::size_t kLongest = 250;  // bytes; the text may quote anything
-  const std::string shown = messages::Shortened(text, kLongest);
+void ReportError(const std::string& text, const char* advice = "") {
+  constexpr std::size_t kMaxLength = 250;  // bytes; the text may quote anything
+  const std::string shown = messages::Shortened(text, kMaxLength);
   messages::Report(LogLevel::kError, "stage: " + shown + advice);
 }
 
 /// Reports the exception being handled. `message` is what() of a std::exception, or null.
-void TellWhatWasThrown(const char* message) {
+void ReportException(const char* message) {
   std::fflush(stdout);
-  Complain(*Thrower() ? DescribeThrown() : message ? message : DescribeException());
+  ReportError(*ExceptionOrigin() ? DescribeThrown() : message ? message : DescribeException());
 }
 
 }  // namespace
@@ -159,18 +159,18 @@ int main(int argc, char* argv[]) {
   try {
     return Stg::program::Main(argc, argv);
   } catch (const Stg::program::UsageError& error) {
-    Stg::program::Complain(error.what(), Stg::program::AdviceFor(argc, argv));
+    Stg::program::ReportError(error.what(), Stg::program::AdviceFor(argc, argv));
     return Stg::program::kBadUsage;
   } catch (const Stg::program::WindowError& error) {
-    Stg::program::Complain(error.what());
+    Stg::program::ReportError(error.what());
     return error.status;
   } catch (const std::bad_alloc&) {
     std::fflush(stdout);
     std::fputs("stage: out of memory\n", stderr);
   } catch (const std::exception& error) {
-    Stg::program::TellWhatWasThrown(error.what());
+    Stg::program::ReportException(error.what());
   } catch (...) {
-    Stg::program::TellWhatWasThrown(nullptr);
+    Stg::program::ReportException(nullptr);
   }
   return Stg::program::kFailure;
 }

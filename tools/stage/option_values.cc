@@ -13,7 +13,7 @@ namespace Stg::program {
 
 namespace {
 
-constexpr int kMostThreads = 1024;
+constexpr int kMaxThreads = 1024;
 
 /// Describes why getopt rejected a long option: it is unknown, or an ambiguous prefix.
 std::string UnknownLongOption(const option* table, const std::string& given) {
@@ -46,17 +46,17 @@ void RefuseOption(int id, const option* table, const std::string& word) {
   throw UsageError(UnknownLongOption(table, word));
 }
 
-double ParseWithin(const std::string& option, double least, double most, const char* expected,
+double ParseWithin(const std::string& option, double min, double max, const char* expected,
                    const std::string& text) {
   const std::optional<double> value = ParseNumber<double>(text);
   // The comparisons are false for NaN.
-  if (!value || !(*value >= least && *value <= most)) RefuseValue(option, expected, text);
+  if (!value || !(*value >= min && *value <= max)) RefuseValue(option, expected, text);
   return *value;
 }
 
 usec_t ParseDuration(const std::string& option, const std::string& text) {
   const double seconds =
-      ParseWithin(option, 1e-6, kLongestDuration, "simulated seconds, from 0.000001 to 1e12", text);
+      ParseWithin(option, 1e-6, kMaxDuration, "simulated seconds, from 0.000001 to 1e12", text);
   return static_cast<usec_t>(std::llround(seconds * 1e6));
 }
 
@@ -79,8 +79,8 @@ uint64_t ParseSeed(const std::string& option, const std::string& text) {
 
 int ParseThreads(const std::string& option, const std::string& text) {
   const std::optional<int> threads = ParseNumber<int>(text);
-  if (!threads || *threads < 1 || *threads > kMostThreads)
-    RefuseValue(option, "a whole number, from 1 to " + std::to_string(kMostThreads), text);
+  if (!threads || *threads < 1 || *threads > kMaxThreads)
+    RefuseValue(option, "a whole number, from 1 to " + std::to_string(kMaxThreads), text);
   return *threads;
 }
 

@@ -27,7 +27,7 @@ class UsageError : public std::runtime_error {
 
 /// First value for options without a short form, above all characters.
 constexpr int kFirstLongOption = 256;
-constexpr double kLongestDuration = 1e12;  // seconds; well below the maximum of usec_t
+constexpr double kMaxDuration = 1e12;  // seconds; well below the maximum of usec_t
 
 [[noreturn]] void RefuseValue(const std::string& option, const std::string& expected,
                               const std::string& found);
@@ -37,7 +37,7 @@ constexpr double kLongestDuration = 1e12;  // seconds; well below the maximum of
 [[noreturn]] void RefuseOption(int id, const option* table, const std::string& word);
 
 /// `expected` describes the limits.
-double ParseWithin(const std::string& option, double least, double most, const char* expected,
+double ParseWithin(const std::string& option, double min, double max, const char* expected,
                    const std::string& text);
 /// Parses seconds of simulated time.
 usec_t ParseDuration(const std::string& option, const std::string& text);

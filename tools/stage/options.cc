@@ -103,7 +103,7 @@ constexpr option kLongOptions[] = {
     {nullptr, 0, nullptr, 0},
 };
 
-constexpr int kMostPixels = 16384;  // maximum side of an image
+constexpr int kMaxPixels = 16384;  // maximum side of an image
 constexpr usec_t kAtTheEnd = std::numeric_limits<usec_t>::max();
 constexpr usec_t kShotTime = 1000000;  // for runs without an end
 
@@ -122,19 +122,19 @@ Options::SnapshotOrder ParseSnapshotOrder(const std::string& text) {
   const size_t at = text.rfind('@');
   const std::optional<double> seconds =
       at == std::string::npos ? std::nullopt : ParseNumber<double>(text.substr(at + 1));
-  if (at == 0 || !seconds || !(*seconds >= 0 && *seconds <= kLongestDuration))
+  if (at == 0 || !seconds || !(*seconds >= 0 && *seconds <= kMaxDuration))
     Refuse(kSaveSnapshot, "FILE@SECONDS, as cave.snapshot@60", text);
   return {text.substr(0, at), static_cast<usec_t>(std::llround(*seconds * 1e6))};
 }
 
 /// Parses FILE.png or FILE.png@SECONDS; names may contain an @.
-offscreen::Orders::Shot ParseShot(const std::string& text) {
-  offscreen::Orders::Shot shot{text, kAtTheEnd};
+offscreen::PictureOptions::Shot ParseShot(const std::string& text) {
+  offscreen::PictureOptions::Shot shot{text, kAtTheEnd};
   const size_t at = text.rfind('@');
   const std::optional<double> seconds =
       at == std::string::npos ? std::nullopt : ParseNumber<double>(text.substr(at + 1));
   if (seconds) {
-    if (!(*seconds >= 0 && *seconds <= kLongestDuration))
+    if (!(*seconds >= 0 && *seconds <= kMaxDuration))
       Refuse(kScreenshot, "simulated seconds after the @, from 0 to 1e12", text);
     shot.file = text.substr(0, at);
     shot.time = static_cast<usec_t>(std::llround(*seconds * 1e6));
@@ -144,17 +144,17 @@ offscreen::Orders::Shot ParseShot(const std::string& text) {
   return shot;
 }
 
-void ParseSize(const std::string& text, offscreen::Orders* orders) {
+void ParseSize(const std::string& text, offscreen::PictureOptions* picture_options) {
   const size_t by = std::min(text.find('x'), text.size());
   const std::optional<int> width = ParseNumber<int>(text.substr(0, by));
   const std::optional<int> height = ParseNumber<int>(text.substr(std::min(by + 1, text.size())));
   const auto good = [](const std::optional<int>& side) {
-    return side && *side >= 1 && *side <= kMostPixels;
+    return side && *side >= 1 && *side <= kMaxPixels;
   };
   if (!good(width) || !good(height))
-    Refuse(kSize, "WIDTHxHEIGHT, each from 1 to " + std::to_string(kMostPixels), text);
-  orders->width = *width;
-  orders->height = *height;
+    Refuse(kSize, "WIDTHxHEIGHT, each from 1 to " + std::to_string(kMaxPixels), text);
+  picture_options->width = *width;
+  picture_options->height = *height;
 }
 
 class Parser {
@@ -365,7 +365,7 @@ void RequireOneWorld(const Options& options, const std::string& name) {
 }
 
 /// STAGE_CL_DEVICE selects the device if the command line does not.
-void TakeDeviceFromEnvironment(Options* options) {
+void ReadDeviceFromEnvironment(Options* options) {
   const char* choice = std::getenv("STAGE_CL_DEVICE");
   if (!options->run.opencl || !options->run.device.empty() || !choice) return;
   options->run.device = choice;
@@ -374,7 +374,7 @@ void TakeDeviceFromEnvironment(Options* options) {
 }
 
 /// Checks and completes snapshot options: they need a single world and no window.
-void SettleSnapshots(Options* options) {
+void ResolveSnapshotOptions(Options* options) {
   if (options->first_snapshot.empty() && !options->snapshot) return;
   RequireOneWorld(*options, NameOf(options->snapshot ? kSaveSnapshot : kFromSnapshot));
   if (!options->snapshot) return;
@@ -387,10 +387,10 @@ void SettleSnapshots(Options* options) {
 }
 
 /// Checks and completes image options: they need a single world and no window.
-void SettlePictures(Options* options) {
-  offscreen::Orders& orders = options->pictures;
-  if (orders.shots.empty() && orders.film.empty()) {
-    if (orders.width > 0) throw UsageError("--size is for --screenshot and --record");
+void ResolvePictureOptions(Options* options) {
+  offscreen::PictureOptions& picture_options = options->pictures;
+  if (picture_options.shots.empty() && picture_options.film.empty()) {
+    if (picture_options.width > 0) throw UsageError("--size is for --screenshot and --record");
     return;
   }
   options->no_gui = true;
@@ -398,14 +398,14 @@ void SettlePictures(Options* options) {
     throw UsageError("found " + std::to_string(options->worldfiles.size()) +
                      " world files, expected one: pictures are made of a single world");
   const usec_t duration = options->run.duration;
-  for (offscreen::Orders::Shot& shot : orders.shots) {
+  for (offscreen::PictureOptions::Shot& shot : picture_options.shots) {
     if (shot.time == kAtTheEnd) shot.time = duration > 0 ? duration : kShotTime;
     if (duration > 0 && shot.time > duration)
       Refuse(kScreenshot, "a time within the --duration",
              shot.file + "@" + std::to_string(static_cast<double>(shot.time) / 1e6));
   }
-  if (duration > 0 || !orders.film.empty()) return;
-  for (const offscreen::Orders::Shot& shot : orders.shots)
+  if (duration > 0 || !picture_options.film.empty()) return;
+  for (const offscreen::PictureOptions::Shot& shot : picture_options.shots)
     options->run.duration = std::max(options->run.duration, shot.time);
 }
 
@@ -425,13 +425,13 @@ void CheckOutputs(const Options& options) {
     outputs.emplace_back(kStats, options.stats_file);
   if (!options.log.file.empty()) outputs.emplace_back(kLog, options.log.file);
   if (!options.pictures.film.empty()) outputs.emplace_back(kRecord, options.pictures.film);
-  for (const offscreen::Orders::Shot& shot : options.pictures.shots)
+  for (const offscreen::PictureOptions::Shot& shot : options.pictures.shots)
     outputs.emplace_back(kScreenshot, shot.file);
   std::set<std::string> places;
   for (const auto& [id, name] : outputs) {
     if (IsWorld(name, options.worldfiles))
       Refuse(id, "the name of an output file, not a world file", name);
-    if (!places.insert(files::PlaceOf(name)).second)
+    if (!places.insert(files::AbsolutePath(name)).second)
       Refuse(id, "a name that no other output has", name);
   }
 }
@@ -457,7 +457,7 @@ void CheckWorlds(const Options& options) {
 
 Options ParseOptions(int argc, char* argv[]) {
   Options options = Parser(argc, argv).Parse();
-  TakeDeviceFromEnvironment(&options);
+  ReadDeviceFromEnvironment(&options);
   if (options.action == Options::Action::kHelp || options.action == Options::Action::kVersion)
     return options;
   CheckOutputs(options);
@@ -467,8 +467,8 @@ Options ParseOptions(int argc, char* argv[]) {
   if (options.action == Options::Action::kBudget) RequireOneWorld(options, NameOf(kBudget));
   if (options.action == Options::Action::kLive)
     RequireOneWorld(options, NameOf(options.foxglove ? kFoxglove : kLive));
-  SettleSnapshots(&options);
-  SettlePictures(&options);
+  ResolveSnapshotOptions(&options);
+  ResolvePictureOptions(&options);
   return options;
 }
 

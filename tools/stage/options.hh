@@ -40,7 +40,7 @@ struct Options {
   recording::LogOptions log;              ///< no log if its file is empty
   bool explain_as_json = false;           ///< for kExplain; otherwise as text
   std::optional<bool> progress;           ///< unset: shown on terminals
-  offscreen::Orders pictures;             ///< times are final only after parsing
+  offscreen::PictureOptions pictures;     ///< times are final only after parsing
   std::vector<std::string> worldfiles;
 };
 

@@ -7,13 +7,13 @@
 namespace Stg::program {
 
 std::unique_ptr<PictureRun> PictureRun::Open(const Options& options) {
-  const offscreen::Orders& orders = options.pictures;
-  if (orders.shots.empty() && orders.film.empty()) return nullptr;
+  const offscreen::PictureOptions& picture_options = options.pictures;
+  if (picture_options.shots.empty() && picture_options.film.empty()) return nullptr;
   std::string message;
   const auto make =
       reinterpret_cast<offscreen::MakePictures>(FindInGui("stage_make_pictures", &message));
   if (!make) throw PictureError("no pictures: " + message);
-  offscreen::Pictures* pictures = make(orders, &message);
+  offscreen::Pictures* pictures = make(picture_options, &message);
   if (!pictures) throw UsageError(message);
   return std::unique_ptr<PictureRun>(new PictureRun(pictures));
 }

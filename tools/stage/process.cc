@@ -52,7 +52,7 @@ double PeakMemoryMb() {
 
 double MemoryMb() { return Megabytes("VmRSS:"); }
 
-void KeepStandardFiles() {
+void ReserveStandardStreams() {
   // Opened in the wrong direction, so that writing to standard output still fails.
   for (const int file : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (fcntl(file, F_GETFD) < 0) open("/dev/null", file == STDOUT_FILENO ? O_RDONLY : O_WRONLY);

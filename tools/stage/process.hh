@@ -19,7 +19,7 @@ double MemoryMb();
 
 /// Call first. If a standard stream is closed, the next file to be opened would get its descriptor
 /// and receive what is printed.
-void KeepStandardFiles();
+void ReserveStandardStreams();
 /// Print to standard output and verify that everything arrived. Throw std::runtime_error if this or
 /// any earlier output was lost.
 void PrintWhole(const std::string& text);

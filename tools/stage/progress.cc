@@ -14,8 +14,8 @@ namespace Stg::program {
 
 namespace {
 
-constexpr double kPeriod = 0.25;     // seconds between updates
-constexpr size_t kMostSamples = 20;  // averages the speed over the last five seconds
+constexpr double kPeriod = 0.25;    // seconds between updates
+constexpr size_t kMaxSamples = 20;  // averages the speed over the last five seconds
 
 /// Worlds advance in lock-step, so the one with the most steps left finishes last.
 double StepsLeft(const World* world) {
@@ -55,7 +55,7 @@ void Progress::Tick() {
 std::string Progress::Text(double now) {
   const double simulated = Seconds(last_->SimTimeNow()), end = Seconds(last_->GetQuitTime());
   samples_.push_back({now, simulated});
-  if (samples_.size() > kMostSamples) samples_.pop_front();
+  if (samples_.size() > kMaxSamples) samples_.pop_front();
   const Sample& first = samples_.front();
   const double speed = now > first.wall ? (simulated - first.simulated) / (now - first.wall) : 0;
 

@@ -46,8 +46,8 @@ void ReplayRun::Attach(World* world) {
   replay_.Attach(world);
 }
 
-void ReplayRun::GoTo(double seconds) {
-  replay_.GoTo(static_cast<usec_t>(std::llround(std::max(1e6 * seconds, 0.0))));
+void ReplayRun::SeekTo(double seconds) {
+  replay_.SeekTo(static_cast<usec_t>(std::llround(std::max(1e6 * seconds, 0.0))));
 }
 
 usec_t ReplayRun::End() const {

@@ -30,7 +30,7 @@ class ReplayRun {
   /// Call when the world is loaded.
   void Attach(World* world);
   /// Shows this time, in simulated seconds.
-  void GoTo(double seconds);
+  void SeekTo(double seconds);
   /// The log's file name without folders.
   const std::string& name() const { return name_; }
   double start() const { return static_cast<double>(replay_.start()) / 1e6; }

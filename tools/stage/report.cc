@@ -20,7 +20,7 @@
 #include "files/whole_file.hh"
 #include "messages/report.hh"
 #include "stage/process.hh"
-#include "stage/world_figures.hh"
+#include "stage/world_statistics.hh"
 #include "world/statistics.hh"
 
 namespace Stg::program {
@@ -177,7 +177,7 @@ std::string DeviceUse(const RunStatistics& run, const RunOptions& options) {
 
 ReportFile::ReportFile(const std::string& name) : name_(name) {
   if (program::IsStandardOutput(name)) return;
-  place_ = files::PlaceOf(name);
+  place_ = files::AbsolutePath(name);
   if (const int error = files::TryReplaceFile(place_, IsReport); error != 0) Fail(name, error);
 }
 
@@ -189,7 +189,7 @@ void ReportFile::Write(const std::string& text) const {
   }
 }
 
-void PrintBeside(const std::optional<ReportFile>& report, const std::string& text) {
+void PrintUnlessReport(const std::optional<ReportFile>& report, const std::string& text) {
   std::optional<OutputToError> redirected;
   if (report && report->IsStandardOutput()) redirected.emplace();
   PrintWhole(text);

@@ -36,7 +36,7 @@ class ReportFile {
 };
 
 /// Prints text on standard output, or on standard error if the report goes to standard output.
-void PrintBeside(const std::optional<ReportFile>& report, const std::string& text);
+void PrintUnlessReport(const std::optional<ReportFile>& report, const std::string& text);
 
 /// Opens the file named by --stats, if any. Throws UsageError if it cannot be written.
 std::optional<ReportFile> OpenReport(const Options& options);

@@ -32,7 +32,7 @@ bool Refuse(const std::string& what) {
 }  // namespace
 
 SnapshotSaver::SnapshotSaver(const Options::SnapshotOrder& order)
-    : order_(order), place_(files::PlaceOf(order.file)) {
+    : order_(order), place_(files::AbsolutePath(order.file)) {
   if (const int error = files::TryReplaceFile(place_, IsSnapshot); error != 0)
     throw UsageError(WhyNotWritten(order_.file, error));
 }
@@ -48,7 +48,7 @@ void SnapshotSaver::SaveIfDue(World* world) {
   done_ = true;
 }
 
-int SnapshotSaver::TellTooEarlyAnEnd(const std::vector<LoadedWorld>& worlds) const {
+int SnapshotSaver::ReportEarlyEnd(const std::vector<LoadedWorld>& worlds) const {
   const auto seconds = [](usec_t time) { return std::to_string(static_cast<double>(time) / 1e6); };
   Refuse("--save-snapshot: the run ended at " + seconds(worlds.front().world->SimTimeNow()) +
          " s, before the snapshot's time, " + seconds(order_.time) + " s; nothing was written");

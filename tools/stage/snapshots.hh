@@ -22,7 +22,7 @@ class SnapshotSaver {
   void SaveIfDue(World* world);
   bool IsDone() const { return done_; }
   /// Reports that the run ended before the snapshot's time. Returns the exit status.
-  int TellTooEarlyAnEnd(const std::vector<LoadedWorld>& worlds) const;
+  int ReportEarlyEnd(const std::vector<LoadedWorld>& worlds) const;
 
  private:
   Options::SnapshotOrder order_;

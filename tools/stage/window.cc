@@ -48,7 +48,7 @@ World* OpenWindow(const Options& options, ReplayRun* replay) {
     request.log_name = replay->name();
     request.log_start = replay->start();
     request.log_end = replay->end();
-    request.go_to = [replay](World&, double seconds) { replay->GoTo(seconds); };
+    request.seek_to = [replay](World&, double seconds) { replay->SeekTo(seconds); };
   }
   World* world = make(&request, &message);
   if (!world) throw WindowError(message, kFailure);

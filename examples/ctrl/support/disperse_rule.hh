@@ -37,7 +37,7 @@
 namespace ctrl {
 
 /// An unlimited free path.
-constexpr double kFarthest = 1000.0;  // m
+constexpr double kUnlimited = 1000.0;  // m
 
 /// Number of sectors of equal width, counted from straight ahead to the left.
 constexpr size_t kSectors = 72;
@@ -57,12 +57,12 @@ inline const Stg::SineCosine& MiddleOf(size_t sector) {
 /// Unit vectors of a sensor's rays in the robot's frame, shared by all robots with an equal sensor.
 struct RayTable {
   /// A range of consecutive rays in one sector.
-  struct Run {
+  struct RayRange {
     size_t sector, begin, end;
   };
 
   std::vector<double> cosine, sine;
-  std::vector<Run> runs;
+  std::vector<RayRange> ray_ranges;
   size_t front_begin = 0, front_end = 0;  ///< covers all rays that look ahead, possibly some more
 
   /// `mount`: heading of the sensor on the robot. `bearings`: headings of its rays. Radians.
@@ -72,8 +72,9 @@ struct RayTable {
       cosine.push_back(direction.cosine);
       sine.push_back(direction.sine);
       const size_t sector = SectorOf(direction);
-      if (runs.empty() || runs.back().sector != sector) runs.push_back({sector, i, i});
-      runs.back().end = i + 1;
+      if (ray_ranges.empty() || ray_ranges.back().sector != sector)
+        ray_ranges.push_back({sector, i, i});
+      ray_ranges.back().end = i + 1;
       if (direction.cosine <= 0) continue;
       if (front_end == 0) front_begin = i;
       front_end = i + 1;
@@ -101,9 +102,9 @@ inline const RayTable* FindRayTable(double mount, double fov, const std::vector<
 }
 
 /// The nearest reading in a sector.
-struct Sight {
+struct SectorReading {
   bool seen = false;               ///< a ray looks into the sector
-  double range = kFarthest;        ///< m; kFarthest if nothing is within reach
+  double range = kUnlimited;       ///< m; kUnlimited if nothing is within reach
   const double* from = nullptr;    ///< the readings that contain it, if any
   const double* cosine = nullptr;  ///< unit vectors of these readings
   const double* sine = nullptr;
@@ -117,8 +118,8 @@ struct Sight {
 
 /// Readings of all rays of a robot in one update.
 struct Surroundings {
-  std::array<Sight, kSectors> sectors;
-  double free_path = kFarthest;  ///< of the disc's centre, m
+  std::array<SectorReading, kSectors> sectors;
+  double free_path = kUnlimited;  ///< of the disc's centre, m
 };
 
 /// A vector of two doubles, which every x86-64 and AArch64 processor supports.
@@ -131,29 +132,29 @@ inline Pair LoadPair(const double* from) {
 }
 
 inline Pair Both(double value) { return Pair{value, value}; }
-inline Pair Lesser(Pair a, Pair b) { return a < b ? a : b; }
+inline Pair Min(Pair a, Pair b) { return a < b ? a : b; }
 
 /// Returns the minimum of some ranges, at most `most`.
-inline double Least(const double* begin, const double* end, double most) {
+inline double MinimumOf(const double* begin, const double* end, double most) {
   Pair least = Both(most);
-  for (; end - begin >= 2; begin += 2) least = Lesser(LoadPair(begin), least);
-  if (begin != end) least = Lesser(Both(*begin), least);
+  for (; end - begin >= 2; begin += 2) least = Min(LoadPair(begin), least);
+  if (begin != end) least = Min(Both(*begin), least);
   return std::min(least[0], least[1]);
 }
 
 /// Adds a sensor's table.size() readings. Readings of `cap` and above are ignored.
 inline void AddReadings(const RayTable& table, const double* ranges, double cap,
                         Surroundings* seen) {
-  for (const RayTable::Run& run : table.runs) {
-    Sight& sight = seen->sectors[run.sector];
-    sight.seen = true;
-    const double most = std::min(cap, sight.range);
-    const double least = Least(ranges + run.begin, ranges + run.end, most);
+  for (const RayTable::RayRange& run : table.ray_ranges) {
+    SectorReading& reading = seen->sectors[run.sector];
+    reading.seen = true;
+    const double most = std::min(cap, reading.range);
+    const double least = MinimumOf(ranges + run.begin, ranges + run.end, most);
     if (!(least < most)) continue;
-    sight.range = least;
-    sight.from = ranges + run.begin;
-    sight.cosine = table.cosine.data() + run.begin;
-    sight.sine = table.sine.data() + run.begin;
+    reading.range = least;
+    reading.from = ranges + run.begin;
+    reading.cosine = table.cosine.data() + run.begin;
+    reading.sine = table.sine.data() + run.begin;
   }
 }
 
@@ -161,12 +162,12 @@ inline void AddReadings(const RayTable& table, const double* ranges, double cap,
 struct Path {
   double x, y, radius;
 
-  /// Distance ahead of the points that the rays have hit; kFarthest for points beside the way.
+  /// Distance ahead of the points that the rays have hit; kUnlimited for points beside the way.
   Pair FreeUpTo(Pair range, Pair cosine, Pair sine) const {
     const Pair ahead = Both(x) + range * cosine;
     const Pair aside = Both(y) + range * sine;
     const auto in_the_way = (ahead > 0.0) & (aside < radius) & (aside > -radius);
-    return in_the_way ? ahead : Both(kFarthest);
+    return in_the_way ? ahead : Both(kUnlimited);
   }
 };
 
@@ -178,10 +179,10 @@ struct Path {
   Pair nearest = Both(seen->free_path);
   size_t i = table.front_begin;
   for (; i + 2 <= table.front_end; i += 2)
-    nearest = Lesser(path.FreeUpTo(LoadPair(ranges + i), LoadPair(cosine + i), LoadPair(sine + i)),
-                     nearest);
+    nearest =
+        Min(path.FreeUpTo(LoadPair(ranges + i), LoadPair(cosine + i), LoadPair(sine + i)), nearest);
   for (; i < table.front_end; i++)
-    nearest = Lesser(path.FreeUpTo(Both(ranges[i]), Both(cosine[i]), Both(sine[i])), nearest);
+    nearest = Min(path.FreeUpTo(Both(ranges[i]), Both(cosine[i]), Both(sine[i])), nearest);
   seen->free_path = std::min(nearest[0], nearest[1]);
 }
 
@@ -196,9 +197,9 @@ struct DisperseRule {
 };
 
 /// Computes how strongly the things around a robot repel it.
-class Things {
+class Repulsion {
  public:
-  Things(const Surroundings& seen, double radius, double horizon)
+  Repulsion(const Surroundings& seen, double radius, double horizon)
       : seen_(seen), radius_(radius), horizon_(horizon) {}
 
   /// Repulsion of the thing in a sector, 1/m^2; 0 if there is none.
@@ -211,7 +212,7 @@ class Things {
   }
 
  private:
-  const Sight& At(size_t sector) const { return seen_.sectors[sector % kSectors]; }
+  const SectorReading& At(size_t sector) const { return seen_.sectors[sector % kSectors]; }
 
   /// True if the sector is a local minimum. The neighbourhood is slightly wider than the 22.5
   /// degrees between the beams of a ring of sixteen. The first of two equal sectors counts.
@@ -235,9 +236,9 @@ class Things {
     constexpr double kAboutAsNear = 1.3;
     size_t extent = 0;
     for (size_t i = 1; i < kSectors / 2; i++) {
-      const Sight& sight = At(sector + i * step);
-      if (!sight.seen) continue;
-      if (!(sight.range < kAboutAsNear * At(sector).range)) break;
+      const SectorReading& reading = At(sector + i * step);
+      if (!reading.seen) continue;
+      if (!(reading.range < kAboutAsNear * At(sector).range)) break;
       extent = i;
     }
     return extent;
@@ -254,7 +255,7 @@ struct Goal {
 };
 
 inline Goal FindGoal(const Surroundings& seen, double radius, double horizon) {
-  const Things things(seen, radius, horizon);
+  const Repulsion repulsion(seen, radius, horizon);
   Goal goal;
   double total = 0, cosines = 0, sines = 0, count = 0;
   for (size_t i = 0; i < kSectors; i++) {
@@ -262,7 +263,7 @@ inline Goal FindGoal(const Surroundings& seen, double radius, double horizon) {
     count++;
     cosines += MiddleOf(i).cosine;
     sines += MiddleOf(i).sine;
-    const double push = things.PushOf(i);
+    const double push = repulsion.PushOf(i);
     if (push == 0) continue;
     const Stg::SineCosine direction = seen.sectors[i].Direction();
     total += push;
@@ -285,9 +286,9 @@ inline Drive Disperse(const Surroundings& seen, double radius, const DisperseRul
   // Moves gently if there is little to gain, so that robots almost at rest do not oscillate.
   const double urge = std::min(1.0, goal.imbalance / rule.unbalanced);
   // Full speed needs a few radii of space, so that the robot stops smoothly.
-  const double room = (seen.free_path - radius) / (4.0 * radius);
+  const double clearance = (seen.free_path - radius) / (4.0 * radius);
   const double facing = goal.x / std::sqrt(goal.x * goal.x + goal.y * goal.y);
-  return Drive{rule.speed * std::max(0.0, std::min(urge, room)) * std::max(0.0, facing),
+  return Drive{rule.speed * std::max(0.0, std::min(urge, clearance)) * std::max(0.0, facing),
                Stg::constrain(rule.gain * urge * Stg::ArcTangent(goal.y, goal.x), -rule.max_turn,
                               rule.max_turn)};
 }

@@ -11,11 +11,11 @@
 
 namespace ctrl {
 
-constexpr int kChargerId = 2;          // fiducial id of chargers
-constexpr double kFull = 0.95;         // stop charging at this fraction of the capacity
-constexpr double kCruiseSpeed = 0.4;   // m/s
-constexpr double kDockingRange = 0.5;  // m; closer than this, drive straight into the charger
-constexpr double kDockedRange = 0.08;  // m; stop here
+constexpr int kChargerId = 2;             // fiducial id of chargers
+constexpr double kStopChargingAt = 0.95;  // stop charging at this fraction of the capacity
+constexpr double kCruiseSpeed = 0.4;      // m/s
+constexpr double kDockingRange = 0.5;     // m; closer than this, drive straight into the charger
+constexpr double kDockedRange = 0.08;     // m; stop here
 
 /// Foragers look further to the sides than `wander`, and stop earlier.
 constexpr ObstacleRule kForagerRule{4, 0.7, 0.5, kCruiseSpeed, 0.05, 0.5, 10};

@@ -56,7 +56,7 @@ class PathPlanner {
   }
 
  private:
-  static constexpr int kStepCost = 1, kBarredCost = 9;  // of leaving a cell
+  static constexpr int kStepCost = 1, kOccupiedCost = 9;  // of leaving a cell
 
   static int CellOf1(double metres, double size) {
     const double cell = std::floor((metres + size / 2) * kMapSide / size);
@@ -105,7 +105,8 @@ class PathPlanner {
       open.pop();
       if (at == goal.index()) break;
       const MapCell cell{at % kMapSide, at / kMapSide};
-      const int next_cost = cost[static_cast<size_t>(at)] + (Free(cell) ? kStepCost : kBarredCost);
+      const int next_cost =
+          cost[static_cast<size_t>(at)] + (Free(cell) ? kStepCost : kOccupiedCost);
       for (const MapCell& next : {MapCell{cell.x - 1, cell.y}, MapCell{cell.x, cell.y - 1},
                                   MapCell{cell.x + 1, cell.y}, MapCell{cell.x, cell.y + 1}})
         if (Free(next)) reach(next, at, next_cost);

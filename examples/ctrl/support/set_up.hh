@@ -98,7 +98,7 @@ Robot* NewRobot(const std::string& controller, Stg::Model* model) {
   if constexpr (Remembers<Robot>)
     model->KeepState(controller, kept.get());
   else
-    model->KeepsNoState(controller);
+    model->DeclareNoState(controller);
   return &kept->robot;
 }
 

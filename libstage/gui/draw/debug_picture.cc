@@ -19,7 +19,7 @@ namespace Stg::draw {
 namespace {
 
 constexpr Rgba kBlue = {0, 0, 255, 255}, kGreen = {0, 160, 0, 255};
-constexpr double kLeastPixels = 3;  // minimum side of a square that is drawn, pixels
+constexpr double kMinPixels = 3;  // minimum side of a square that is drawn, pixels
 
 // ---- occupancy ----------------------------------------------------------------------------------
 
@@ -44,7 +44,7 @@ class GridPicture {
     const Bounds bx(x * side, (x + 1.0) * side), by(y * side, (y + 1.0) * side);
     const point3_t middle(x * side + side / 2, y * side + side / 2, 0);
     if (!projection_.Sees(middle.x, middle.y, 0, side)) return false;
-    if (side < kLeastPixels * projection_.PixelAt(middle)) return false;
+    if (side < kMinPixels * projection_.PixelAt(middle)) return false;
     painter_.SetColor(color);
     painter_.RectangleOutline(bx, by, 0);
     return true;
@@ -85,7 +85,7 @@ class GridPicture {
 
 // ---- rays ---------------------------------------------------------------------------------------
 
-constexpr size_t kMostRays = 60;  // per sensor; more could not be told apart
+constexpr size_t kMaxRays = 60;  // per sensor; more could not be told apart
 
 class RayPicture {
  public:
@@ -108,8 +108,8 @@ class RayPicture {
     if (fan.nothing) return;
     grid::Grid& grid = world_.engine().scene.grid;
     fan.layer = grid.RangerLayer(fan.z, fan.z_test, fan.exact);
-    grid::Drawings own;
-    root_.CollectDrawings(&own, fan.exact);
+    grid::Rasterizations own;
+    root_.CollectRasterizations(&own, fan.exact);
     sensing::RayBatch batch;
     const sensing::SelfMask mask = batch.MakeSelfMask(grid, own, root_.Root(), fan.exact);
     const ray_mask_t hidden{batch.mask_words().data() + mask.first, mask.x, mask.y, mask.width,
@@ -118,10 +118,10 @@ class RayPicture {
     // A sensor without subscribers has no bearings yet.
     const bool has_data = sensor.bearings.size() == sensor.sample_count;
     const size_t count = sensor.sample_count;
-    for (size_t i = 0; i < count; i += (count + kMostRays - 1) / kMostRays) {
+    for (size_t i = 0; i < count; i += (count + kMaxRays - 1) / kMaxRays) {
       const double bearing = has_data ? sensor.bearings[i] : BearingOf(sensor, i);
       sensing::RayRecord record;
-      tracer.Record(fan, {sensing::MakeDirection(bearing), sensing::TurnOf(bearing)}, hidden,
+      tracer.Record(fan, {sensing::MakeDirection(bearing), sensing::UnitVectorOf(bearing)}, hidden,
                     &record);
       DrawRay(record);
     }
@@ -141,9 +141,9 @@ class RayPicture {
   void DrawLeg(const sensing::RayRecord& record, const sensing::RayRecord::Leg& leg) {
     const sensing::Fan& fan = record.fan;
     const double end = record.hit.range / fan.leg_length - leg.number;
-    const auto at = [&](double share) {
-      return point3_t(fan.x + (leg.number + share) * record.dx / 65536.0 * cell_,
-                      fan.y + (leg.number + share) * record.dy / 65536.0 * cell_, z_);
+    const auto at = [&](double fraction) {
+      return point3_t(fan.x + (leg.number + fraction) * record.dx / 65536.0 * cell_,
+                      fan.y + (leg.number + fraction) * record.dy / 65536.0 * cell_, z_);
     };
     for (const sensing::WalkStep& step : leg.steps) {
       if (step.from > end) break;
@@ -158,8 +158,8 @@ class RayPicture {
   }
 
   void DrawCell(const sensing::RayRecord::PotentialHit& cell) {
-    const bool stopped = std::ranges::any_of(cell.questions, [](const auto& question) {
-      return question.answer == sensing::RayRecord::Answer::kAccepted;
+    const bool stopped = std::ranges::any_of(cell.tests, [](const auto& test) {
+      return test.answer == sensing::RayRecord::Answer::kAccepted;
     });
     painter_.SetColor(stopped ? Rgba{220, 0, 0, 255} : Rgba{255, 150, 0, 255});
     painter_.Rectangle(Bounds(cell.x * cell_, (cell.x + 1) * cell_),

@@ -39,14 +39,15 @@ class ToPixels {
     glGetDoublev(GL_PROJECTION_MATRIX, projection_);
     glGetIntegerv(GL_VIEWPORT, viewport_);
   }
-  /// Returns false if the point is outside of the view; `beside` allows points beside its frame.
-  bool Place(float x, float y, float z, bool beside, double* px, double* py) const {
+  /// Returns false if the point is outside of the view; `allow_outside` allows points beside its
+  /// frame.
+  bool Place(float x, float y, float z, bool allow_outside, double* px, double* py) const {
     double depth;
     if (!gluProject(double{x}, double{y}, double{z}, modelview_, projection_, viewport_, px, py,
                     &depth))
       return false;
     const bool inside = *px >= 0 && *py >= 0 && *px <= viewport_[2] && *py <= viewport_[3];
-    return depth >= 0 && depth <= 1 && (inside || beside);
+    return depth >= 0 && depth <= 1 && (inside || allow_outside);
   }
 
  private:
@@ -68,7 +69,7 @@ draw::Align Alignment(unsigned bits, unsigned first, unsigned last) {
   return bits & last ? draw::Align::kRight : draw::Align::kCentre;
 }
 
-constexpr int kMostLines = 10000;
+constexpr int kMaxLines = 10000;
 
 }  // namespace
 
@@ -85,7 +86,7 @@ void pose_inverse_shift(const Pose& pose) {
 }
 
 void draw_grid(bounds3d_t vol) {
-  if (!(vol.x.max - vol.x.min < kMostLines && vol.y.max - vol.y.min < kMostLines)) return;
+  if (!(vol.x.max - vol.x.min < kMaxLines && vol.y.max - vol.y.min < kMaxLines)) return;
   glBegin(GL_LINES);
   for (double i = std::floor(vol.x.min); i <= vol.x.max; i++) {
     glVertex2d(i, vol.y.min);
@@ -175,15 +176,15 @@ void draw_array(float x, float y, float w, float h, float* data, size_t len, siz
 
 void draw_array(float x, float y, float w, float h, float* data, size_t len, size_t offset) {
   if (len == 0) return;
-  const auto [least, greatest] = std::minmax_element(data, data + len);
-  draw_array(x, y, w, h, data, len, offset, *least, *greatest);
+  const auto [min_value, max_value] = std::minmax_element(data, data + len);
+  draw_array(x, y, w, h, data, len, offset, *min_value, *max_value);
 }
 
 void draw_centered_rect(float x, float y, float dx, float dy) {
   glRectf(x - dx / 2, y - dy / 2, x + dx / 2, y + dy / 2);
 }
 
-void TakeTexts(draw::ScreenWriter* writer) {
+void MoveTextTo(draw::ScreenWriter* writer) {
   for (const PendingText& text : pending) writer->AddText(text.text, text.x, text.y, text.color);
   pending.clear();
   for (const PendingParagraph& p : pending_paragraphs) writer->AddParagraph(p.text, p.box, p.color);

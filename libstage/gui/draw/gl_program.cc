@@ -77,8 +77,8 @@ void GlBuffer::Delete() {
   id_ = 0;
 }
 
-void PointTo(Attribute attribute, GLint count, GLenum type, std::size_t stride, std::size_t offset,
-             GLuint divisor) {
+void DescribeAttribute(Attribute attribute, GLint count, GLenum type, std::size_t stride,
+                       std::size_t offset, GLuint divisor) {
   glEnableVertexAttribArray(attribute);
   // OpenGL takes offsets into a buffer as pointers.
   const void* place = reinterpret_cast<const void*>(offset);
@@ -90,7 +90,7 @@ void PointTo(Attribute attribute, GLint count, GLenum type, std::size_t stride, 
   glVertexAttribDivisor(attribute, divisor);
 }
 
-void ForgetAttributes() {
+void DisableAttributes() {
   for (const Attribute attribute : {kCorner, kColor, kPlace}) {
     glDisableVertexAttribArray(attribute);
     glVertexAttribDivisor(attribute, 0);

@@ -51,9 +51,9 @@ class GlBuffer {
 
 /// Describes an attribute of the bound buffer. `offset` and `stride` are in bytes; divisor 1 means
 /// one value per instance.
-void PointTo(Attribute attribute, GLint count, GLenum type, std::size_t stride, std::size_t offset,
-             GLuint divisor = 0);
-void ForgetAttributes();
+void DescribeAttribute(Attribute attribute, GLint count, GLenum type, std::size_t stride,
+                       std::size_t offset, GLuint divisor = 0);
+void DisableAttributes();
 
 }  // namespace Stg::draw
 

@@ -15,7 +15,7 @@ class ScreenWriter;
 namespace Gl {
 
 /// Moves all text requested since the last call to the writer.
-void TakeTexts(draw::ScreenWriter* writer);
+void MoveTextTo(draw::ScreenWriter* writer);
 
 }  // namespace Gl
 }  // namespace Stg

@@ -17,7 +17,7 @@ namespace {
 
 constexpr Rgba kDarkGrey = {51, 51, 51, 255};
 constexpr Rgba kGridBlue = {0, 0, 255, 102};
-constexpr int kMostLines = 2000;  // maximum number of grid lines per direction
+constexpr int kMaxLines = 2000;  // maximum number of grid lines per direction
 
 std::string_view Number(double value, char* buffer, size_t size) {
   const int length = std::snprintf(buffer, size, "%.0f", value);
@@ -80,17 +80,18 @@ void DrawBoundingBox(const Model& model, const Pose& global, Painting* painting)
 void DrawSelected(Model& model, const view::Projection& projection, Painting* marks,
                   Painting* over) {
   constexpr double kLarger = 1.6, kAboveFloor = 0.01, kLabelOffset = 0.5;
-  constexpr double kLeast = 14;  // minimum size of a mark, pixels; a smaller one could not be seen
+  constexpr double kMinPixels =
+      14;  // minimum size of a mark, pixels; a smaller one could not be seen
   const Pose global = model.GetGlobalPose();
   const Geom geom = model.GetGeom();
   Painter painter(marks);
   painter.SetFrame(BodyFrame(model, global));
-  const double least = kLeast * projection.PixelAt(point3_t(global.x, global.y, global.z));
-  const Bounds x = Half(std::max(kLarger * geom.size.x, least)),
-               y = Half(std::max(kLarger * geom.size.y, least));
-  painter.SetColor({0, 255, 0, Rgba::Part(0.4)});
+  const double min_value = kMinPixels * projection.PixelAt(point3_t(global.x, global.y, global.z));
+  const Bounds x = Half(std::max(kLarger * geom.size.x, min_value)),
+               y = Half(std::max(kLarger * geom.size.y, min_value));
+  painter.SetColor({0, 255, 0, Rgba::ToByte(0.4)});
   painter.Rectangle(x, y, kAboveFloor);
-  painter.SetColor({0, 255, 0, Rgba::Part(0.8)});
+  painter.SetColor({0, 255, 0, Rgba::ToByte(0.8)});
   painter.RectangleOutline(x, y, kAboveFloor);
 
   char text[256];
@@ -120,7 +121,7 @@ void DrawModelGrid(const Model& model, const Pose& global, double top, double st
   painter.SetColor(kGridBlue);
   const Bounds x = Half(size.x), y = Half(size.y);
   const double z = top + kAbove;
-  if (x.max - x.min > kMostLines || y.max - y.min > kMostLines) return;
+  if (x.max - x.min > kMaxLines || y.max - y.min > kMaxLines) return;
   char text[32];
   for (double i = std::ceil(x.min); i <= x.max; i++) painter.Line({i, y.min, z}, {i, y.max, z});
   for (double i = std::ceil(y.min); i <= y.max; i++) painter.Line({x.min, i, z}, {x.max, i, z});
@@ -167,21 +168,21 @@ void DrawRaster(const Model& model, const Pose& global, Painting* marks, Paintin
 }
 
 void DrawDissipation(const DissipationVis& heat, Painting* painting) {
-  const double greatest = heat.Greatest();
-  if (!(greatest > 0)) return;
+  const double max_value = heat.Greatest();
+  if (!(max_value > 0)) return;
   Painter painter(painting);
   for (const auto& [square, amount] : heat.squares()) {
-    painter.SetColor({255, 0, 0, Rgba::Part(amount / greatest)});
+    painter.SetColor({255, 0, 0, Rgba::ToByte(amount / max_value)});
     painter.Rectangle(Bounds(square.x, square.x + 1.0), Bounds(square.y, square.y + 1.0), 0);
   }
 }
 
 double AxisStep(double pixels_per_metre) {
-  constexpr double kRoom = 40;  // minimum distance between numbers, pixels
-  const double least = kRoom / std::max(pixels_per_metre, 1e-6);
+  constexpr double kMinSpacing = 40;  // minimum distance between numbers, pixels
+  const double min_value = kMinSpacing / std::max(pixels_per_metre, 1e-6);
   for (double power = 1;; power *= 10)
     for (const double digit : {1.0, 2.0, 5.0})
-      if (digit * power >= least) return digit * power;
+      if (digit * power >= min_value) return digit * power;
 }
 
 void DrawAxisNumbers(const Bounds& x, const Bounds& y, double step,
@@ -197,11 +198,11 @@ void DrawAxisNumbers(const Bounds& x, const Bounds& y, double step,
     return std::min(1e4, std::floor(std::max(b.max, -b.min) / step));
   };
   put(0, 0, 0);
-  for (double i = 1, most = count(x); i <= most; i++) {
+  for (double i = 1, max_count = count(x); i <= max_count; i++) {
     if (i * step <= x.max) put(i * step, 0, i * step);
     if (-i * step >= x.min) put(-i * step, 0, -i * step);
   }
-  for (double i = 1, most = count(y); i <= most; i++) {
+  for (double i = 1, max_count = count(y); i <= max_count; i++) {
     if (i * step <= y.max) put(0, i * step, i * step);
     if (-i * step >= y.min) put(0, -i * step, -i * step);
   }

@@ -10,7 +10,7 @@ namespace Stg::draw {
 namespace {
 
 constexpr double kArcStep = M_PI / 36;
-constexpr double kMostDashes = 1000;
+constexpr double kMaxDashes = 1000;
 
 int StepsOf(double angle) {
   return std::clamp(static_cast<int>(std::ceil(std::fabs(angle) / kArcStep)), 1, 1000);
@@ -40,7 +40,7 @@ void Painter::Line(const point3_t& from, const point3_t& to, bool thick) {
 void Painter::DashedLine(const point3_t& from, const point3_t& to, double dash) {
   const double length = std::hypot(std::hypot(to.x - from.x, to.y - from.y), to.z - from.z);
   if (!std::isfinite(length) || length <= 0) return;
-  const double step = std::max(2 * dash, length / kMostDashes);
+  const double step = std::max(2 * dash, length / kMaxDashes);
   for (double s = 0; s < length; s += step)
     Line(Between(from, to, s / length), Between(from, to, std::min(s + step / 2, length) / length),
          true);

@@ -49,8 +49,9 @@ class Painter {
   Rgba color_ = kBlack;
 };
 
-inline point3_t Between(const point3_t& a, const point3_t& b, double share) {
-  return point3_t(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.z + share * (b.z - a.z));
+inline point3_t Between(const point3_t& a, const point3_t& b, double fraction) {
+  return point3_t(a.x + fraction * (b.x - a.x), a.y + fraction * (b.y - a.y),
+                  a.z + fraction * (b.z - a.z));
 }
 
 }  // namespace Stg::draw

@@ -20,13 +20,13 @@ struct Rgba {
   uint8_t r = 0, g = 0, b = 0, a = 255;
 
   bool operator==(const Rgba&) const = default;
-  Rgba WithOpacity(double opacity) const { return {r, g, b, Part(opacity)}; }
-  static uint8_t Part(double part) {
-    return static_cast<uint8_t>(std::lround(255.0 * std::clamp(part, 0.0, 1.0)));
+  Rgba WithOpacity(double opacity) const { return {r, g, b, ToByte(opacity)}; }
+  static uint8_t ToByte(double value) {
+    return static_cast<uint8_t>(std::lround(255.0 * std::clamp(value, 0.0, 1.0)));
   }
 };
 inline Rgba ToRgba(const Color& c) {
-  return {Rgba::Part(c.r), Rgba::Part(c.g), Rgba::Part(c.b), Rgba::Part(c.a)};
+  return {Rgba::ToByte(c.r), Rgba::ToByte(c.g), Rgba::ToByte(c.b), Rgba::ToByte(c.a)};
 }
 inline constexpr Rgba kBlack = {0, 0, 0, 255}, kWhite = {255, 255, 255, 255};
 

@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <unordered_map>
 
+#include "gui/draw/cached_frame.hh"
 #include "gui/draw/gl_helpers.hh"
 #include "gui/draw/gl_program.hh"
 #include "gui/draw/gl_texts.hh"
-#include "gui/draw/kept_picture.hh"
 #include "gui/draw/screen_writer.hh"
 #include "gui/draw/shaders.hh"
 #include "gui/draw/stall_icon.hh"
@@ -39,34 +39,34 @@ constexpr std::vector<Instance> BodyBatch::*kLists[] = {&BodyBatch::footprints, 
 class Renderer::Impl {
  public:
   bool Prepare(std::string* error);
-  void Draw(const Scene& scene, const Hud& hud);
+  void Draw(const RenderScene& scene, const Hud& hud);
   void Forget();
   unsigned draw_calls() const { return draw_calls_; }
   std::size_t vertices() const { return vertices_; }
 
  private:
-  enum class Part { kFaces, kEdges, kNose };
+  enum class BodyPart { kFaces, kEdges, kNose };
 
   void Clear(const Frame& frame, bool keep);
   void DrawWorld(const Frame& frame);
-  void DrawGlass(const Frame& frame, const Hud& hud);
+  void DrawOverlay(const Frame& frame, const Hud& hud);
   void DrawFloor(const Frame& frame);
   void CollectInstances(const Frame& frame);
-  void DrawBodies(const Frame& frame, const std::vector<Instance> BodyBatch::*list, Part part,
+  void DrawBodies(const Frame& frame, const std::vector<Instance> BodyBatch::*list, BodyPart part,
                   float height, float brightness);
   void DrawSolidBodies(const Frame& frame, const std::vector<Instance> BodyBatch::*list);
   void DrawRobots(const Frame& frame);
   void DrawAxisNumbers(const Frame& frame);
   void DrawTranslucentBodies(const Frame& frame);
   void DrawDots(const Frame& frame);
-  void DrawPart(const GpuShape& shape, Part part, GLsizei count);
+  void DrawPart(const GpuShape& shape, BodyPart part, GLsizei count);
   void DrawPainting(const Painting& painting);
   void DrawVertices(const std::vector<Vertex>& vertices, GLenum mode);
   void DrawFans(const Frame& frame);
   void DrawVisuals(const Frame& frame);
   void DrawStallIcons(const Frame& frame);
   void DrawScreen(const Frame& frame);
-  void SendTips(const std::vector<Tip>& tips);
+  void SendTips(const std::vector<RayEnd>& ray_ends);
   void SendAtlas();
   GpuShape& Upload(const std::shared_ptr<const Shape>& shape);
   void DropOldShapes();
@@ -80,7 +80,7 @@ class Renderer::Impl {
   GLuint arrays_ = 0, atlas_ = 0, tip_texture_ = 0;
   unsigned atlas_version_ = 0;
   GlProgram body_, plain_, fan_, floor_, text_;
-  GlBuffer stream_, instances_, tips_;
+  GlBuffer stream_, instances_, ray_ends_;
   std::unordered_map<uint64_t, GpuShape> shapes_;
   std::vector<Instance> all_instances_;
   std::vector<Vertex> icons_;
@@ -88,7 +88,7 @@ class Renderer::Impl {
   ScreenWriter writer_{&font_};
   unsigned draw_calls_ = 0, frames_ = 0;
   std::size_t vertices_ = 0;
-  KeptPicture kept_;
+  CachedFrame cached_frame_;
   view::Matrix last_view_{};
 };
 
@@ -126,8 +126,8 @@ bool Renderer::Impl::Prepare(std::string* error) {
 }
 
 void Renderer::Impl::Forget() {
-  kept_.Forget();
-  stream_ = instances_ = tips_ = GlBuffer();
+  cached_frame_.Forget();
+  stream_ = instances_ = ray_ends_ = GlBuffer();
   body_ = plain_ = fan_ = floor_ = text_ = GlProgram();
   arrays_ = atlas_ = tip_texture_ = 0;
   shapes_.clear();
@@ -172,9 +172,9 @@ void Renderer::Impl::CollectInstances(const Frame& frame) {
 }
 
 void Renderer::Impl::DrawBodies(const Frame& frame, const std::vector<Instance> BodyBatch::*list,
-                                Part part, float height, float brightness) {
+                                BodyPart part, float height, float brightness) {
   body_.Use();
-  body_.SetMatrix(frame.projection->both());
+  body_.SetMatrix(frame.projection->world_to_clip());
   body_.Set("height", height);
   body_.Set("brightness", brightness);
   std::size_t first = 0;
@@ -187,29 +187,29 @@ void Renderer::Impl::DrawBodies(const Frame& frame, const std::vector<Instance> 
     const auto count = static_cast<GLsizei>((batch.*list).size());
     if (count == 0) continue;
     const point3_t middle(frame.camera().x(), frame.camera().y(), 0);
-    if (part == Part::kEdges && !frame.is_perspective &&
+    if (part == BodyPart::kEdges && !frame.is_perspective &&
         2 * batch.shape->reach < kEdgeWidth * frame.projection->PixelAt(middle))
       continue;
     GpuShape& shape = Upload(batch.shape);
     shape.corners.Bind(GL_ARRAY_BUFFER);
-    PointTo(kCorner, 3, GL_FLOAT, sizeof(Corner), 0);
+    DescribeAttribute(kCorner, 3, GL_FLOAT, sizeof(Corner), 0);
     instances_.Bind(GL_ARRAY_BUFFER);
-    PointTo(kPlace, 4, GL_FLOAT, sizeof(Instance), place * sizeof(Instance), 1);
-    PointTo(kColor, 4, GL_UNSIGNED_BYTE, sizeof(Instance),
-            place * sizeof(Instance) + offsetof(Instance, color), 1);
+    DescribeAttribute(kPlace, 4, GL_FLOAT, sizeof(Instance), place * sizeof(Instance), 1);
+    DescribeAttribute(kColor, 4, GL_UNSIGNED_BYTE, sizeof(Instance),
+                      place * sizeof(Instance) + offsetof(Instance, color), 1);
     DrawPart(shape, part, count);
   }
-  ForgetAttributes();
+  DisableAttributes();
 }
 
-void Renderer::Impl::DrawPart(const GpuShape& shape, Part part, GLsizei count) {
-  const GLint first = part == Part::kFaces   ? 0
-                      : part == Part::kEdges ? shape.faces
-                                             : shape.faces + shape.edges;
-  const GLsizei corners = part == Part::kFaces   ? shape.faces
-                          : part == Part::kEdges ? shape.edges
-                                                 : shape.nose;
-  glDrawArraysInstanced(part == Part::kEdges ? GL_LINES : GL_TRIANGLES, first, corners, count);
+void Renderer::Impl::DrawPart(const GpuShape& shape, BodyPart part, GLsizei count) {
+  const GLint first = part == BodyPart::kFaces   ? 0
+                      : part == BodyPart::kEdges ? shape.faces
+                                                 : shape.faces + shape.edges;
+  const GLsizei corners = part == BodyPart::kFaces   ? shape.faces
+                          : part == BodyPart::kEdges ? shape.edges
+                                                     : shape.nose;
+  glDrawArraysInstanced(part == BodyPart::kEdges ? GL_LINES : GL_TRIANGLES, first, corners, count);
   CountCall(static_cast<std::size_t>(corners) * static_cast<std::size_t>(count));
 }
 
@@ -217,14 +217,14 @@ void Renderer::Impl::DrawSolidBodies(const Frame& frame,
                                      const std::vector<Instance> BodyBatch::*list) {
   glEnable(GL_POLYGON_OFFSET_FILL);  // pushes faces behind their edges
   glPolygonOffset(1, 1);
-  DrawBodies(frame, list, Part::kFaces, 1, 1);
+  DrawBodies(frame, list, BodyPart::kFaces, 1, 1);
   glDisable(GL_POLYGON_OFFSET_FILL);
-  DrawBodies(frame, list, Part::kEdges, 1, 0.5f);
+  DrawBodies(frame, list, BodyPart::kEdges, 1, 0.5f);
 }
 
 void Renderer::Impl::DrawRobots(const Frame& frame) {
   DrawSolidBodies(frame, &BodyBatch::robots);
-  DrawBodies(frame, &BodyBatch::noses, Part::kNose, 1, 1);
+  DrawBodies(frame, &BodyBatch::noses, BodyPart::kNose, 1, 1);
 }
 
 /// Draws axis numbers above the scenery and dots. Robots of normal size are drawn later and hide
@@ -240,7 +240,7 @@ void Renderer::Impl::DrawAxisNumbers(const Frame& frame) {
 void Renderer::Impl::DrawDots(const Frame& frame) {
   if (frame.dots.empty()) return;
   plain_.Use();
-  plain_.SetMatrix(frame.projection->both());
+  plain_.SetMatrix(frame.projection->world_to_clip());
   if (!frame.is_perspective && frame.flat.pitch() == 0) glDisable(GL_DEPTH_TEST);
   glPointSize(frame.dot_width);
   DrawVertices(frame.dots, GL_POINTS);
@@ -248,8 +248,8 @@ void Renderer::Impl::DrawDots(const Frame& frame) {
 }
 
 void Renderer::Impl::DrawTranslucentBodies(const Frame& frame) {
-  DrawBodies(frame, &BodyBatch::translucent, Part::kFaces, 1, 1);
-  DrawBodies(frame, &BodyBatch::translucent, Part::kEdges, 1, 0.5f);
+  DrawBodies(frame, &BodyBatch::translucent, BodyPart::kFaces, 1, 1);
+  DrawBodies(frame, &BodyBatch::translucent, BodyPart::kEdges, 1, 0.5f);
 }
 
 // ---- scene content ------------------------------------------------------------------------------
@@ -257,11 +257,11 @@ void Renderer::Impl::DrawTranslucentBodies(const Frame& frame) {
 void Renderer::Impl::DrawVertices(const std::vector<Vertex>& vertices, GLenum mode) {
   if (vertices.empty()) return;
   stream_.Fill(GL_ARRAY_BUFFER, vertices.data(), vertices.size() * sizeof(Vertex));
-  PointTo(kCorner, 3, GL_FLOAT, sizeof(Vertex), 0);
-  PointTo(kColor, 4, GL_UNSIGNED_BYTE, sizeof(Vertex), offsetof(Vertex, color));
+  DescribeAttribute(kCorner, 3, GL_FLOAT, sizeof(Vertex), 0);
+  DescribeAttribute(kColor, 4, GL_UNSIGNED_BYTE, sizeof(Vertex), offsetof(Vertex, color));
   glDrawArrays(mode, 0, static_cast<GLsizei>(vertices.size()));
   CountCall(vertices.size());
-  ForgetAttributes();
+  DisableAttributes();
 }
 
 void Renderer::Impl::DrawPainting(const Painting& painting) {
@@ -280,41 +280,41 @@ void Renderer::Impl::DrawFloor(const Frame& frame) {
   if (!(x1 > x0 && y1 > y0)) return;
   const Corner corners[] = {{x0, y0, 0}, {x1, y0, 0}, {x0, y1, 0}, {x1, y1, 0}};
   floor_.Use();
-  floor_.SetMatrix(frame.projection->both());
+  floor_.SetMatrix(frame.projection->world_to_clip());
   floor_.Set("checked", frame.checked_floor ? 1.0f : 0.0f);
   stream_.Fill(GL_ARRAY_BUFFER, corners, sizeof corners);
-  PointTo(kCorner, 3, GL_FLOAT, sizeof(Corner), 0);
+  DescribeAttribute(kCorner, 3, GL_FLOAT, sizeof(Corner), 0);
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
   CountCall(4);
-  ForgetAttributes();
+  DisableAttributes();
 }
 
-void Renderer::Impl::SendTips(const std::vector<Tip>& tips) {
-  tips_.Fill(GL_TEXTURE_BUFFER, tips.data(), tips.size() * sizeof(Tip));
+void Renderer::Impl::SendTips(const std::vector<RayEnd>& ray_ends) {
+  ray_ends_.Fill(GL_TEXTURE_BUFFER, ray_ends.data(), ray_ends.size() * sizeof(RayEnd));
   if (tip_texture_ == 0) glGenTextures(1, &tip_texture_);
   glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_BUFFER, tip_texture_);
-  glTexBuffer(GL_TEXTURE_BUFFER, GL_RG32F, tips_.id());
+  glTexBuffer(GL_TEXTURE_BUFFER, GL_RG32F, ray_ends_.id());
 }
 
 void Renderer::Impl::DrawFans(const Frame& frame) {
-  if (frame.tips.empty()) return;
+  if (frame.ray_ends.empty()) return;
   fan_.Use();
-  fan_.SetMatrix(frame.projection->both());
+  fan_.SetMatrix(frame.projection->world_to_clip());
   fan_.Set("tips", 0);
-  SendTips(frame.tips);
+  SendTips(frame.ray_ends);
   for (const FanGroup& group : frame.fans) {
     if (group.fans.empty()) continue;
     stream_.Fill(GL_ARRAY_BUFFER, group.fans.data(), group.fans.size() * sizeof(FanInstance));
     constexpr std::size_t kStride = sizeof(FanInstance);
-    PointTo(kCorner, 4, GL_FLOAT, kStride, 0, 1);
-    PointTo(kPlace, 1, GL_UNSIGNED_INT, kStride, offsetof(FanInstance, first), 1);
-    PointTo(kColor, 4, GL_UNSIGNED_BYTE, kStride, offsetof(FanInstance, color), 1);
-    glDrawArraysInstanced(GL_TRIANGLE_FAN, 0, static_cast<GLsizei>(group.tips + 1),
+    DescribeAttribute(kCorner, 4, GL_FLOAT, kStride, 0, 1);
+    DescribeAttribute(kPlace, 1, GL_UNSIGNED_INT, kStride, offsetof(FanInstance, first), 1);
+    DescribeAttribute(kColor, 4, GL_UNSIGNED_BYTE, kStride, offsetof(FanInstance, color), 1);
+    glDrawArraysInstanced(GL_TRIANGLE_FAN, 0, static_cast<GLsizei>(group.ray_ends + 1),
                           static_cast<GLsizei>(group.fans.size()));
-    CountCall((group.tips + 1) * group.fans.size());
+    CountCall((group.ray_ends + 1) * group.fans.size());
   }
-  ForgetAttributes();
+  DisableAttributes();
   glBindTexture(GL_TEXTURE_BUFFER, 0);
 }
 
@@ -385,11 +385,11 @@ void Renderer::Impl::DrawScreen(const Frame& frame) {
             static_cast<float>(frame.projection->height()));
   text_.Set("atlas", 0);
   stream_.Fill(GL_ARRAY_BUFFER, vertices.data(), vertices.size() * sizeof(TextVertex));
-  PointTo(kCorner, 4, GL_FLOAT, sizeof(TextVertex), 0);
-  PointTo(kColor, 4, GL_UNSIGNED_BYTE, sizeof(TextVertex), offsetof(TextVertex, color));
+  DescribeAttribute(kCorner, 4, GL_FLOAT, sizeof(TextVertex), 0);
+  DescribeAttribute(kColor, 4, GL_UNSIGNED_BYTE, sizeof(TextVertex), offsetof(TextVertex, color));
   glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices.size()));
   CountCall(vertices.size());
-  ForgetAttributes();
+  DisableAttributes();
   glBindTexture(GL_TEXTURE_2D, 0);
   writer_.Clear();
 }
@@ -408,13 +408,13 @@ void Renderer::Impl::Clear(const Frame& frame, bool keep) {
   if (keep) return;  // the floor stays below the trails of earlier frames
   DrawFloor(frame);
   plain_.Use();
-  plain_.SetMatrix(frame.projection->both());
+  plain_.SetMatrix(frame.projection->world_to_clip());
   DrawPainting(frame.floor);
 }
 
 void Renderer::Impl::DrawWorld(const Frame& frame) {
   CollectInstances(frame);
-  DrawBodies(frame, &BodyBatch::footprints, Part::kFaces, 0, 1);
+  DrawBodies(frame, &BodyBatch::footprints, BodyPart::kFaces, 0, 1);
 
   glEnable(GL_DEPTH_TEST);
   DrawSolidBodies(frame, &BodyBatch::solid);
@@ -422,7 +422,7 @@ void Renderer::Impl::DrawWorld(const Frame& frame) {
   DrawAxisNumbers(frame);
   DrawRobots(frame);
   plain_.Use();
-  plain_.SetMatrix(frame.projection->both());
+  plain_.SetMatrix(frame.projection->world_to_clip());
   DrawPainting(frame.solid);
   DrawStallIcons(frame);
   glDepthMask(GL_FALSE);
@@ -438,19 +438,19 @@ void Renderer::Impl::DrawWorld(const Frame& frame) {
 }
 
 /// Draws everything that is never occluded.
-void Renderer::Impl::DrawGlass(const Frame& frame, const Hud& hud) {
+void Renderer::Impl::DrawOverlay(const Frame& frame, const Hud& hud) {
   plain_.Use();
   DrawPainting(frame.over);
   writer_.AddLabels(frame.marks, *frame.projection);
   writer_.AddLabels(frame.over, *frame.projection);
-  Gl::TakeTexts(&writer_);
+  Gl::MoveTextTo(&writer_);
   for (std::size_t i = 0; i < frame.chart_count; i++) writer_.AddChart(frame.charts[i]);
   if (!hud.clock.empty()) writer_.AddClock(hud.clock);
   if (!hud.overlay.empty()) writer_.AddOverlay(hud.overlay, frame.projection->height());
   DrawScreen(frame);
 }
 
-void Renderer::Impl::Draw(const Scene& scene, const Hud& hud) {
+void Renderer::Impl::Draw(const RenderScene& scene, const Hud& hud) {
   const Frame& frame = scene.frame();
   std::string error;
   if (!frame.projection || !Prepare(&error)) return;
@@ -465,15 +465,15 @@ void Renderer::Impl::Draw(const Scene& scene, const Hud& hud) {
   // Fast trails: earlier frames stay visible until the view changes.
   bool keep = false;
   if (frame.keep_last)
-    keep = kept_.Begin(frame.projection->width(), frame.projection->height()) &&
-           last_view_ == frame.projection->both();
+    keep = cached_frame_.Begin(frame.projection->width(), frame.projection->height()) &&
+           last_view_ == frame.projection->world_to_clip();
   else
-    kept_.Delete();
-  last_view_ = frame.projection->both();
+    cached_frame_.Delete();
+  last_view_ = frame.projection->world_to_clip();
   Clear(frame, keep);
   DrawWorld(frame);
-  if (frame.keep_last) kept_.End();
-  DrawGlass(frame, hud);
+  if (frame.keep_last) cached_frame_.End();
+  DrawOverlay(frame, hud);
 
   glUseProgram(0);
   glBindVertexArray(0);
@@ -485,7 +485,7 @@ void Renderer::Impl::Draw(const Scene& scene, const Hud& hud) {
 Renderer::Renderer() : impl_(std::make_unique<Impl>()) {}
 Renderer::~Renderer() = default;
 bool Renderer::Prepare(std::string* error) { return impl_->Prepare(error); }
-void Renderer::Draw(const Scene& scene, const Hud& hud) { impl_->Draw(scene, hud); }
+void Renderer::Draw(const RenderScene& scene, const Hud& hud) { impl_->Draw(scene, hud); }
 void Renderer::Forget() { impl_->Forget(); }
 unsigned Renderer::draw_calls() const { return impl_->draw_calls(); }
 std::size_t Renderer::vertices() const { return impl_->vertices(); }

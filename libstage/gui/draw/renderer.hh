@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "gui/draw/scene.hh"
+#include "gui/draw/render_scene.hh"
 
 namespace Stg::draw {
 
@@ -32,7 +32,7 @@ class Renderer {
   bool Prepare(std::string* error);
   /// Draws into the bound framebuffer, from its lower left corner. Restores the context's state
   /// except for bindings, which are reset.
-  void Draw(const Scene& scene, const Hud& hud);
+  void Draw(const RenderScene& scene, const Hud& hud);
   /// Call when the context, with all its objects, was destroyed.
   void Forget();
 

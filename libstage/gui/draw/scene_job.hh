@@ -5,12 +5,12 @@
 #ifndef STAGE_GUI_DRAW_SCENE_JOB_HH
 #define STAGE_GUI_DRAW_SCENE_JOB_HH
 
-#include "gui/draw/scene.hh"
+#include "gui/draw/render_scene.hh"
 #include "world/world.hh"
 
 namespace Stg::draw {
 
-struct Scene::Job {
+struct RenderScene::Job {
   World& world;
   const view::ViewState& view;
   const Selection& selection;

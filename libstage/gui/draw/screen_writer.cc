@@ -12,13 +12,13 @@ namespace Stg::draw {
 
 namespace {
 
-constexpr double kMargin = 5;             // pixels around texts in boxes
-constexpr double kLeastClockWidth = 200;  // pixels
+constexpr double kMargin = 5;           // pixels around texts in boxes
+constexpr double kMinClockWidth = 200;  // pixels
 constexpr Rgba kPaleBlue = {204, 204, 255, 255}, kPink = {255, 204, 204, 255};
 constexpr Rgba kGlass = {255, 255, 255, 215};
 
 /// Fraction of the text's width that lies before its anchor.
-double ShareOf(Align align) {
+double FractionOf(Align align) {
   return align == Align::kLeft ? 0 : align == Align::kCentre ? 0.5 : 1;
 }
 
@@ -67,7 +67,7 @@ void ScreenWriter::AddBubble(std::string_view text, double x, double y) {
 
 void ScreenWriter::AddText(std::string_view text, double x, double y, const Rgba& color,
                            Align align) {
-  if (align != Align::kLeft) x -= ShareOf(align) * font_.Width(text);
+  if (align != Align::kLeft) x -= FractionOf(align) * font_.Width(text);
   font_.Append(text, x, y, color, &vertices_);
 }
 
@@ -104,8 +104,8 @@ void ScreenWriter::AddParagraph(std::string_view text, const TextBox& box, const
   const double infinite = std::numeric_limits<double>::infinity();
   const auto lines = BreakLines(text, box.wrap ? box.x.max - box.x.min : infinite);
   const double height = font_.height() * static_cast<double>(lines.size());
-  const double x = box.x.min + ShareOf(box.across) * (box.x.max - box.x.min);
-  double y = box.y.min + ShareOf(box.up) * (box.y.max - box.y.min - height) + height;
+  const double x = box.x.min + FractionOf(box.across) * (box.x.max - box.x.min);
+  double y = box.y.min + FractionOf(box.up) * (box.y.max - box.y.min - height) + height;
   for (const std::string_view line : lines) {
     y -= font_.height();
     AddText(line, x, y + font_.descent(), color, box.across);
@@ -123,7 +123,7 @@ void ScreenWriter::AddLabels(const Painting& painting, const view::Projection& p
       continue;
     }
     const double width = font_.Width(text), canvas = projection.width();
-    double x = at->x - ShareOf(label.align) * width;
+    double x = at->x - FractionOf(label.align) * width;
     // A label stays in view if its point is in view.
     if (at->x >= 0 && at->x <= canvas) x = std::clamp(x, 0.0, std::max(canvas - width, 0.0));
     AddText(text, x, at->y, label.color);
@@ -158,7 +158,7 @@ void ScreenWriter::AddAxisNumbers(const Painting& painting, const view::Projecti
 }
 
 void ScreenWriter::AddClock(const std::string& text) {
-  const double width = std::max(kLeastClockWidth, font_.Width(text));
+  const double width = std::max(kMinClockWidth, font_.Width(text));
   AddBox(0, 0, width + 2 * kMargin, font_.height() + 2 * kMargin, kPaleBlue);
   AddText(text, kMargin, kMargin + font_.descent(), kBlack);
 }
@@ -179,9 +179,9 @@ void ScreenWriter::AddChart(const Chart& chart) {
   const double x = double{chart.x}, y = double{chart.y};
   const double width = double{chart.width}, height = double{chart.height};
   AddBox(x, y, width, height, chart.background);
-  const double span = std::max(double{chart.greatest} - double{chart.least}, 1e-12);
+  const double span = std::max(double{chart.max_value} - double{chart.min_value}, 1e-12);
   const auto level = [&](float value) {
-    return y + (double{value} - double{chart.least}) / span * height;
+    return y + (double{value} - double{chart.min_value}) / span * height;
   };
   const double step = width / static_cast<double>(std::max<size_t>(chart.values.size(), 2) - 1);
   for (size_t i = 1; i < chart.values.size(); i++) {
@@ -190,9 +190,9 @@ void ScreenWriter::AddChart(const Chart& chart) {
   }
   char text[32];
   const double top = y + height - font_.height() + font_.descent();
-  std::snprintf(text, sizeof text, "%.2f", double{chart.least});
+  std::snprintf(text, sizeof text, "%.2f", double{chart.min_value});
   AddText(text, x, y + font_.descent(), kWhite);
-  std::snprintf(text, sizeof text, "%.2f", double{chart.greatest});
+  std::snprintf(text, sizeof text, "%.2f", double{chart.max_value});
   AddText(text, x, top, kWhite);
   AddText(chart.name, x + width - kMargin, top, kWhite, Align::kRight);
 }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "gui/draw/font.hh"
-#include "gui/draw/scene.hh"
+#include "gui/draw/render_scene.hh"
 
 namespace Stg::draw {
 

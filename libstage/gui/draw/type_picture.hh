@@ -20,9 +20,9 @@
 
 namespace Stg::draw {
 
-inline constexpr double kFarthest = 1e5;  ///< drawing limit for infinite lengths, metres
+inline constexpr double kMaxDrawnLength = 1e5;  ///< drawing limit for infinite lengths, metres
 inline double Finite(double length) {
-  return std::isfinite(length) ? std::min(length, kFarthest) : kFarthest;
+  return std::isfinite(length) ? std::min(length, kMaxDrawnLength) : kMaxDrawnLength;
 }
 
 /// Inputs for drawing data in one frame.

@@ -96,9 +96,9 @@ GLuint Renderbuffer(GLsizei samples, GLenum format, int width, int height) {
 
 bool MakeFramebuffers(int width, int height, GLuint many[2], GLuint* many_frame, GLuint* one,
                       GLuint* one_frame) {
-  GLint most = 1;
-  glGetIntegerv(GL_MAX_SAMPLES, &most);
-  const GLsizei samples = std::min(kSamples, most);
+  GLint max_samples = 1;
+  glGetIntegerv(GL_MAX_SAMPLES, &max_samples);
+  const GLsizei samples = std::min(kSamples, max_samples);
   many[0] = Renderbuffer(samples, GL_RGBA8, width, height);
   many[1] = Renderbuffer(samples, GL_DEPTH_COMPONENT24, width, height);
   *one = Renderbuffer(0, GL_RGBA8, width, height);

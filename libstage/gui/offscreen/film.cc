@@ -49,7 +49,7 @@ std::unique_ptr<Film> Film::Open(const std::string& name, std::string* error) {
 }
 
 bool Film::Add(const Image& image, usec_t now, usec_t step, std::string* error) {
-  constexpr usec_t kPeriod = 1000000 / kMostFrames;
+  constexpr usec_t kPeriod = 1000000 / kMaxFrameRate;
   const double rate = 1e6 / static_cast<double>(std::max(step, kPeriod));
   if (!Write(image, rate, error)) return false;
   // Frames are due at multiples of the period, which keeps the mean rate exact for any step length.
@@ -80,7 +80,7 @@ bool FrameFolder::Open(const std::string& folder, std::string* error) {
 
 bool FrameFolder::Write(const Image& image, double, std::string* error) {
   const std::string file = FrameName(folder_, frames_);
-  if (const int problem = WritePng(file, image, Existing::kKeep); problem != 0) {
+  if (const int problem = WritePng(file, image, IfExists::kKeep); problem != 0) {
     *error = PngProblem(file, problem);
     return false;
   }

@@ -16,7 +16,7 @@ namespace Stg::offscreen {
 class Film {
  public:
   /// Maximum number of frames per simulated second.
-  static constexpr int kMostFrames = 25;
+  static constexpr int kMaxFrameRate = 25;
 
   /// Opens a film: a video if the name has a video's extension, otherwise a folder. Returns null
   /// and a one-line reason if it exists already or cannot be written.

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gui/draw/figures.hh"
+#include "gui/draw/performance_overlay.hh"
+#include "gui/draw/render_scene.hh"
 #include "gui/draw/renderer.hh"
-#include "gui/draw/scene.hh"
 #include "gui/offscreen/context.hh"
 #include "gui/offscreen/film.hh"
 #include "gui/offscreen/png_writer.hh"
@@ -51,16 +51,16 @@ bool Report(int problem, const std::string& file, std::string* error) {
 
 class OffscreenPictures : public Pictures {
  public:
-  explicit OffscreenPictures(const Orders& orders) : orders_(orders) {
-    std::stable_sort(orders_.shots.begin(), orders_.shots.end(),
+  explicit OffscreenPictures(const PictureOptions& picture_options) : options_(picture_options) {
+    std::stable_sort(options_.shots.begin(), options_.shots.end(),
                      [](const auto& a, const auto& b) { return a.time < b.time; });
   }
 
   bool Check(std::string* error) {
-    for (const Orders::Shot& shot : orders_.shots)
+    for (const PictureOptions::Shot& shot : options_.shots)
       if (!Report(TryWritePng(shot.file), shot.file, error)) return false;
-    if (orders_.film.empty()) return true;
-    film_ = Film::Open(orders_.film, error);
+    if (options_.film.empty()) return true;
+    film_ = Film::Open(options_.film, error);
     return film_ != nullptr;
   }
 
@@ -68,7 +68,7 @@ class OffscreenPictures : public Pictures {
 
   bool Begin(std::string* error) override {
     ChooseSize();
-    view_.options.OfferFor(*world_);
+    view_.options.OfferSwitchesFor(*world_);
     const bool trails = view_.options[Show::kFootprints] || view_.options[Show::kTrailArrows] ||
                         view_.options[Show::kTrailBlocks];
     world_->RecordTrails(trails);
@@ -80,11 +80,11 @@ class OffscreenPictures : public Pictures {
   bool Make(std::string* error) override {
     const usec_t now = world_->SimTimeNow();
     bool drawn = false;
-    while (next_shot_ < orders_.shots.size() && orders_.shots[next_shot_].time <= now) {
+    while (next_shot_ < options_.shots.size() && options_.shots[next_shot_].time <= now) {
       if (!drawn) Draw();
       drawn = true;
-      const std::string& file = orders_.shots[next_shot_++].file;
-      if (!Report(WritePng(file, image_, Existing::kReplace), file, error)) return false;
+      const std::string& file = options_.shots[next_shot_++].file;
+      if (!Report(WritePng(file, image_, IfExists::kReplace), file, error)) return false;
     }
     if (!film_ || !film_->IsDue(now)) return true;
     if (!drawn) Draw();
@@ -93,8 +93,8 @@ class OffscreenPictures : public Pictures {
 
   bool End(bool interrupted, std::string* error) override {
     if (film_ && !film_->Finish(error)) return false;
-    if (interrupted || next_shot_ == orders_.shots.size()) return true;
-    const Orders::Shot& missed = orders_.shots[next_shot_];
+    if (interrupted || next_shot_ == options_.shots.size()) return true;
+    const PictureOptions::Shot& missed = options_.shots[next_shot_];
     char text[128];
     std::snprintf(text, sizeof text, " was not made: the run ended after %g s, before %g s",
                   static_cast<double>(world_->SimTimeNow()) / 1e6,
@@ -110,8 +110,8 @@ class OffscreenPictures : public Pictures {
     const int window_width = sized ? view_.width : kDefaultWidth;
     const int window_height =
         sized ? std::max(1, view_.height - view::ViewState::kMenuHeight) : kDefaultHeight;
-    width_ = orders_.width > 0 ? orders_.width : window_width;
-    height_ = orders_.height > 0 ? orders_.height : window_height;
+    width_ = options_.width > 0 ? options_.width : window_width;
+    height_ = options_.height > 0 ? options_.height : window_height;
     if (!world_->has_window_section()) {
       ShowAll();
       return;
@@ -138,15 +138,15 @@ class OffscreenPictures : public Pictures {
     draw::Hud hud;
     if (view_.options[Show::kClock]) hud.clock = world_->ClockString();
     if (view_.options[Show::kOverlay]) {
-      figures_.Update(*world_, WallClock());
-      hud.overlay = figures_.lines();
+      overlay_.Update(*world_, WallClock());
+      hud.overlay = overlay_.lines();
     }
     context_->Bind();
     renderer_.Draw(scene_, hud);
     context_->Read(&image_);
   }
 
-  Orders orders_;
+  PictureOptions options_;
   std::unique_ptr<Film> film_;
   size_t next_shot_ = 0;
   view::ViewState view_;
@@ -154,14 +154,14 @@ class OffscreenPictures : public Pictures {
   draw::Selection selection_;
   int width_ = 0, height_ = 0;
   std::unique_ptr<Context> context_;
-  draw::Scene scene_;
+  draw::RenderScene scene_;
   draw::Renderer renderer_;
-  draw::Figures figures_;
+  draw::PerformanceOverlay overlay_;
   Image image_;
 };
 
-Pictures* Make(const Orders& orders, std::string* error) {
-  auto pictures = std::make_unique<OffscreenPictures>(orders);
+Pictures* Make(const PictureOptions& picture_options, std::string* error) {
+  auto pictures = std::make_unique<OffscreenPictures>(picture_options);
   return pictures->Check(error) ? pictures.release() : nullptr;
 }
 
@@ -169,8 +169,8 @@ Pictures* Make(const Orders& orders, std::string* error) {
 
 }  // namespace Stg::offscreen
 
-extern "C" Stg::offscreen::Pictures* stage_make_pictures(const Stg::offscreen::Orders& orders,
-                                                         std::string* error) {
-  return Stg::offscreen::Make(orders, error);
+extern "C" Stg::offscreen::Pictures* stage_make_pictures(
+    const Stg::offscreen::PictureOptions& picture_options, std::string* error) {
+  return Stg::offscreen::Make(picture_options, error);
 }
 static_assert(std::is_same_v<Stg::offscreen::MakePictures, decltype(&stage_make_pictures)>);

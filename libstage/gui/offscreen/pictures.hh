@@ -17,7 +17,7 @@ class World;
 
 namespace Stg::offscreen {
 
-struct Orders {
+struct PictureOptions {
   struct Shot {
     std::string file;
     usec_t time;  ///< simulated time of the image
@@ -45,7 +45,7 @@ class Pictures {
 
 /// Type of `stage_make_pictures`, which libstagegui exports. Returns null and a one-line reason if
 /// a file or folder cannot be written.
-using MakePictures = Pictures* (*)(const Orders& orders, std::string* error);
+using MakePictures = Pictures* (*)(const PictureOptions& picture_options, std::string* error);
 
 }  // namespace Stg::offscreen
 

@@ -26,7 +26,7 @@ constexpr size_t kHeaderEnd = 8 + 25;  // length of signature and header
 /// with its length and checksum.
 constexpr std::string_view kMark("\0\0\0\x0etEXtSoftware\0Stage\x6d\xcd\x51\xf2", 26);
 
-bool IsOurs(std::string_view beginning) {
+bool IsStagePicture(std::string_view beginning) {
   return beginning.starts_with(kSignature) && beginning.size() > kHeaderEnd &&
          beginning.substr(kHeaderEnd).starts_with(kMark);
 }
@@ -61,14 +61,14 @@ int Encode(const Image& image, std::string* bytes) {
 
 }  // namespace
 
-int WritePng(const std::string& file, const Image& image, Existing existing) {
+int WritePng(const std::string& file, const Image& image, IfExists existing) {
   std::string bytes;
   if (const int error = Encode(image, &bytes); error != 0) return error;
-  return existing == Existing::kReplace ? files::ReplaceFile(file, bytes, IsOurs)
+  return existing == IfExists::kReplace ? files::ReplaceFile(file, bytes, IsStagePicture)
                                         : files::MakeFile(file, bytes);
 }
 
-int TryWritePng(const std::string& file) { return files::TryReplaceFile(file, IsOurs); }
+int TryWritePng(const std::string& file) { return files::TryReplaceFile(file, IsStagePicture); }
 
 std::string PngProblem(const std::string& file, int error) {
   if (error == EISDIR) return file + " is a folder, expected the name of a file";

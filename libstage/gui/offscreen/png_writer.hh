@@ -18,11 +18,11 @@ struct Image {
 };
 
 /// Handling of an existing image by Stage: replace it, or fail. Other files are never replaced.
-enum class Existing { kReplace, kKeep };
+enum class IfExists { kReplace, kKeep };
 
 /// Writes the file completely or not at all. Returns 0 or an error number; EEXIST means that a
 /// file of this name exists and must not be replaced.
-int WritePng(const std::string& file, const Image& image, Existing existing);
+int WritePng(const std::string& file, const Image& image, IfExists existing);
 /// Returns what WritePng() would return with kReplace, without writing anything.
 int TryWritePng(const std::string& file);
 /// Describes an error in one line that names the file.

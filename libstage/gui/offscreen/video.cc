@@ -25,10 +25,10 @@ namespace Stg::offscreen {
 
 namespace {
 
-constexpr const char* kEndings[] = {".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi"};
+constexpr const char* kExtensions[] = {".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi"};
 
 /// Returns the extension with its point, in lower case.
-std::string EndingOf(const std::string& name) {
+std::string ExtensionOf(const std::string& name) {
   const size_t point = name.rfind('.');
   if (point == std::string::npos || name.find('/', point) != std::string::npos) return "";
   std::string ending = name.substr(point);
@@ -72,8 +72,8 @@ int TryToMakeFile(const std::string& file) {
 }
 
 /// Makes a new file beside `file` with its extension. Returns the name, or "" on failure.
-std::string MakeFileBeside(const std::string& file) {
-  const std::string ending = file.substr(file.size() - EndingOf(file).size());
+std::string MakeTemporaryFile(const std::string& file) {
+  const std::string ending = file.substr(file.size() - ExtensionOf(file).size());
   std::string name = file.substr(0, file.size() - ending.size()) + "-XXXXXX" + ending;
   const int made = mkstemps(name.data(), static_cast<int>(ending.size()));
   if (made < 0) return "";
@@ -87,8 +87,8 @@ std::string MakeFileBeside(const std::string& file) {
 }  // namespace
 
 bool IsVideoName(const std::string& name) {
-  const std::string ending = EndingOf(name);
-  return std::find(std::begin(kEndings), std::end(kEndings), ending) != std::end(kEndings);
+  const std::string ending = ExtensionOf(name);
+  return std::find(std::begin(kExtensions), std::end(kExtensions), ending) != std::end(kExtensions);
 }
 
 bool Video::Open(const std::string& file, std::string* error) {
@@ -112,20 +112,20 @@ bool Video::Open(const std::string& file, std::string* error) {
 Video::~Video() {
   std::string ignored;
   End(&ignored);
-  if (!unfinished_.empty()) unlink(unfinished_.c_str());
+  if (!temporary_name_.empty()) unlink(temporary_name_.c_str());
 }
 
 bool Video::Start(const Image& image, double frames_per_second, std::string* error) {
   // Not before the first frame: until the world is loaded, Ctrl-C ends the program at once.
-  unfinished_ = MakeFileBeside(file_);
-  if (unfinished_.empty()) {
+  temporary_name_ = MakeTemporaryFile(file_);
+  if (temporary_name_.empty()) {
     *error = CannotBeWritten(file_, errno);
     return false;
   }
   int ends[2];
-  complaints_ = memfd_create("ffmpeg", MFD_CLOEXEC);
+  error_file_ = memfd_create("ffmpeg", MFD_CLOEXEC);
   // A socket instead of a pipe: writing to a pipe without a reader would raise SIGPIPE.
-  if (complaints_ < 0 || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
+  if (error_file_ < 0 || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
     *error = CannotBeWritten(file_, errno);
     return false;
   }
@@ -133,7 +133,7 @@ bool Video::Start(const Image& image, double frames_per_second, std::string* err
   char size[48], rate[32];
   std::snprintf(size, sizeof size, "%dx%d", image.width, image.height);
   std::snprintf(rate, sizeof rate, "%.6g", frames_per_second);
-  const std::string target = "file:" + unfinished_;  // not an option or a URL
+  const std::string target = "file:" + temporary_name_;  // not an option or a URL
   // Many players require even sizes and 4:2:0 chroma.
   const std::vector<const char*> words = {
       "ffmpeg",   "-loglevel", "error",        "-y",
@@ -145,7 +145,7 @@ bool Video::Start(const Image& image, double frames_per_second, std::string* err
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_adddup2(&files, ends[1], STDIN_FILENO);
   posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_adddup2(&files, complaints_, STDERR_FILENO);
+  posix_spawn_file_actions_adddup2(&files, error_file_, STDERR_FILENO);
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes,
@@ -188,17 +188,17 @@ bool Video::End(std::string* error) {
     good = WIFEXITED(status) && WEXITSTATUS(status) == 0;
   }
   process_ = -1;
-  if (!good) *error = file_ + " can't be written: ffmpeg: " + LastComplaint();
-  if (complaints_ >= 0) close(complaints_);
-  complaints_ = -1;
+  if (!good) *error = file_ + " can't be written: ffmpeg: " + LastErrorLine();
+  if (error_file_ >= 0) close(error_file_);
+  error_file_ = -1;
   return good;
 }
 
-std::string Video::LastComplaint() const {
+std::string Video::LastErrorLine() const {
   std::string text(4096, '\0');
-  const off_t length = lseek(complaints_, 0, SEEK_END);
+  const off_t length = lseek(error_file_, 0, SEEK_END);
   const off_t start = std::max<off_t>(0, length - static_cast<off_t>(text.size()));
-  const ssize_t count = pread(complaints_, text.data(), text.size(), start);
+  const ssize_t count = pread(error_file_, text.data(), text.size(), start);
   text.resize(static_cast<size_t>(std::max<ssize_t>(count, 0)));
   while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
   text = text.substr(text.rfind('\n') + 1);
@@ -207,22 +207,22 @@ std::string Video::LastComplaint() const {
 
 bool Video::Finish(std::string* error) {
   if (!End(error)) return false;
-  return unfinished_.empty() || Publish(error);  // empty: no frame was due
+  return temporary_name_.empty() || Publish(error);  // empty: no frame was due
 }
 
 /// Renames the file to its final name, unless that name is taken.
 bool Video::Publish(std::string* error) {
-  if (link(unfinished_.c_str(), file_.c_str()) != 0) {
+  if (link(temporary_name_.c_str(), file_.c_str()) != 0) {
     const int problem = errno;
     const bool has_links = problem != EPERM && problem != ENOTSUP && problem != ENOSYS;
-    if (has_links || Exists(file_) || rename(unfinished_.c_str(), file_.c_str()) != 0) {
+    if (has_links || Exists(file_) || rename(temporary_name_.c_str(), file_.c_str()) != 0) {
       *error = CannotBeWritten(file_, has_links ? problem : EEXIST);
       return false;
     }
   } else {
-    unlink(unfinished_.c_str());
+    unlink(temporary_name_.c_str());
   }
-  unfinished_.clear();
+  temporary_name_.clear();
   return true;
 }
 

@@ -33,12 +33,12 @@ class Video : public Film {
   bool Start(const Image& image, double frames_per_second, std::string* error);
   bool End(std::string* error);
   bool Publish(std::string* error);
-  std::string LastComplaint() const;
+  std::string LastErrorLine() const;
 
   std::string file_, program_;
-  std::string unfinished_;  // name of the incomplete file; empty: none
-  int frames_ = -1;         // ffmpeg's standard input
-  int complaints_ = -1;     // ffmpeg's standard error, an anonymous file
+  std::string temporary_name_;  // name of the incomplete file; empty: none
+  int frames_ = -1;             // ffmpeg's standard input
+  int error_file_ = -1;         // ffmpeg's standard error, an anonymous file
   pid_t process_ = -1;
 };
 

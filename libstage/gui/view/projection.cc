@@ -131,8 +131,8 @@ Projection::Projection(const ViewState& view, int width, int height, const bound
     projection_ = FlatLens(view.flat, width_, height_, reach);
     modelview_ = LookFrom(view.flat, 0);
   }
-  both_ = Multiply(projection_, modelview_);
-  inverse_ = Invert(both_);
+  world_to_clip_ = Multiply(projection_, modelview_);
+  inverse_ = Invert(world_to_clip_);
   MakePlanes();
 }
 
@@ -142,38 +142,38 @@ void Projection::MakePlanes() {
     const double sign = i % 2 == 0 ? 1 : -1;
     double sum[4];
     for (size_t column = 0; column < 4; column++)
-      sum[column] = both_[column * 4 + 3] + sign * both_[column * 4 + i / 2];
+      sum[column] = world_to_clip_[column * 4 + 3] + sign * world_to_clip_[column * 4 + i / 2];
     const double length = std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
     planes_[i] = {sum[0] / length, sum[1] / length, sum[2] / length, sum[3] / length};
   }
 }
 
 std::optional<point3_t> Projection::ToPixels(const point3_t& point) const {
-  const Vector clip = Apply(both_, {point.x, point.y, point.z, 1});
+  const Vector clip = Apply(world_to_clip_, {point.x, point.y, point.z, 1});
   if (!(clip[3] > 0)) return std::nullopt;
   return point3_t((clip[0] / clip[3] + 1) / 2 * width_, (clip[1] / clip[3] + 1) / 2 * height_,
                   (clip[2] / clip[3] + 1) / 2);
 }
 
-Projection::Sight Projection::SightAt(double x, double y_from_top) const {
+Projection::LineOfSight Projection::LineOfSightAt(double x, double y_from_top) const {
   const double cx = 2 * x / width_ - 1, cy = 1 - 2 * y_from_top / height_;
   return {Point(Apply(inverse_, {cx, cy, -1, 1})), Point(Apply(inverse_, {cx, cy, 1, 1}))};
 }
 
 std::optional<point_t> Projection::FloorPoint(double x, double y_from_top, double z) const {
-  const Sight sight = SightAt(x, y_from_top);
+  const LineOfSight sight = LineOfSightAt(x, y_from_top);
   const double drop = sight.to.z - sight.from.z;
   if (std::fabs(drop) < 1e-9) return std::nullopt;
-  const double share = (z - sight.from.z) / drop;
+  const double fraction = (z - sight.from.z) / drop;
   // The orthographic camera has no eye point, so intersections in front of the near plane count.
   const bool has_eye = projection_[11] != 0;
-  if (!std::isfinite(share) || (has_eye && share < 0)) return std::nullopt;
-  return point_t(sight.from.x + share * (sight.to.x - sight.from.x),
-                 sight.from.y + share * (sight.to.y - sight.from.y));
+  if (!std::isfinite(fraction) || (has_eye && fraction < 0)) return std::nullopt;
+  return point_t(sight.from.x + fraction * (sight.to.x - sight.from.x),
+                 sight.from.y + fraction * (sight.to.y - sight.from.y));
 }
 
 double Projection::PixelAt(const point3_t& point) const {
-  const Vector clip = Apply(both_, {point.x, point.y, point.z, 1});
+  const Vector clip = Apply(world_to_clip_, {point.x, point.y, point.z, 1});
   return 2 * std::max(clip[3], 1e-6) / (projection_[5] * height_);
 }
 

@@ -28,7 +28,7 @@ class Projection {
   int height() const { return height_; }
   const Matrix& projection() const { return projection_; }  ///< eye to clip coordinates
   const Matrix& modelview() const { return modelview_; }    ///< world to eye coordinates
-  const Matrix& both() const { return both_; }
+  const Matrix& world_to_clip() const { return world_to_clip_; }
 
   /// Returns pixels from the lower left corner of the canvas; z is the depth, 0..1 within the view.
   /// Returns nothing for points behind a perspective camera.
@@ -36,10 +36,10 @@ class Projection {
 
   /// The line of sight through a pixel, from the near plane to the far plane. Pixels count from the
   /// left and the TOP of the canvas, as in toolkits.
-  struct Sight {
+  struct LineOfSight {
     point3_t from, to;
   };
-  Sight SightAt(double x, double y_from_top) const;
+  LineOfSight LineOfSightAt(double x, double y_from_top) const;
   /// Returns where the line of sight meets the horizontal plane at height z, if it does.
   std::optional<point_t> FloorPoint(double x, double y_from_top, double z = 0) const;
 
@@ -59,7 +59,7 @@ class Projection {
   void MakePlanes();
 
   int width_, height_;
-  Matrix projection_, modelview_, both_, inverse_;
+  Matrix projection_, modelview_, world_to_clip_, inverse_;
   std::array<Plane, 6> planes_;
 };
 

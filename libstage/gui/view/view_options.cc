@@ -121,7 +121,7 @@ bool ViewOptions::IsOn(const std::string& menu_name) const {
   return false;
 }
 
-void ViewOptions::OfferFor(const World& world) {
+void ViewOptions::OfferSwitchesFor(const World& world) {
   options_[static_cast<std::size_t>(Show::kRasterization)].offered = true;  // offered for any model
   for (const TypeSwitches& type : AllTypeSwitches()) {
     if (!HasAny(world, type)) continue;

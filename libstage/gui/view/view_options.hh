@@ -96,7 +96,7 @@ class ViewOptions {
   /// True if the visualizer's switch is registered and on.
   bool IsOn(const std::string& menu_name) const;
   /// Offers the filter switches for all model types in the world.
-  void OfferFor(const World& world);
+  void OfferSwitchesFor(const World& world);
   /// Indices of the filter's offered switches, ordered by menu name.
   std::vector<std::size_t> Filter() const;
 

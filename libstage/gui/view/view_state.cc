@@ -13,12 +13,12 @@ namespace {
 
 constexpr double kEyeHeight = 0.2;  // height of a following perspective camera, m
 constexpr double kFilled = 0.9;     // fraction of the canvas that ShowAll() fills
-constexpr int kMostPixels = 16384;  // maximum side of a window
+constexpr int kMaxPixels = 16384;   // maximum side of a window
 
 int WindowSide(double pixels, int otherwise) {
   if (pixels < 0) return -1;
   if (!(pixels > 0)) return otherwise;
-  return static_cast<int>(std::clamp(pixels, double{ViewState::kLeastSize}, double{kMostPixels}));
+  return static_cast<int>(std::clamp(pixels, double{ViewState::kMinSize}, double{kMaxPixels}));
 }
 
 }  // namespace

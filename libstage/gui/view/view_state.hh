@@ -17,7 +17,7 @@ class ViewState {
  public:
   /// Height in pixels of the menu bar above the canvas. The section's `size` includes both.
   static constexpr int kMenuHeight = 30;
-  static constexpr int kLeastSize = 100;
+  static constexpr int kMinSize = 100;
 
   ViewState() { perspective.setPose(0, -4, 3); }
 

@@ -7,19 +7,19 @@
 #include <cstdio>
 
 #include "gui/window/gl_display.hh"
-#include "gui/window/parts.hh"
 #include "gui/window/picture.hh"
+#include "gui/window/window_state.hh"
 #include "messages/report.hh"
 #include "threads/wall_clock.hh"
 
 namespace Stg {
 
-using internal::window::DisplayObstacle;
-using internal::window::Parts;
 using internal::window::Picture;
+using internal::window::WhyNoDisplay;
+using internal::window::WindowState;
 
-Canvas::Canvas(Parts& parts, int x, int y, int width, int height)
-    : Fl_Gl_Window(x, y, width, height), parts_(parts), picture_(std::make_unique<Picture>()) {
+Canvas::Canvas(WindowState& state, int x, int y, int width, int height)
+    : Fl_Gl_Window(x, y, width, height), state_(state), picture_(std::make_unique<Picture>()) {
   const int smooth = internal::window::HasGraphicsProcessor() ? FL_MULTISAMPLE : 0;
   mode(FL_RGB | FL_DOUBLE | FL_DEPTH | FL_STENCIL | smooth);
   end();
@@ -27,10 +27,10 @@ Canvas::Canvas(Parts& parts, int x, int y, int width, int height)
 
 Canvas::~Canvas() = default;
 
-std::string Canvas::Obstacle() { return DisplayObstacle(); }
+std::string Canvas::WhyUnavailable() { return WhyNoDisplay(); }
 
 view::Projection Canvas::Projection() const {
-  return view::Projection(parts_.view, w(), h(), parts_.world.GetExtent());
+  return view::Projection(state_.view, w(), h(), state_.world.GetExtent());
 }
 
 int Canvas::handle(int event) {
@@ -46,29 +46,29 @@ int Canvas::handle(int event) {
     default:
       break;
   }
-  const int handled = parts_.pointer.Handle(event);
+  const int handled = state_.pointer.Handle(event);
   return handled ? handled : Fl_Gl_Window::handle(event);
 }
 
 void Canvas::draw() {
-  if (!HasRoom()) return;
-  if (!context_valid()) internal::window::DontWaitForScreen();
-  parts_.FollowModel();
-  picture_->Draw(parts_, pixel_w(), pixel_h(), !context_valid());
+  if (!HasArea()) return;
+  if (!context_valid()) internal::window::DisableVerticalSync();
+  state_.FollowModel();
+  picture_->Draw(state_, pixel_w(), pixel_h(), !context_valid());
 
-  if (!parts_.view.options[view::Show::kScreenshots]) return;
+  if (!state_.view.options[view::Show::kScreenshots]) return;
   std::string error;
-  if (parts_.screenshots.Take(pixel_w(), pixel_h(), parts_.view.screenshot_skip, &error)) return;
+  if (state_.screenshots.Take(pixel_w(), pixel_h(), state_.view.screenshot_skip, &error)) return;
   messages::Report(LogLevel::kError, "stage: " + error + "; no more screenshots");
-  parts_.view.options.Set(view::Show::kScreenshots, false);
-  parts_.menu.ShowOptions(parts_.view.options);
+  state_.view.options.Set(view::Show::kScreenshots, false);
+  state_.menu.ShowOptions(state_.view.options);
 }
 
 void Canvas::flush() {
   const double start = threads::WallClock();
   Fl_Gl_Window::flush();
-  parts_.runner.Drawn(start, threads::WallClock());
-  parts_.RefreshState();
+  state_.runner.OnFrameDrawn(start, threads::WallClock());
+  state_.RefreshState();
 }
 
 }  // namespace Stg

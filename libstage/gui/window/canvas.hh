@@ -15,13 +15,13 @@
 namespace Stg {
 
 namespace internal::window {
-struct Parts;
+struct WindowState;
 class Picture;
 }  // namespace internal::window
 
 class Canvas : public Fl_Gl_Window {
  public:
-  Canvas(internal::window::Parts& parts, int x, int y, int width, int height);
+  Canvas(internal::window::WindowState& state, int x, int y, int width, int height);
   ~Canvas() override;
 
   int handle(int event) override;
@@ -32,13 +32,13 @@ class Canvas : public Fl_Gl_Window {
   /// Maps pixels to metres and back, as the next frame will.
   view::Projection Projection() const;
   /// True if the canvas has an area to draw to.
-  bool HasRoom() const { return w() > 0 && h() > 0; }
+  bool HasArea() const { return w() > 0 && h() > 0; }
 
   /// Returns an empty string if this display supports a canvas, otherwise a one-line reason.
-  static std::string Obstacle();
+  static std::string WhyUnavailable();
 
  private:
-  internal::window::Parts& parts_;
+  internal::window::WindowState& state_;
   std::unique_ptr<internal::window::Picture> picture_;
 };
 

@@ -4,7 +4,7 @@
 
 #include <FL/gl.h>
 
-#include "gui/window/parts.hh"
+#include "gui/window/window_state.hh"
 #include "models/block.hh"
 
 namespace Stg {
@@ -42,14 +42,14 @@ void DrawBoxes(const Model& model, const Pose& global) {
 }  // namespace
 
 void WorldGui::PushColor(Color col) {
-  parts_->colors.push_back(col);
+  state_->colors.push_back(col);
   SetColor(col);
 }
 
 void WorldGui::PushColor(double r, double g, double b, double a) { PushColor(Color(r, g, b, a)); }
 
 void WorldGui::PopColor() {
-  std::vector<Color>& colors = parts_->colors;
+  std::vector<Color>& colors = state_->colors;
   if (!colors.empty()) colors.pop_back();
   if (!colors.empty()) SetColor(colors.back());
 }

@@ -16,7 +16,7 @@
 #include <filesystem>
 
 #include "gui/window/logo.hh"
-#include "gui/window/parts.hh"
+#include "gui/window/window_state.hh"
 #include "stage.hh"
 
 namespace Stg::internal::window {
@@ -28,7 +28,7 @@ class FilterDialog::Window : public Fl_Window {
  public:
   static constexpr int kWidth = 180, kHeight = 250, kRow = 30, kGap = 10, kText = 12;
 
-  explicit Window(Parts& parts) : Fl_Window(kWidth, kHeight, "Visualize"), parts_(parts) {
+  explicit Window(WindowState& state) : Fl_Window(kWidth, kHeight, "Visualize"), state_(state) {
     auto* frame = new Fl_Group(0, 0, kWidth, kRow);
     frame->box(FL_ENGRAVED_FRAME);
     AddButton(static_cast<std::size_t>(view::Show::kSelectedOnly), 0, kWidth);
@@ -46,7 +46,7 @@ class FilterDialog::Window : public Fl_Window {
     list_->scroll_to(0, 0);
     list_->begin();
     int y = list_->y();
-    for (const std::size_t option : parts_.view.options.Filter()) {
+    for (const std::size_t option : state_.view.options.Filter()) {
       AddButton(option, y, kWidth - Fl::scrollbar_size());
       y += kRow;
     }
@@ -56,15 +56,15 @@ class FilterDialog::Window : public Fl_Window {
 
   int handle(int event) override {
     if (Fl_Window::handle(event)) return 1;
-    return event == FL_SHORTCUT && parts_.menu.HandleShortcut() ? 1 : 0;
+    return event == FL_SHORTCUT && state_.menu.HandleShortcut() ? 1 : 0;
   }
 
  private:
   class Button : public Fl_Check_Button {
    public:
-    Button(Parts& parts, std::size_t option, int y, int width)
-        : Fl_Check_Button(0, y, width, kRow), parts_(parts), option_(option) {
-      const view::Option& of = parts.view.options.all()[option];
+    Button(WindowState& state, std::size_t option, int y, int width)
+        : Fl_Check_Button(0, y, width, kRow), state_(state), option_(option) {
+      const view::Option& of = state.view.options.all()[option];
       copy_label(of.menu_name.c_str());
       labelsize(kText);
       value(of.on ? 1 : 0);
@@ -73,28 +73,28 @@ class FilterDialog::Window : public Fl_Window {
 
    private:
     void Act() {
-      parts_.view.options.Set(option_, value() != 0);
-      parts_.runner.WantFrame(true);
+      state_.view.options.Set(option_, value() != 0);
+      state_.runner.RequestFrame(true);
     }
-    Parts& parts_;
+    WindowState& state_;
     std::size_t option_;
   };
 
-  void AddButton(std::size_t option, int y, int width) { new Button(parts_, option, y, width); }
+  void AddButton(std::size_t option, int y, int width) { new Button(state_, option, y, width); }
 
-  Parts& parts_;
+  WindowState& state_;
   Fl_Scroll* list_;
 };
 
-FilterDialog::FilterDialog(Parts& parts) : parts_(parts) {}
+FilterDialog::FilterDialog(WindowState& state) : state_(state) {}
 FilterDialog::~FilterDialog() = default;
 
 void FilterDialog::Toggle() {
   if (window_ && window_->shown()) return Close();
   Fl_Group::current(nullptr);
-  window_ = std::make_unique<Window>(parts_);
+  window_ = std::make_unique<Window>(state_);
   window_->Fill();
-  const Fl_Window& main = parts_.world;
+  const Fl_Window& main = state_.world;
   window_->position(main.x_root() + main.w() + Window::kGap, main.y_root());
   window_->show();
 }

@@ -12,12 +12,12 @@ class Fl_Window;
 
 namespace Stg::internal::window {
 
-struct Parts;
+struct WindowState;
 
 /// The dialog "Visualize" with the switches of what models show.
 class FilterDialog {
  public:
-  explicit FilterDialog(Parts& parts);
+  explicit FilterDialog(WindowState& state);
   ~FilterDialog();
 
   /// Opens the dialog beside the main window, or closes it.
@@ -28,7 +28,7 @@ class FilterDialog {
 
  private:
   class Window;
-  Parts& parts_;
+  WindowState& state_;
   std::unique_ptr<Window> window_;
 };
 

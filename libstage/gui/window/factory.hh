@@ -19,7 +19,7 @@ struct WindowRequest {
   /// Name of the replayed log, empty if none, and its interval in simulated seconds.
   std::string log_name;
   double log_start = 0, log_end = 0;
-  std::function<void(World&, double seconds)> go_to;
+  std::function<void(World&, double seconds)> seek_to;
 };
 
 }  // namespace Stg

@@ -26,7 +26,7 @@ bool HasExtension(const char* name) {
 
 }  // namespace
 
-std::string DisplayObstacle() {
+std::string WhyNoDisplay() {
   const char* name = std::getenv("DISPLAY");
   if (!fl_display) {
     Display* display = XOpenDisplay(nullptr);
@@ -53,7 +53,7 @@ bool HasGraphicsProcessor() {
          accelerated != 0;
 }
 
-void DontWaitForScreen() {
+void DisableVerticalSync() {
   if (HasExtension("GLX_EXT_swap_control")) {
     const auto set = Extension<PFNGLXSWAPINTERVALEXTPROC>("glXSwapIntervalEXT");
     if (set) set(fl_display, glXGetCurrentDrawable(), 0);

@@ -10,14 +10,14 @@
 namespace Stg::internal::window {
 
 /// Returns an empty string if a window with OpenGL can be opened, otherwise a one-line reason.
-std::string DisplayObstacle();
+std::string WhyNoDisplay();
 
 /// True if a graphics processor renders, which makes antialiasing cheap.
 bool HasGraphicsProcessor();
 
 /// Disables vertical sync for the current context, so that the simulation does not wait for the
 /// screen.
-void DontWaitForScreen();
+void DisableVerticalSync();
 
 }  // namespace Stg::internal::window
 

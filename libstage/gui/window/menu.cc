@@ -6,7 +6,7 @@
 
 #include <cctype>
 
-#include "gui/window/parts.hh"
+#include "gui/window/window_state.hh"
 
 namespace Stg::internal::window {
 
@@ -35,8 +35,8 @@ int ShortcutNumber(const std::string& text) {
   return key.empty() ? 0 : number | std::tolower(static_cast<unsigned char>(key[0]));
 }
 
-Menu::Menu(Parts& parts, int width, int height)
-    : parts_(parts), bar_(new Fl_Menu_Bar(0, 0, width, height)) {
+Menu::Menu(WindowState& state, int width, int height)
+    : state_(state), bar_(new Fl_Menu_Bar(0, 0, width, height)) {
   bar_->textsize(kFontSize);
   AddFileMenu();
   AddViewMenu();
@@ -52,21 +52,21 @@ void Menu::Add(const char* path, const char* shortcut, std::function<void()> act
 
 void Menu::AddFileMenu() {
   Add(
-      "&File/&Load World...", "Ctrl+l", [this] { parts_.AskForFileToLoad(); }, FL_MENU_DIVIDER);
-  Add("&File/&Save World", "Ctrl+s", [this] { parts_.SaveToItsFile(); });
+      "&File/&Load World...", "Ctrl+l", [this] { state_.AskForFileToLoad(); }, FL_MENU_DIVIDER);
+  Add("&File/&Save World", "Ctrl+s", [this] { state_.SaveToItsFile(); });
   Add(
-      "&File/Save World &As...", "Ctrl+Shift+s", [this] { parts_.SaveAs(); }, FL_MENU_DIVIDER);
-  Add("&File/E&xit", "Ctrl+q", [this] { parts_.Quit("User exited via menu"); });
+      "&File/Save World &As...", "Ctrl+Shift+s", [this] { state_.SaveAs(); }, FL_MENU_DIVIDER);
+  Add("&File/E&xit", "Ctrl+q", [this] { state_.Quit("User exited via menu"); });
 }
 
 void Menu::AddViewMenu() {
-  Add("&View/Reset", "space", [this] { parts_.ResetView(Fl::event_state(FL_CTRL) != 0); });
-  Add("&View/Filter data...", "Shift+d", [this] { parts_.ShowFilter(); });
+  Add("&View/Reset", "space", [this] { state_.ResetView(Fl::event_state(FL_CTRL) != 0); });
+  Add("&View/Filter data...", "Shift+d", [this] { state_.ShowFilter(); });
 }
 
 /// Adds the view options in the order of their table.
 void Menu::AddOptions() {
-  const std::vector<view::Option>& options = parts_.view.options.all();
+  const std::vector<view::Option>& options = state_.view.options.all();
   for (std::size_t i = 0; i < options.size(); i++) {
     std::string path = "&View/";
     if (options[i].place == view::Place::kDebugMenu) path += "Debug/";
@@ -75,22 +75,22 @@ void Menu::AddOptions() {
       continue;
     path += options[i].menu_name;
     Add(
-        path.c_str(), options[i].shortcut.c_str(), [this, i] { parts_.Toggle(i); },
+        path.c_str(), options[i].shortcut.c_str(), [this, i] { state_.Toggle(i); },
         FL_MENU_TOGGLE | (options[i].on ? FL_MENU_VALUE : 0));
     ticks_.emplace_back(i, path);
   }
 }
 
 void Menu::AddRunMenu() {
-  Add("Run/Pause", "p", [this] { parts_.TogglePause(); });
-  Add("Run/One step", ".", [this] { parts_.OneStep(); });
+  Add("Run/Pause", "p", [this] { state_.TogglePause(); });
+  Add("Run/One step", ".", [this] { state_.OneStep(); });
   Add(
-      "Run/Restart", "Home", [this] { parts_.Restart(); }, FL_MENU_DIVIDER);
-  Add("Run/Faster", "]", [this] { parts_.Faster(); });
+      "Run/Restart", "Home", [this] { state_.Restart(); }, FL_MENU_DIVIDER);
+  Add("Run/Faster", "]", [this] { state_.Faster(); });
   Add(
-      "Run/Slower", "[", [this] { parts_.Slower(); }, FL_MENU_DIVIDER);
-  Add("Run/Realtime", "{", [this] { parts_.SetSpeed(1); });
-  Add("Run/Fast", "}", [this] { parts_.SetSpeed(-1); });
+      "Run/Slower", "[", [this] { state_.Slower(); }, FL_MENU_DIVIDER);
+  Add("Run/Realtime", "{", [this] { state_.SetSpeed(1); });
+  Add("Run/Fast", "}", [this] { state_.SetSpeed(-1); });
 }
 
 void Menu::AddSkips(const std::function<void(double)>& skip) {

@@ -19,11 +19,11 @@ class ViewOptions;
 
 namespace Stg::internal::window {
 
-struct Parts;
+struct WindowState;
 
 class Menu {
  public:
-  Menu(Parts& parts, int width, int height);
+  Menu(WindowState& state, int width, int height);
 
   Fl_Menu_Bar* bar() { return bar_; }
   /// Updates the check marks from the options.
@@ -43,7 +43,7 @@ class Menu {
   void AddHelpMenu();
   static void Call(Fl_Widget*, void* action) { (*static_cast<std::function<void()>*>(action))(); }
 
-  Parts& parts_;
+  WindowState& state_;
   Fl_Menu_Bar* bar_;  // owned by the window
   std::deque<std::function<void()>> actions_;
   std::vector<std::pair<std::size_t, std::string>> ticks_;  // option index, path of its item

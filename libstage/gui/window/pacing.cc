@@ -11,14 +11,14 @@ constexpr size_t kSteps = 20;     // minimum number of steps to average over
 constexpr double kSeconds = 0.5;  // minimum period to average over
 }  // namespace
 
-void FrameBudget::Drawn(double start, double end) {
+void FrameBudget::OnFrameDrawn(double start, double end) {
   start_ = start;
   end_ = end;
   seconds_ = end - start;
 }
 
 double FrameBudget::Next(double interval, bool steps_are_late) const {
-  return std::max(start_ + interval, steps_are_late ? end_ + kRest * seconds_ : end_);
+  return std::max(start_ + interval, steps_are_late ? end_ + kRestFactor * seconds_ : end_);
 }
 
 void SpeedMeter::Restart(double now, usec_t sim_time) {
@@ -30,7 +30,7 @@ void SpeedMeter::Clear() {
   ratio_ = 0;
 }
 
-void SpeedMeter::Stepped(double now, usec_t sim_time) {
+void SpeedMeter::OnStepDone(double now, usec_t sim_time) {
   moments_.push_back({now, static_cast<double>(sim_time) / 1e6});
   while (moments_.size() > kSteps + 1 && moments_[1].real <= now - kSeconds) moments_.pop_front();
   const Moment& first = moments_.front();

@@ -17,9 +17,9 @@ namespace Stg::internal::window {
 /// the window system's share is within the fifth.
 class FrameBudget {
  public:
-  static constexpr double kRest = 7;
+  static constexpr double kRestFactor = 7;
 
-  void Drawn(double start, double end);
+  void OnFrameDrawn(double start, double end);
   /// Earliest time of the next frame for the wanted interval.
   double Next(double interval, bool steps_are_late) const;
   double last_seconds() const { return seconds_; }
@@ -35,7 +35,7 @@ class SpeedMeter {
  public:
   /// Call when stepping begins or resumes.
   void Restart(double now, usec_t sim_time);
-  void Stepped(double now, usec_t sim_time);
+  void OnStepDone(double now, usec_t sim_time);
   /// 0 before the first measurement.
   double ratio() const { return ratio_; }
   void Clear();

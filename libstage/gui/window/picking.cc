@@ -32,7 +32,7 @@ bool IsInside(const std::vector<point_t>& polygon, double x, double y) {
 }
 
 /// Returns the minimum t at which the line enters the polygon at height z, or kMiss.
-double MeetPlate(const Line& line, const std::vector<point_t>& polygon, double z) {
+double IntersectPlate(const Line& line, const std::vector<point_t>& polygon, double z) {
   if (line.way.z == 0) return kMiss;
   const double t = (z - line.start.z) / line.way.z;
   if (t < 0 || t > 1) return kMiss;
@@ -55,15 +55,15 @@ double MeetWall(const Line& line, const point_t& a, const point_t& b, const Boun
 double MeetBlock(const Line& line, const Block& block) {
   const std::vector<point_t>& polygon = block.points();
   if (polygon.empty()) return kMiss;
-  double t = std::min(MeetPlate(line, polygon, block.z_range().max),
-                      MeetPlate(line, polygon, block.z_range().min));
+  double t = std::min(IntersectPlate(line, polygon, block.z_range().max),
+                      IntersectPlate(line, polygon, block.z_range().min));
   for (size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++)
     t = std::min(t, MeetWall(line, polygon[j], polygon[i], block.z_range()));
   return t;
 }
 
 /// True if the line passes the circle about the origin in plan view.
-bool ComesNear(const Line& line, double radius) {
+bool PassesCircle(const Line& line, double radius) {
   const double length2 = line.way.x * line.way.x + line.way.y * line.way.y;
   double t = 0;
   if (length2 > 0)
@@ -73,7 +73,7 @@ bool ComesNear(const Line& line, double radius) {
 }
 
 /// Transforms the line of sight into a frame.
-Line InFrame(const view::Projection::Sight& sight, const Pose& frame) {
+Line InFrame(const view::Projection::LineOfSight& sight, const Pose& frame) {
   const SineCosine turn = SinCos(frame.a);
   const auto place = [&](double x, double y, double z) {
     return point3_t(x * turn.cosine + y * turn.sine, y * turn.cosine - x * turn.sine, z);
@@ -84,28 +84,29 @@ Line InFrame(const view::Projection::Sight& sight, const Pose& frame) {
 }
 
 /// Returns the minimum t at which the line of sight meets the model or a descendant, or kMiss.
-double MeetTree(const view::Projection::Sight& sight, const Model& model, const Pose& global) {
+double IntersectTree(const view::Projection::LineOfSight& sight, const Model& model,
+                     const Pose& global) {
   double t = kMiss;
   if (const BlockGroup& body = model.body(); !body.empty()) {
     Pose frame = global + model.GetGeom().pose;
     frame.z = global.z + model.GetGeom().pose.z;
     const Line line = InFrame(sight, frame);
-    if (ComesNear(line, body.radius()))
+    if (PassesCircle(line, body.radius()))
       for (const auto& block : body.blocks()) t = std::min(t, MeetBlock(line, *block));
   }
   for (const Model* child : model.GetChildren())
-    t = std::min(t, MeetTree(sight, *child, model.ChildGlobalPose(global, *child)));
+    t = std::min(t, IntersectTree(sight, *child, model.ChildGlobalPose(global, *child)));
   return t;
 }
 
 }  // namespace
 
-Model* PickModel(const World& world, const view::Projection::Sight& sight) {
+Model* PickModel(const World& world, const view::Projection::LineOfSight& sight) {
   Model* picked = nullptr;
   double nearest = kMiss;
   for (Model* model : world.GetChildren()) {
     if (!model->IsMovable()) continue;
-    const double t = MeetTree(sight, *model, model->GetPose());
+    const double t = IntersectTree(sight, *model, model->GetPose());
     if (t < nearest) {
       nearest = t;
       picked = model;
@@ -114,17 +115,17 @@ Model* PickModel(const World& world, const view::Projection::Sight& sight) {
   return picked;
 }
 
-Model* PickSpeck(const World& world, const view::Projection& projection, double x, double y) {
-  constexpr double kSpeck = 4, kNear = 4;  // pixels: maximum radius, maximum distance
+Model* PickSmallModel(const World& world, const view::Projection& projection, double x, double y) {
+  constexpr double kMaxRadius = 4, kMaxDistance = 4;  // pixels: maximum radius, maximum distance
   Model* picked = nullptr;
-  double nearest = kNear;
+  double nearest = kMaxDistance;
   for (Model* model : world.GetChildren()) {
     const Pose pose = model->GetPose();
     const point3_t place(pose.x, pose.y, pose.z);
     const auto pixels = projection.ToPixels(place);
     if (!model->IsMovable() || !pixels) continue;
     const double distance = std::hypot(pixels->x - x, projection.height() - pixels->y - y);
-    if (distance >= nearest || model->body().radius() > kSpeck * projection.PixelAt(place))
+    if (distance >= nearest || model->body().radius() > kMaxRadius * projection.PixelAt(place))
       continue;
     nearest = distance;
     picked = model;

@@ -18,11 +18,11 @@ namespace Stg::internal::window {
 
 /// Returns the movable top-level model whose tree the line of sight meets first, or null. Immovable
 /// models do not occlude it.
-Model* PickModel(const World& world, const view::Projection::Sight& sight);
+Model* PickModel(const World& world, const view::Projection::LineOfSight& sight);
 
 /// Like PickModel(), for models that appear as specks: returns the one whose origin is nearest to
 /// the pixel, or null if none is near. Pixels count from the left and top of the canvas.
-Model* PickSpeck(const World& world, const view::Projection& projection, double x, double y);
+Model* PickSmallModel(const World& world, const view::Projection& projection, double x, double y);
 
 /// The selected models in the order of selection.
 class Selection {

@@ -6,34 +6,34 @@
 
 #include <cstdio>
 
-#include "gui/window/parts.hh"
+#include "gui/window/window_state.hh"
 #include "messages/report.hh"
 #include "threads/wall_clock.hh"
 
 namespace Stg::internal::window {
 
-void Picture::Draw(Parts& parts, int width, int height, bool fresh) {
+void Picture::Draw(WindowState& state, int width, int height, bool fresh) {
   if (fresh) renderer_.Forget();
   std::string error;
-  if (!renderer_.Prepare(&error)) return SayOnce(error);
+  if (!renderer_.Prepare(&error)) return ReportOnce(error);
 
-  figures_.Update(parts.world, threads::WallClock());
+  overlay_.Update(state.world, threads::WallClock());
   draw::Selection selection;
-  selection.models = parts.selection.models();
-  selection.last = parts.selection.last();
-  scene_.Update(parts.world, parts.view, width, height, selection);
+  selection.models = state.selection.models();
+  selection.last = state.selection.last();
+  scene_.Update(state.world, state.view, width, height, selection);
   draw::Hud hud;
-  hud.clock = parts.ClockText();
-  if (parts.view.options[view::Show::kOverlay]) hud.overlay = figures_.lines();
+  hud.clock = state.ClockText();
+  if (state.view.options[view::Show::kOverlay]) hud.overlay = overlay_.lines();
   glViewport(0, 0, width, height);
   renderer_.Draw(scene_, hud);
 }
 
 /// Reports the error once. The simulation continues without a view.
-void Picture::SayOnce(const std::string& error) {
+void Picture::ReportOnce(const std::string& error) {
   glClear(GL_COLOR_BUFFER_BIT);
-  if (!said_) messages::Report(LogLevel::kError, "stage: nothing can be drawn: " + error);
-  said_ = true;
+  if (!reported_) messages::Report(LogLevel::kError, "stage: nothing can be drawn: " + error);
+  reported_ = true;
 }
 
 }  // namespace Stg::internal::window

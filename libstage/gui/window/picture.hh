@@ -5,26 +5,26 @@
 #ifndef STAGE_GUI_WINDOW_PICTURE_HH
 #define STAGE_GUI_WINDOW_PICTURE_HH
 
-#include "gui/draw/figures.hh"
+#include "gui/draw/performance_overlay.hh"
+#include "gui/draw/render_scene.hh"
 #include "gui/draw/renderer.hh"
-#include "gui/draw/scene.hh"
 
 namespace Stg::internal::window {
 
-struct Parts;
+struct WindowState;
 
 class Picture {
  public:
   /// Draws into the current context. `fresh`: the context has lost everything drawn before.
-  void Draw(Parts& parts, int width, int height, bool fresh);
+  void Draw(WindowState& state, int width, int height, bool fresh);
 
  private:
-  void SayOnce(const std::string& error);
+  void ReportOnce(const std::string& error);
 
-  draw::Scene scene_;
+  draw::RenderScene scene_;
   draw::Renderer renderer_;
-  draw::Figures figures_;
-  bool said_ = false;
+  draw::PerformanceOverlay overlay_;
+  bool reported_ = false;
 };
 
 }  // namespace Stg::internal::window

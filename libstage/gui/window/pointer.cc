@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "gui/window/parts.hh"
+#include "gui/window/window_state.hh"
 
 namespace Stg::internal::window {
 
@@ -49,19 +49,19 @@ int Pointer::Handle(int event) {
 void Pointer::Push(int button) {
   x_ = Fl::event_x();
   y_ = Fl::event_y();
-  moved_ = clears_ = false;
+  moved_ = clears_selection_ = false;
   drag_ = Drag::kNone;
   const bool control = Fl::event_state(FL_CTRL) != 0;
   if (button == FL_RIGHT_MOUSE || (button == FL_LEFT_MOUSE && control)) drag_ = Drag::kTurn;
-  if (drag_ == Drag::kTurn || button != FL_LEFT_MOUSE || !parts_.canvas->HasRoom()) return;
+  if (drag_ == Drag::kTurn || button != FL_LEFT_MOUSE || !state_.canvas->HasArea()) return;
 
-  Selection& selection = parts_.selection;
-  const view::Projection projection = parts_.canvas->Projection();
+  Selection& selection = state_.selection;
+  const view::Projection projection = state_.canvas->Projection();
   const double x = x_ + 0.5, y = y_ + 0.5;  // the centre of the pixel
-  Model* model = PickModel(parts_.world, projection.SightAt(x, y));
-  if (!model) model = PickSpeck(parts_.world, projection, x, y);
+  Model* model = PickModel(state_.world, projection.LineOfSightAt(x, y));
+  if (!model) model = PickSmallModel(state_.world, projection, x, y);
   if (!model)
-    clears_ = true;
+    clears_selection_ = true;
   else if (Fl::event_state(FL_SHIFT))
     selection.Toggle(model);
   else if (!selection.Contains(model))
@@ -69,7 +69,7 @@ void Pointer::Push(int button) {
   else
     selection.SetLast(model);
   drag_ = model && selection.Contains(model) ? Drag::kModels : Drag::kView;
-  parts_.runner.WantFrame(true);
+  state_.runner.RequestFrame(true);
 }
 
 void Pointer::DragTo(int x, int y) {
@@ -80,19 +80,19 @@ void Pointer::DragTo(int x, int y) {
     PanView(dx, dy);
   else if (drag_ == Drag::kModels)
     MoveModels(x, y);
-  else if (drag_ == Drag::kTurn && !parts_.selection.empty())
+  else if (drag_ == Drag::kTurn && !state_.selection.empty())
     TurnModels(dx + dy);
   else if (drag_ == Drag::kTurn)
     TurnView(dx, dy);
   x_ = x;
   y_ = y;
-  parts_.runner.WantFrame(true);
+  state_.runner.RequestFrame(true);
 }
 
 void Pointer::Release() {
-  if (clears_ && !moved_) {
-    parts_.selection.Clear();
-    parts_.runner.WantFrame(true);
+  if (clears_selection_ && !moved_) {
+    state_.selection.Clear();
+    state_.runner.RequestFrame(true);
   }
   drag_ = Drag::kNone;
 }
@@ -108,15 +108,15 @@ void Pointer::MoveTo(int x, int y) {
     PanView(dx, dy);
   else
     return;
-  parts_.runner.WantFrame(true);
+  state_.runner.RequestFrame(true);
 }
 
 void Pointer::MoveModels(int x, int y) {
-  if (!parts_.canvas->HasRoom()) return;
-  const view::Projection projection = parts_.canvas->Projection();
+  if (!state_.canvas->HasArea()) return;
+  const view::Projection projection = state_.canvas->Projection();
   const auto from = projection.FloorPoint(x_, y_), to = projection.FloorPoint(x, y);
   if (!from || !to) return;  // the pointer is above the horizon
-  for (Model* model : parts_.selection.models()) {
+  for (Model* model : state_.selection.models()) {
     Pose pose = model->GetPose();
     pose.x += to->x - from->x;
     pose.y += to->y - from->y;
@@ -125,7 +125,7 @@ void Pointer::MoveModels(int x, int y) {
 }
 
 void Pointer::TurnModels(int pixels) {
-  for (Model* model : parts_.selection.models()) {
+  for (Model* model : state_.selection.models()) {
     Pose pose = model->GetPose();
     pose.a = normalize(pose.a + kTurnPerPixel * pixels);
     model->SetPose(pose);
@@ -135,14 +135,14 @@ void Pointer::TurnModels(int pixels) {
 // ---- view ---------------------------------------------------------------------------------------
 
 void Pointer::PanView(int dx, int dy) {
-  if (parts_.view.is_perspective())
-    parts_.view.perspective.move(-dx, dy, 0);
+  if (state_.view.is_perspective())
+    state_.view.perspective.move(-dx, dy, 0);
   else
-    parts_.view.flat.move(-dx, dy);
+    state_.view.flat.move(-dx, dy);
 }
 
 void Pointer::TurnView(int dx, int dy) {
-  view::ViewState& view = parts_.view;
+  view::ViewState& view = state_.view;
   if (view.is_perspective()) {
     view.perspective.addYaw(-kPerspectivePerPixel * dx);
     view.perspective.addPitch(-kPerspectivePerPixel * dy);
@@ -153,21 +153,21 @@ void Pointer::TurnView(int dx, int dy) {
 }
 
 void Pointer::Wheel(int notches) {
-  if (notches == 0 || !parts_.canvas->HasRoom()) return;
-  if (parts_.view.is_perspective())
-    parts_.view.perspective.addPose(0, 0, kLift * notches);
+  if (notches == 0 || !state_.canvas->HasArea()) return;
+  if (state_.view.is_perspective())
+    state_.view.perspective.addPose(0, 0, kLift * notches);
   else
     Zoom(notches);
-  parts_.runner.WantFrame(true);
+  state_.runner.RequestFrame(true);
 }
 
 /// Zooms while keeping the floor point under the pointer in place.
 void Pointer::Zoom(int notches) {
-  OrthoCamera& camera = parts_.view.flat;
+  OrthoCamera& camera = state_.view.flat;
   const int x = Fl::event_x(), y = Fl::event_y();
-  const auto before = parts_.canvas->Projection().FloorPoint(x, y);
+  const auto before = state_.canvas->Projection().FloorPoint(x, y);
   camera.scale(notches);
-  const auto after = parts_.canvas->Projection().FloorPoint(x, y);
+  const auto after = state_.canvas->Projection().FloorPoint(x, y);
   if (before && after && camera.pitch() < 89)  // near the horizon the floor point moves too far
     camera.setPose(camera.x() + before->x - after->x, camera.y() + before->y - after->y);
 }
@@ -179,14 +179,14 @@ int Pointer::Key(int key) {
   if (key == FL_Up) up = 1;
   if (key == FL_Down) up = -1;
   if (right == 0 && up == 0) return 0;
-  view::ViewState& view = parts_.view;
+  view::ViewState& view = state_.view;
   if (!view.is_perspective())
     view.flat.move(kArrow * right, kArrow * up);
   else if (right != 0)
     view.perspective.strafe(kStride * right);
   else
     view.perspective.forward(kStride * up);
-  parts_.runner.WantFrame(true);
+  state_.runner.RequestFrame(true);
   return 1;
 }
 

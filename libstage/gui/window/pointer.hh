@@ -7,12 +7,12 @@
 
 namespace Stg::internal::window {
 
-struct Parts;
+struct WindowState;
 
 /// Handles FLTK's events for the canvas. Positions are pixels from its left and top.
 class Pointer {
  public:
-  explicit Pointer(Parts& parts) : parts_(parts) {}
+  explicit Pointer(WindowState& state) : state_(state) {}
 
   /// Returns 1 if the event was used, as Fl_Widget::handle() does.
   int Handle(int event);
@@ -33,11 +33,11 @@ class Pointer {
   void TurnModels(int pixels);
   void Zoom(int notches);
 
-  Parts& parts_;
+  WindowState& state_;
   Drag drag_ = Drag::kNone;
-  bool moved_ = false;   // since the button was pressed
-  bool clears_ = false;  // a release without motion clears the selection
-  int x_ = 0, y_ = 0;    // last position
+  bool moved_ = false;             // since the button was pressed
+  bool clears_selection_ = false;  // a release without motion clears the selection
+  int x_ = 0, y_ = 0;              // last position
 };
 
 }  // namespace Stg::internal::window

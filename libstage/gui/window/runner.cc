@@ -16,19 +16,19 @@ namespace {
 // with the cost of the loop.
 constexpr double kSlice = 0.01;
 // Seconds between polls for changes without notification, such as a client that sets World::paused.
-constexpr double kWatch = 0.2;
+constexpr double kPollInterval = 0.2;
 // Minimum seconds between frames that the user waits for, for example while dragging a robot.
-constexpr double kShortestInterval = 0.015;
+constexpr double kMinInterval = 0.015;
 }  // namespace
 
 Runner::Runner(World& world, Fl_Widget& canvas) : world_(world), canvas_(canvas) {
-  Fl::add_timeout(kWatch, OnWatch, this);
+  Fl::add_timeout(kPollInterval, OnPoll, this);
 }
 
 Runner::~Runner() {
   Unschedule();
   Fl::remove_timeout(OnFrame, this);
-  Fl::remove_timeout(OnWatch, this);
+  Fl::remove_timeout(OnPoll, this);
 }
 
 // ---- steps --------------------------------------------------------------------------------------
@@ -53,7 +53,7 @@ void Runner::Schedule(double now) {
 
 void Runner::Reschedule() {
   const double now = WallClock();
-  if (world_.paused || !begun_) {
+  if (world_.paused || !stepping_enabled_) {
     Unschedule();
     running_ = false;
     return;
@@ -61,23 +61,23 @@ void Runner::Reschedule() {
   if (!running_) speed_.Restart(now, world_.SimTimeNow());
   running_ = true;
   pacer_.Restart(now, Period());
-  if (!pumping_) Schedule(now);
+  if (!in_steps_) Schedule(now);
 }
 
 void Runner::Begin() {
-  begun_ = true;
+  stepping_enabled_ = true;
   Reschedule();
 }
 
 void Runner::Halt() {
-  begun_ = false;
+  stepping_enabled_ = false;
   Reschedule();
   speed_.Clear();
 }
 
-void Runner::Pump() {
-  if (pumping_) return;  // a controller runs the event loop within a step
-  pumping_ = true;
+void Runner::RunSteps() {
+  if (in_steps_) return;  // a controller runs the event loop within a step
+  in_steps_ = true;
   World& world = world_;
   const WorldHandle handle(&world);
   double now = WallClock();
@@ -86,28 +86,29 @@ void Runner::Pump() {
     world.Update();
     if (!handle) return;  // the world and this runner were deleted
     now = WallClock();
-  } while (begun_ && !world_.paused && pacer_.UntilNext(now, Period()) <= 0 && now < end);
-  pumping_ = false;
-  if (!begun_ || world_.paused)
+  } while (stepping_enabled_ && !world_.paused && pacer_.UntilNext(now, Period()) <= 0 &&
+           now < end);
+  in_steps_ = false;
+  if (!stepping_enabled_ || world_.paused)
     Reschedule();
   else
     Schedule(now);
 }
 
-void Runner::Stepped() {
+void Runner::OnStepDone() {
   const double now = WallClock();
-  pacer_.Stepped(now, Period());
-  if (running_) speed_.Stepped(now, world_.SimTimeNow());
-  WantFrame();
+  pacer_.OnStepDone(now, Period());
+  if (running_) speed_.OnStepDone(now, world_.SimTimeNow());
+  RequestFrame();
 }
 
 // ---- frames -------------------------------------------------------------------------------------
 
-void Runner::WantFrame(bool soon) {
+void Runner::RequestFrame(bool soon) {
   if (frame_scheduled_ && !soon) return;
   const double now = WallClock();
   const bool late = running_ && pacer_.IsLate(now, Period());
-  const double interval = soon || world_.paused ? kShortestInterval : interval_;
+  const double interval = soon || world_.paused ? kMinInterval : interval_;
   const double wait = budget_.Next(interval, late) - now;
   Fl::remove_timeout(OnFrame, this);
   frame_scheduled_ = true;
@@ -119,21 +120,21 @@ void Runner::WantFrame(bool soon) {
 
 void Runner::OnFrame(void* data) { static_cast<Runner*>(data)->canvas_.redraw(); }
 
-void Runner::Drawn(double start, double end) {
+void Runner::OnFrameDrawn(double start, double end) {
   // This frame shows the latest state, so a frame that is already scheduled is not needed.
   Fl::remove_timeout(OnFrame, this);
   frame_scheduled_ = false;
-  budget_.Drawn(start, end);
+  budget_.OnFrameDrawn(start, end);
   frames_.Note(end);
   drawn_updates_ = world_.UpdateCount();
 }
 
-void Runner::OnWatch(void* data) {
+void Runner::OnPoll(void* data) {
   auto* runner = static_cast<Runner*>(data);
-  const bool should_run = runner->begun_ && !runner->world_.paused;
+  const bool should_run = runner->stepping_enabled_ && !runner->world_.paused;
   if (runner->running_ != should_run) runner->Reschedule();
-  if (runner->drawn_updates_ != runner->world_.UpdateCount()) runner->WantFrame();
-  Fl::repeat_timeout(kWatch, OnWatch, data);
+  if (runner->drawn_updates_ != runner->world_.UpdateCount()) runner->RequestFrame();
+  Fl::repeat_timeout(kPollInterval, OnPoll, data);
 }
 
 }  // namespace Stg::internal::window

@@ -30,27 +30,27 @@ class Runner {
   void Reschedule();
   /// Enables stepping: until then no steps run, and then they run whenever the world is not paused.
   void Begin();
-  bool has_begun() const { return begun_; }
+  bool has_begun() const { return stepping_enabled_; }
   /// Call at the end of each step, whether or not the runner made it.
-  void Stepped();
+  void OnStepDone();
   /// Stops stepping until Begin(), because another world is being loaded.
   void Halt();
 
   /// Requests a frame. `soon`: a user waits for it, so the interval is ignored.
-  void WantFrame(bool soon = false);
+  void RequestFrame(bool soon = false);
   /// Call after a frame was drawn.
-  void Drawn(double start, double end);
+  void OnFrameDrawn(double start, double end);
 
   const SpeedMeter& speed() const { return speed_; }
   double frames_per_second() const { return frames_.rate(); }
   const FrameBudget& budget() const { return budget_; }
 
  private:
-  static void OnStep(void* runner) { static_cast<Runner*>(runner)->Pump(); }
+  static void OnStep(void* runner) { static_cast<Runner*>(runner)->RunSteps(); }
   static void OnFrame(void* runner);
-  static void OnWatch(void* runner);
+  static void OnPoll(void* runner);
   double Period() const { return StepPacer::Period(world_.sim_interval, world_.speedup); }
-  void Pump();
+  void RunSteps();
   void Schedule(double now);
   void Unschedule();
 
@@ -61,12 +61,12 @@ class Runner {
   FrameBudget budget_;
   RateMeter frames_;
   double interval_ = 0.04;
-  bool begun_ = false;            // stepping is enabled, see Begin()
-  bool running_ = false;          // steps are scheduled
-  bool idle_ = false;             // scheduled by the idle callback instead of a timer
-  bool pumping_ = false;          // prevents recursion: a step may run the event loop itself
-  bool frame_scheduled_ = false;  // a frame is scheduled, by a timer or by redraw()
-  uint64_t drawn_updates_ = 0;    // World::UpdateCount() at the last frame
+  bool stepping_enabled_ = false;  // stepping is enabled, see Begin()
+  bool running_ = false;           // steps are scheduled
+  bool idle_ = false;              // scheduled by the idle callback instead of a timer
+  bool in_steps_ = false;          // prevents recursion: a step may run the event loop itself
+  bool frame_scheduled_ = false;   // a frame is scheduled, by a timer or by redraw()
+  uint64_t drawn_updates_ = 0;     // World::UpdateCount() at the last frame
 };
 
 }  // namespace Stg::internal::window

@@ -25,7 +25,7 @@ bool Screenshots::Take(int width, int height, int skip, std::string* error) {
     struct stat found;
     problem = lstat(name, &found) == 0
                   ? EEXIST
-                  : offscreen::WritePng(name, image, offscreen::Existing::kKeep);
+                  : offscreen::WritePng(name, image, offscreen::IfExists::kKeep);
   } while (problem == EEXIST);
   if (problem != 0) {
     *error = offscreen::PngProblem(name, problem);

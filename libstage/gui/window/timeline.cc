@@ -10,7 +10,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "gui/window/parts.hh"
+#include "gui/window/window_state.hh"
 
 namespace Stg::internal::window {
 
@@ -42,8 +42,8 @@ std::string TimeText(double seconds) {
   return text;
 }
 
-Timeline::Timeline(Parts& parts, ReplayedLog log, int y, int width)
-    : parts_(parts), log_(std::move(log)) {
+Timeline::Timeline(WindowState& state, ReplayedLog log, int y, int width)
+    : state_(state), log_(std::move(log)) {
   row_ = new Fl_Group(0, y, width, kHeight);
   row_->box(FL_UP_BOX);
   const int name_width = std::min(WidthOf(log_.name), kWidestName);
@@ -59,8 +59,8 @@ Timeline::Timeline(Parts& parts, ReplayedLog log, int y, int width)
   slider_->callback(
       [](Fl_Widget*, void* self) {
         auto* timeline = static_cast<Timeline*>(self);
-        timeline->GoTo(timeline->slider_->value());
-        if (Fl::event() == FL_RELEASE) timeline->parts_.canvas->take_focus();
+        timeline->SeekTo(timeline->slider_->value());
+        if (Fl::event() == FL_RELEASE) timeline->state_.canvas->take_focus();
       },
       this);
   slider_->when(FL_WHEN_CHANGED | FL_WHEN_RELEASE_ALWAYS);
@@ -80,12 +80,12 @@ void Timeline::Refresh(double now) {
 }
 
 void Timeline::Skip(double seconds) {
-  GoTo(static_cast<double>(parts_.world.SimTimeNow()) / 1e6 + seconds);
+  SeekTo(static_cast<double>(state_.world.SimTimeNow()) / 1e6 + seconds);
 }
 
-void Timeline::GoTo(double seconds) {
-  log_.go_to(std::clamp(seconds, log_.start, log_.end));
-  parts_.world.Redraw();
+void Timeline::SeekTo(double seconds) {
+  log_.seek_to(std::clamp(seconds, log_.start, log_.end));
+  state_.world.Redraw();
 }
 
 }  // namespace Stg::internal::window

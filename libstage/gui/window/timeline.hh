@@ -15,13 +15,13 @@
 
 namespace Stg::internal::window {
 
-struct Parts;
+struct WindowState;
 
 /// The log that a window replays. Times are simulated seconds.
 struct ReplayedLog {
   std::string name;
   double start = 0, end = 0;
-  std::function<void(double seconds)> go_to;
+  std::function<void(double seconds)> seek_to;
 };
 
 class Timeline {
@@ -29,20 +29,20 @@ class Timeline {
   static constexpr int kHeight = 28;  ///< pixels
 
   /// A row of this width at height y of the window, pixels.
-  Timeline(Parts& parts, ReplayedLog log, int y, int width);
+  Timeline(WindowState& state, ReplayedLog log, int y, int width);
 
   const ReplayedLog& log() const { return log_; }
   /// Shows this time.
   void Refresh(double now);
   /// Moves by this many seconds, backwards if negative.
   void Skip(double seconds);
-  void GoTo(double seconds);
+  void SeekTo(double seconds);
 
   const Fl_Slider& slider() const { return *slider_; }  ///< for tests
   Fl_Group* row() { return row_; }
 
  private:
-  Parts& parts_;
+  WindowState& state_;
   const ReplayedLog log_;
   // Owned by the window.
   Fl_Group* row_;

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "gui/window/parts.hh"
+#include "gui/window/window_state.hh"
 
 namespace Stg::internal::window {
 
@@ -44,7 +44,7 @@ std::string SpeedText(double speedup) {
   return text;
 }
 
-Toolbar::Toolbar(Parts& parts, Fl_Widget* menu_bar, int width, int height) : parts_(parts) {
+Toolbar::Toolbar(WindowState& state, Fl_Widget* menu_bar, int width, int height) : state_(state) {
   fl_add_symbol("stage_pause", DrawPause, 1);
   auto* row = new Fl_Group(0, 0, width, height);
   row->box(FL_UP_BOX);
@@ -52,9 +52,9 @@ Toolbar::Toolbar(Parts& parts, Fl_Widget* menu_bar, int width, int height) : par
   menu_bar->resize(2, 2, kMenuWidth, height - 4);
   menu_bar->box(FL_FLAT_BOX);
   x_ = kMenuWidth + 4 * kGap;
-  run_ = AddButton(kRun, "Run (p)", [this] { parts_.TogglePause(); });
-  step_ = AddButton(kStep, "One step (.)", [this] { parts_.OneStep(); });
-  restart_ = AddButton(kRestart, "Restart (Home)", [this] { parts_.Restart(); });
+  run_ = AddButton(kRun, "Run (p)", [this] { state_.TogglePause(); });
+  step_ = AddButton(kStep, "One step (.)", [this] { state_.OneStep(); });
+  restart_ = AddButton(kRestart, "Restart (Home)", [this] { state_.Restart(); });
   AddSpeeds();
   auto* rest = new Fl_Box(x_, 0, std::max(1, width - x_), height);
   row->resizable(rest);
@@ -85,7 +85,7 @@ void Toolbar::AddSpeeds() {
       "Speed, as multiple of real time\n"
       "slower [   faster ]   real time {   as fast as possible }");
   const auto add = [this](const std::string& text, double speedup) {
-    actions_.emplace_back([this, speedup] { Act([&] { parts_.SetSpeed(speedup); }); });
+    actions_.emplace_back([this, speedup] { Act([&] { state_.SetSpeed(speedup); }); });
     speed_->add(text.c_str(), 0, Call, &actions_.back());
   };
   for (const double speedup : kSpeeds)
@@ -98,18 +98,18 @@ void Toolbar::AddSpeeds() {
 void Toolbar::Act(const std::function<void()>& action) {
   const bool by_key = Fl::event() == FL_KEYBOARD || Fl::event() == FL_SHORTCUT;
   action();
-  if (!by_key) parts_.canvas->take_focus();
+  if (!by_key) state_.canvas->take_focus();
 }
 
 void Toolbar::Refresh() {
-  const bool shows_pause = !parts_.world.paused && parts_.runner.has_begun();
+  const bool shows_pause = !state_.world.paused && state_.runner.has_begun();
   if (shows_pause != shows_pause_) {
     shows_pause_ = shows_pause;
     run_->label(shows_pause ? kPause : kRun);
     run_->tooltip(shows_pause ? "Pause (p)" : "Run (p)");
     run_->redraw();
   }
-  const double speedup = std::max(0.0, parts_.world.speedup);
+  const double speedup = std::max(0.0, state_.world.speedup);
   if (speedup != shown_speed_ || !speed_->label()) {
     shown_speed_ = speedup;
     speed_->copy_label(SpeedText(speedup).c_str());

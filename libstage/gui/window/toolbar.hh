@@ -15,12 +15,12 @@
 
 namespace Stg::internal::window {
 
-struct Parts;
+struct WindowState;
 
 class Toolbar {
  public:
   /// Puts the menu bar and the buttons into one row as wide as the window. Pixels.
-  Toolbar(Parts& parts, Fl_Widget* menu_bar, int width, int height);
+  Toolbar(WindowState& state, Fl_Widget* menu_bar, int width, int height);
 
   /// Updates the buttons to the world's state and speed.
   void Refresh();
@@ -37,7 +37,7 @@ class Toolbar {
   void Act(const std::function<void()>& action);
   static void Call(Fl_Widget*, void* action) { (*static_cast<std::function<void()>*>(action))(); }
 
-  Parts& parts_;
+  WindowState& state_;
   int x_ = 0;  // position of the next widget
   std::deque<std::function<void()>> actions_;
   // Owned by the window.

@@ -9,7 +9,7 @@
 #include <cstdlib>
 
 #include "geometry/load_error.hh"
-#include "gui/window/parts.hh"
+#include "gui/window/window_state.hh"
 #include "messages/report.hh"
 #include "models/power_pack.hh"
 #include "stage.hh"
@@ -18,12 +18,12 @@
 
 namespace Stg {
 
-using internal::window::Parts;
+using internal::window::WindowState;
 
 namespace {
 
-constexpr double kPatience = 0.2;      // seconds between checks for quit requests
-constexpr double kTopViewAngle = 0.1;  // degrees
+constexpr double kQuitPollInterval = 0.2;  // seconds between checks for quit requests
+constexpr double kTopViewAngle = 0.1;      // degrees
 
 /// Resolves a side of the window: a negative value means the screen's.
 int Side(int wanted, int screen) { return wanted < 0 ? screen : std::max(wanted, 1); }
@@ -31,7 +31,7 @@ int Side(int wanted, int screen) { return wanted < 0 ? screen : std::max(wanted,
 void OnClose(Fl_Widget* widget, void*) {
   // Esc must not close the main window.
   if (Fl::event() == FL_SHORTCUT && Fl::event_key() == FL_Escape) return;
-  static_cast<WorldGui*>(widget)->parts().Quit("Stage: User closed window");
+  static_cast<WorldGui*>(widget)->state().Quit("Stage: User closed window");
 }
 
 /// Sizes the window and centres it on the screen. `extra` pixels are added to the height unless it
@@ -45,7 +45,7 @@ void Place(Fl_Window* window, int wide, int high, int extra) {
 
 /// Exits the program with an error if there is no usable display, as FLTK does.
 int CheckDisplay(int width) {
-  const std::string obstacle = Canvas::Obstacle();
+  const std::string obstacle = Canvas::WhyUnavailable();
   if (!obstacle.empty()) {
     std::fflush(stdout);
     messages::Report(LogLevel::kError, "stage: " + obstacle);
@@ -59,19 +59,19 @@ int CheckDisplay(int width) {
 WorldGui::WorldGui(int width, int height, const char* caption)
     : World(caption ? caption : "MyWorld"),
       Fl_Window(CheckDisplay(width), height),
-      parts_(std::make_unique<Parts>(*this)) {
+      state_(std::make_unique<WindowState>(*this)) {
   end();
-  parts_->caption = caption ? caption : std::string("Stage v") + Version();
-  parts_->view.width = w();
-  parts_->view.height = h();
-  copy_label(parts_->caption.c_str());
-  resizable(parts_->canvas);
-  size_range(view::ViewState::kLeastSize, view::ViewState::kLeastSize);
+  state_->caption = caption ? caption : std::string("Stage v") + Version();
+  state_->view.width = w();
+  state_->view.height = h();
+  copy_label(state_->caption.c_str());
+  resizable(state_->canvas);
+  size_range(view::ViewState::kMinSize, view::ViewState::kMinSize);
   callback(OnClose);
   RecordTrails(true);
   Place(this, width, height, 0);
   show();
-  parts_->canvas->take_focus();
+  state_->canvas->take_focus();
   Fl::check();  // shows the window before loading, which may take a while
 }
 
@@ -83,12 +83,12 @@ WorldGui::~WorldGui() {
 // ---- files --------------------------------------------------------------------------------------
 
 void WorldGui::PrepareLoading() {
-  parts_->runner.Halt();
-  parts_->selection = internal::window::Selection();
-  parts_->loaded = false;
-  parts_->view = view::ViewState();
-  parts_->view.width = w();
-  parts_->view.height = h() - parts_->ExtraHeight();
+  state_->runner.Halt();
+  state_->selection = internal::window::Selection();
+  state_->loaded = false;
+  state_->view = view::ViewState();
+  state_->view.width = w();
+  state_->view.height = h() - state_->ExtraHeight();
 }
 
 bool WorldGui::Load(const std::string& worldfile_path) {
@@ -106,15 +106,15 @@ bool WorldGui::Load(std::istream& world_content, const std::string& worldfile_pa
 }
 
 bool WorldGui::FinishLoading(bool good) {
-  parts_->loaded = good;
+  state_->loaded = good;
   if (good) {
     const std::string file = wf->filename;
-    const std::string shown = parts_->timeline ? "replay of " + parts_->timeline->log().name : file;
-    copy_label((parts_->caption + (shown.empty() ? "" : ": " + shown)).c_str());
-    Place(this, parts_->view.width, parts_->view.height, parts_->ExtraHeight());
-    if (parts_->shows_all) parts_->ResetView(true);
+    const std::string shown = state_->timeline ? "replay of " + state_->timeline->log().name : file;
+    copy_label((state_->caption + (shown.empty() ? "" : ": " + shown)).c_str());
+    Place(this, state_->view.width, state_->view.height, state_->ExtraHeight());
+    if (state_->shows_all) state_->ResetView(true);
   }
-  parts_->RefreshControls();
+  state_->RefreshControls();
   return good;
 }
 
@@ -123,96 +123,96 @@ void WorldGui::LoadWorldProperties() {
   World::LoadWorldProperties();
   if (!wf->PropertyExists(0, "speedup")) speedup = 1;
   paused = wf->ReadInt(0, "paused", 0) != 0;
-  parts_->confirm_on_quit = wf->ReadInt(0, "confirm_on_quit", 1) != 0;
+  state_->confirm_on_quit = wf->ReadInt(0, "confirm_on_quit", 1) != 0;
 }
 
 void WorldGui::LoadWindowSection() {
-  Parts& parts = *parts_;
-  parts.view.options.OfferFor(*this);
-  parts.shows_all = !parts.view.Load(wf.get());
-  if (parts.view.follow_model.empty()) return;
-  Model* model = GetModel(parts.view.follow_model);
+  WindowState& state = *state_;
+  state.view.options.OfferSwitchesFor(*this);
+  state.shows_all = !state.view.Load(wf.get());
+  if (state.view.follow_model.empty()) return;
+  Model* model = GetModel(state.view.follow_model);
   if (!model) return;
-  parts.selection.SetLast(model);
-  parts.view.options.Set(view::Show::kFollow, true);
+  state.selection.SetLast(model);
+  state.view.options.Set(view::Show::kFollow, true);
 }
 
 void WorldGui::UnLoad() {
-  parts_->runner.Halt();
-  parts_->selection = internal::window::Selection();
-  parts_->loaded = false;
+  state_->runner.Halt();
+  state_->selection = internal::window::Selection();
+  state_->loaded = false;
   World::UnLoad();
   Redraw();
 }
 
 bool WorldGui::Save(const char* filename) {
   if (!wf) return false;
-  parts_->view.width = w();
-  parts_->view.height = h() - parts_->ExtraHeight();
-  parts_->view.Save(wf.get());
+  state_->view.width = w();
+  state_->view.height = h() - state_->ExtraHeight();
+  state_->view.Save(wf.get());
   wf->WriteFloat(0, "speedup", speedup);
   wf->WriteInt(0, "paused", paused);
-  wf->WriteInt(0, "confirm_on_quit", parts_->confirm_on_quit);
+  wf->WriteInt(0, "confirm_on_quit", state_->confirm_on_quit);
   return World::Save(filename);
 }
 
 // ---- running ------------------------------------------------------------------------------------
 
 bool WorldGui::Update(void) {
-  Parts& parts = *parts_;
-  if (parts.updating) return false;  // a controller runs the event loop within a step
-  parts.updating = true;
+  WindowState& state = *state_;
+  if (state.updating) return false;  // a controller runs the event loop within a step
+  state.updating = true;
   const WorldHandle handle(this);
   const bool done = World::Update();
   if (!handle) return done;  // a callback deleted it
-  parts.updating = false;
+  state.updating = false;
   if (done) {
-    if (PastQuitTime() && parts.ends_at_quit_time)
+    if (PastQuitTime() && state.ends_at_quit_time)
       QuitAll();
-    else if (PastQuitTime() && !parts.timeline)  // a log ends there
+    else if (PastQuitTime() && !state.timeline)  // a log ends there
       SetQuitTime(0);
     Stop();
   } else {
-    parts.runner.Stepped();
+    state.runner.OnStepDone();
   }
-  if (!parts.load_later.empty())
-    parts.Load(std::exchange(parts.load_later, ""));
-  else if (std::exchange(parts.restart_later, false))
-    parts.Restart();
+  if (!state.load_later.empty())
+    state.Load(std::exchange(state.load_later, ""));
+  else if (std::exchange(state.restart_later, false))
+    state.Restart();
   return done;
 }
 
 void WorldGui::Start() {
   World::Start();
-  parts_->runner.Begin();
+  state_->runner.Begin();
   Redraw();
 }
 
 void WorldGui::Stop() {
   World::Stop();
-  parts_->runner.Reschedule();
+  state_->runner.Reschedule();
   Redraw();
 }
 
-void WorldGui::TogglePause() { parts_->TogglePause(); }
+void WorldGui::TogglePause() { state_->TogglePause(); }
 
 void WorldGui::RunEventLoop() {
   // A callback may delete this object.
   const WorldHandle handle(this);
-  while (handle && Fl::first_window() && !TestQuit()) Fl::wait(kPatience);
+  while (handle && Fl::first_window() && !TestQuit()) Fl::wait(kQuitPollInterval);
 }
 
 // ---- view ---------------------------------------------------------------------------------------
 
-void WorldGui::Redraw(void) { parts_->runner.WantFrame(true); }
+void WorldGui::Redraw(void) { state_->runner.RequestFrame(true); }
 
 std::string WorldGui::ClockString() const {
   std::string text = World::ClockString();
   char ratio[32];
-  std::snprintf(ratio, sizeof ratio, " [%.1f]", parts_->runner.speed().ratio());
-  if (parts_->runner.speed().ratio() > 0) text += ratio;
+  std::snprintf(ratio, sizeof ratio, " [%.1f]", state_->runner.speed().ratio());
+  if (state_->runner.speed().ratio() > 0) text += ratio;
   if (paused) text += " [ PAUSED ]";
-  if (parts_->view.options[view::Show::kFollow] && parts_->selection.last())
+  if (state_->view.options[view::Show::kFollow] && state_->selection.last())
     text += " [FOLLOW MODE]";
   return text;
 }
@@ -230,7 +230,7 @@ std::string WorldGui::EnergyString(void) const {
   return text;
 }
 
-Model* WorldGui::RecentlySelectedModel() const { return parts_->selection.last(); }
+Model* WorldGui::RecentlySelectedModel() const { return state_->selection.last(); }
 
 usec_t WorldGui::RealTimeNow(void) const {
   timeval now;
@@ -238,20 +238,20 @@ usec_t WorldGui::RealTimeNow(void) const {
   return static_cast<usec_t>(now.tv_sec) * 1000000 + static_cast<usec_t>(now.tv_usec);
 }
 
-Canvas* WorldGui::GetCanvas(void) const { return parts_->canvas; }
+Canvas* WorldGui::GetCanvas(void) const { return state_->canvas; }
 
 bool WorldGui::IsTopView() {
-  const OrthoCamera& camera = parts_->view.flat;
+  const OrthoCamera& camera = state_->view.flat;
   return std::fabs(camera.pitch()) < kTopViewAngle && std::fabs(camera.yaw()) < kTopViewAngle;
 }
 
 void WorldGui::RemoveModel(Model* mod) {
-  parts_->selection.Forget(mod);
+  state_->selection.Forget(mod);
   World::RemoveModel(mod);
 }
 
 void WorldGui::OfferVisualizer(Visualizer* visualizer, bool on_by_default) {
-  view::ViewOptions& options = parts_->view.options;
+  view::ViewOptions& options = state_->view.options;
   const std::size_t known = options.all().size();
   const std::size_t option =
       options.Register(visualizer->GetMenuName(), visualizer->GetWorldfileName(), on_by_default);
@@ -262,7 +262,7 @@ void WorldGui::OfferVisualizer(Visualizer* visualizer, bool on_by_default) {
     } catch (const LoadError& error) {
       messages::Report(LogLevel::kError, error.what());
     }
-  parts_->filter.Refresh();
+  state_->filter.Refresh();
 }
 
 // ---- input --------------------------------------------------------------------------------------
@@ -270,7 +270,7 @@ void WorldGui::OfferVisualizer(Visualizer* visualizer, bool on_by_default) {
 int WorldGui::handle(int event) {
   // The menu item can have only one shortcut; this is the second.
   if (event == FL_SHORTCUT && Fl::event_key() == ' ' && Fl::event_state(FL_CTRL)) {
-    parts_->ResetView(true);
+    state_->ResetView(true);
     return 1;
   }
   return Fl_Window::handle(event);

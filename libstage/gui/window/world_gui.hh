@@ -31,7 +31,7 @@ namespace Stg {
 class Canvas;
 namespace internal {
 namespace window {
-struct Parts;
+struct WindowState;
 }
 }  // namespace internal
 
@@ -83,7 +83,7 @@ class WorldGui : public World, public Fl_Window {
 
   int handle(int event) override;
 
-  internal::window::Parts& parts() { return *parts_; }  ///< for the library
+  internal::window::WindowState& state() { return *state_; }  ///< for the library
 
  protected:
   void LoadWorldProperties() override;
@@ -93,7 +93,7 @@ class WorldGui : public World, public Fl_Window {
   void PrepareLoading();
   bool FinishLoading(bool good);
 
-  std::unique_ptr<internal::window::Parts> parts_;
+  std::unique_ptr<internal::window::WindowState> state_;
 };
 
 }  // namespace Stg

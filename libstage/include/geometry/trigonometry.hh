@@ -137,10 +137,10 @@ inline double Hypotenuse(double x, double y) {
   const double square = x * x + y * y;
   if (square > 1e-280 && square < 1e300) return std::sqrt(square);
   // The squares overflow or underflow, or the sum is 0 or NaN.
-  const double ax = std::fabs(x), ay = std::fabs(y), most = ax > ay ? ax : ay;
+  const double ax = std::fabs(x), ay = std::fabs(y), larger = ax > ay ? ax : ay;
   if (std::isinf(ax) || std::isinf(ay)) return HUGE_VAL;
-  if (!(most > 0)) return ax + ay;
-  return most * std::sqrt((ax / most) * (ax / most) + (ay / most) * (ay / most));
+  if (!(larger > 0)) return ax + ay;
+  return larger * std::sqrt((ax / larger) * (ax / larger) + (ay / larger) * (ay / larger));
 }
 
 }  // namespace Stg

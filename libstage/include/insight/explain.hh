@@ -94,7 +94,7 @@ struct SceneSummary {
                                   ///< height
 
   /// Likely mistakes, "FILE:LINE:COLUMN: ...", as in the warnings given when the world was loaded.
-  std::vector<std::string> doubts;
+  std::vector<std::string> load_warnings;
 
   // The grid.
   double resolution = 0;        ///< cell size, metres

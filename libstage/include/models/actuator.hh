@@ -49,7 +49,7 @@ class ModelActuator : public Model {
   void Gather(internal::sensing::FanList*) override;
   /// Moves by one step, or not if that would end in an obstacle.
   void Move() override;
-  void NoteSensed() override { sensed_pose_ = pose; }
+  void StoreSensedPose() override { sensed_pose_ = pose; }
   void DropReadings() override;
 
  private:

@@ -67,7 +67,7 @@ class ModelBlobfinder : public Model, private internal::sensing::RaySink {
  private:
   void LoadColors();
   void AddFan(internal::sensing::FanList* fans);
-  void TakeHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
+  void ReceiveHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
   bool Reports(const Color& seen) const;
   Blob MakeBlob(const Color& seen, double mean_range) const;
 

@@ -59,7 +59,7 @@ class ModelBumper : public Model, private internal::sensing::RaySink {
   };
   void MakeSamples();
   void AddLine(uint32_t index, const Pose& frame, internal::sensing::FanList* fans);
-  void TakeHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
+  void ReceiveHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
 
   std::vector<BumperConfig> configs_;
   std::vector<BumperSample> results_;

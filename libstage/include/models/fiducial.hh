@@ -84,7 +84,7 @@ class ModelFiducial : public Model, private internal::sensing::RaySink {
   void CollectCandidates();
   bool MakeCandidate(const Pose& own, Model* target, const Pose& there, Fiducial* candidate) const;
   void AddFan(internal::sensing::FanList* fans);
-  void TakeHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
+  void ReceiveHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
 
   std::vector<Fiducial> fiducials_;
   std::vector<Fiducial> candidates_;  // their rays are in the batch; mod is null if deleted

@@ -77,7 +77,7 @@ class ModelGripper : public Model, private internal::sensing::RaySink {
   Model* Grippable() const;
   void Grip();
   void Drop();
-  void TakeHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
+  void ReceiveHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
 
   config_t config_;
   cmd_t command_;

@@ -41,13 +41,13 @@ namespace internal {
 namespace sensing {
 class DirectionTables;
 class FanList;
-struct BatchShare;
+struct BatchSpace;
 struct Fan;
 struct Scene;
 struct SelfMask;
 }  // namespace sensing
 namespace grid {
-struct Drawings;
+struct Rasterizations;
 }
 }  // namespace internal
 
@@ -97,7 +97,8 @@ class Model : public Ancestor {
   } callback_type_t;
 
   /// Maximum number of ancestors of a model.
-  static const unsigned int kDeepest = 1000;
+  static const unsigned int kMaxDepth = 1000;
+  [[deprecated("use kMaxDepth")]] static const unsigned int kDeepest = kMaxDepth;
 
   /// The known types. Clients may add their own after Init() and before loading a world.
   /// RegisterModelType() is possible at any time and describes types more fully.
@@ -105,7 +106,7 @@ class Model : public Ancestor {
 
   /// Registers the model with its world and parent (null: top level). An empty name is replaced by
   /// "type:n", prefixed with "parent." for children. The body is one block of the default size. If
-  /// the parent has kDeepest ancestors, the model is placed at the top level, with a message.
+  /// the parent has kMaxDepth ancestors, the model is placed at the top level, with a message.
   Model(World* world, Model* parent = NULL, const std::string& type = "model",
         const std::string& name = "");
   virtual ~Model();
@@ -347,24 +348,30 @@ class Model : public Ancestor {
   /// Like KeepState() above, for a keeper that enumerates its state itself.
   void KeepState(const std::string& name, StateKeeper* keeper);
   /// Declares that a controller keeps no state.
-  void KeepsNoState(const std::string& name);
-  /// True if every controller has called KeepState() or KeepsNoState().
-  bool StateIsKept() const;
+  void DeclareNoState(const std::string& name);
+  [[deprecated("use DeclareNoState()")]] void KeepsNoState(const std::string& name) {
+    DeclareNoState(name);
+  }
+  /// True if every controller has called KeepState() or DeclareNoState().
+  bool DeclaresState() const;
+  [[deprecated("use DeclaresState()")]] bool StateIsKept() const { return DeclaresState(); }
 
   /// Makes the body visible to rangers again after ranger_return was negative. Returns true if it
-  /// did. Internal, like CollectDrawings().
-  bool ShowAgainToRangers();
+  /// did. Internal, like CollectRasterizations().
+  bool RestoreRangerVisibility();
   const BlockGroup& body() const { return *blockgroup; }
   /// Appends the cells of this model and its descendants.
-  void CollectDrawings(internal::grid::Drawings* drawings, bool exact) const;
+  void CollectRasterizations(internal::grid::Rasterizations* rasterizations, bool exact) const;
   /// Registers a body that is drawn while invisible to rangers.
-  void NoteDrawn();
-  /// True if NoteDrawn() has nothing to do.
-  bool is_noted() const { return !(vis.ranger_return < 0) || hidden_from_rangers_; }
-  /// True if registered by NoteDrawn().
+  void RegisterIfHidden();
+  /// True if RegisterIfHidden() has nothing to do.
+  bool is_registered_or_visible() const { return !(vis.ranger_return < 0) || hidden_from_rangers_; }
+  /// True if registered by RegisterIfHidden().
   bool is_hidden_from_rangers() const { return hidden_from_rangers_; }
   /// True if the scheduled update with this number is still valid. Internal.
-  bool ExpectsUpdate(uint64_t chain) const { return subs > 0 && chain == update_chain_; }
+  bool ExpectsUpdate(uint64_t generation) const {
+    return subs > 0 && generation == update_generation_;
+  }
   /// The scene that the world's models share.
   internal::sensing::Scene& scene() const { return *scene_; }
 
@@ -433,28 +440,28 @@ class Model : public Ancestor {
   virtual void Update();
 
   // Updates of the library's types are split into stages so that several threads can process many
-  // models. First all models run GetReady(), then all measure the space that they need in the batch
-  // of rays, then each fills in its space. In each stage a model changes only itself and reads
-  // nothing that others change. GatherAlone() runs the stages for one model.
+  // models. First all models run Preparations(), then all measure the space that they need in the
+  // batch of rays, then each fills in its space. In each stage a model changes only itself and
+  // reads nothing that others change. GatherSerially() runs the stages for one model.
 
   /// Senses, and adds rays to the list.
   virtual void Gather(internal::sensing::FanList*) {}
   /// Returns which of the following preparations are needed first.
-  virtual unsigned GetReady() { return 0; }
-  static const unsigned kPartsThatLack = 1;  ///< FinishGettingReady() must run
-  static const unsigned kExactRays = 2;      ///< bodies must be drawn for the exact ray model
+  virtual unsigned Preparations() { return 0; }
+  static const unsigned kNeedsPreparation = 1;  ///< FinishPreparation() must run
+  static const unsigned kExactRays = 2;         ///< bodies must be drawn for the exact ray model
   /// Runs while no other thread is active.
-  virtual void FinishGettingReady() {}
-  class SelfMasksToMake;
+  virtual void FinishPreparation() {}
+  class PendingSelfMasks;
   /// Calls Gather() and returns the space that the listed fans need in the batch. Types that know
-  /// it in advance may do all work in FillRoom(), without a list.
-  virtual internal::sensing::BatchShare MeasureRoom(internal::sensing::FanList* fans,
-                                                    SelfMasksToMake* masks);
-  /// Writes the `count` fans of the list from `first_fan` on, which MeasureRoom() added, to the
+  /// it in advance may do all work in FillSpace(), without a list.
+  virtual internal::sensing::BatchSpace MeasureSpace(internal::sensing::FanList* fans,
+                                                     PendingSelfMasks* masks);
+  /// Writes the `count` fans of the list from `first_fan` on, which MeasureSpace() added, to the
   /// batch. Returns false if the layer of a fan must still be made; the fan has kNoLayer then.
-  virtual bool FillRoom(internal::sensing::BatchShare room, const internal::sensing::FanList& fans,
-                        size_t first_fan, size_t count);
-  void GatherAlone();
+  virtual bool FillSpace(internal::sensing::BatchSpace place,
+                         const internal::sensing::FanList& fans, size_t first_fan, size_t count);
+  void GatherSerially();
 
   /// The part of an update that must wait until the step's rays are traced, such as changing
   /// bodies. Called before moves, if Update() added the model to Host::sensed.
@@ -464,9 +471,9 @@ class Model : public Ancestor {
   /// Stores the present pose for GetSensedPose(). Called for moving models after the updates and
   /// before the moves of a step in which a model of their tree updated. Several threads may call it
   /// for different models at once.
-  virtual void NoteSensed() {}
+  virtual void StoreSensedPose() {}
 
-  /// Deletes the readings that ExchangeState() omits, see StateExchange::leaves_readings_out(): the
+  /// Deletes the readings that ExchangeState() omits, see StateExchange::omits_readings(): the
   /// restored state does not contain them.
   virtual void DropReadings() { updated_at_ = 0; }
   /// See World::Reseed(). Makes random numbers depend on their current seed and this one. Types
@@ -474,7 +481,7 @@ class Model : public Ancestor {
   virtual void Reseed(uint64_t seed);
   /// Draws the numbers that the constructor of this type takes from World::random(): see
   /// World::BeginAgain(). Overridden by types whose constructor does so.
-  virtual void DrawAtBeginning() {}
+  virtual void DrawInitialRandomNumbers() {}
   /// Restarts the model's random numbers as those of a new model with index `index` among siblings
   /// of its type.
   void RestartRandomNumbers(unsigned index);
@@ -560,9 +567,9 @@ class Model : public Ancestor {
     }
   };
   struct Callbacks {
-    std::vector<Callback> all;  // in registration order
-    bool orphaned = false;      // the model has been deleted
-    int rounds = 0;             // number of loops in progress
+    std::vector<Callback> all;   // in registration order
+    bool model_deleted = false;  // the model has been deleted
+    int rounds = 0;              // number of loops in progress
     struct Round;
     int CountLeft(callback_type_t t) const;
     void Tidy();
@@ -578,8 +585,8 @@ class Model : public Ancestor {
   void ExchangeEnergy(StateExchange& exchange);
   void ExchangeCallbacks(StateExchange& exchange);
   void ExchangeFlags(StateExchange& exchange);
-  void ExchangeMarks(StateExchange& exchange);
-  void CarryFlags(uint64_t count);
+  void ExchangeLoadFlags(StateExchange& exchange);
+  void SetFlagCount(uint64_t count);
   /// Height above the origin at which children stand.
   double StandOnZ() const { return stack_children ? geom.size.z : 0; }
   void AddKeptState(const KeptState& kept);
@@ -591,7 +598,7 @@ class Model : public Ancestor {
   void LoadPicture(bool keeps_frame);
   void LoadGuiState();
   void LoadName();
-  void TakeName(const std::string& name);
+  void AssignName(const std::string& name);
   void LoadTrail();
   void LoadControllers();
   void AddBoundary();
@@ -599,13 +606,13 @@ class Model : public Ancestor {
   unsigned int Height() const;
   /// Global pose of a child at local pose `local`, while this model is at `global`.
   Pose PlacedOnThis(const Pose& global, const Pose& local) const;
-  static Model* FitParent(const World& world, Model* parent);
+  static Model* LimitDepth(const World& world, Model* parent);
   bool RefusesParent(const Model& newparent) const;
   void InitOrThrow();
   template <typename F>
   int CallEach(callback_type_t t, F call);
-  /// CollectDrawings() into a buffer that is valid until the thread's next call.
-  const internal::grid::Drawings& OwnDrawings(bool exact) const;
+  /// CollectRasterizations() into a buffer that is valid until the thread's next call.
+  const internal::grid::Rasterizations& OwnRasterizations(bool exact) const;
   void StopCharging();
   void ScheduleUpdate();
   bool HasCallbacks(callback_type_t t) const {
@@ -621,10 +628,10 @@ class Model : public Ancestor {
   internal::sensing::Scene* scene_;
   std::shared_ptr<Callbacks> callbacks_;   // null for most models
   std::unique_ptr<SelfMasks> self_masks_;  // only in roots with ray sensors
-  uint64_t update_chain_;                  // pending updates of an older chain are void
+  uint64_t update_generation_;             // pending updates of an older generation are void
   usec_t updated_at_;                      // simulated time; 0: never
   uint32_t tree_updated_in_;               // in roots: Host::steps_begun at the tree's last update
-  uint64_t callback_run_;                  // in roots: the last interval with callbacks of the tree
+  uint64_t callback_interval_;             // in roots: the last interval with callbacks of the tree
   bool serial_update_callbacks_;           // a CB_UPDATE callback is not parallel
   bool hidden_from_rangers_;               // body was drawn while invisible to rangers
   bool loaded_;                            // Load() has run

@@ -30,17 +30,26 @@ struct SensorExtent {
 };
 
 struct ModelType {
-  /// How updates of exactly this class may run. All values except kAlone promise that Update() does
-  /// no more than Model::Update() and Model::Gather(), so that several models may update at once.
+  /// How updates of exactly this class may run. All values except kSerial promise that Update()
+  /// does no more than Model::Update() and Model::Gather(), so that several models may update at
+  /// once.
   enum Updates : unsigned {
-    kAlone = 0,              ///< one at a time, with nothing else running
-    kShared = 1,             ///< several models at once
-    kPastOwnTree = 2,        ///< its rays ignore its own tree
-    kLooksForFiducials = 4,  ///< it reads the index of fiducials
-    kThroughAllHeights = 8,  ///< its rays use the layer of all heights
-    kHasRest = 16,           ///< it requests Sensed()
-    kCallsVelocity = 32,     ///< it calls CB_VELOCITY callbacks; runs alone if there are any
+    kSerial = 0,               ///< one at a time, with nothing else running
+    kParallel = 1,             ///< several models at once
+    kIgnoresOwnTree = 2,       ///< its rays ignore its own tree
+    kReadsFiducialIndex = 4,   ///< it reads the index of fiducials
+    kUsesEverythingLayer = 8,  ///< its rays use the layer of all heights
+    kRequestsSensed = 16,      ///< it requests Sensed()
+    kCallsVelocity = 32,       ///< it calls CB_VELOCITY callbacks; runs alone if there are any
   };
+  [[deprecated("use kSerial")]] static const Updates kAlone = kSerial;
+  [[deprecated("use kParallel")]] static const Updates kShared = kParallel;
+  [[deprecated("use kIgnoresOwnTree")]] static const Updates kPastOwnTree = kIgnoresOwnTree;
+  [[deprecated("use kReadsFiducialIndex")]] static const Updates kLooksForFiducials =
+      kReadsFiducialIndex;
+  [[deprecated("use kUsesEverythingLayer")]] static const Updates kThroughAllHeights =
+      kUsesEverythingLayer;
+  [[deprecated("use kRequestsSensed")]] static const Updates kHasRest = kRequestsSensed;
   std::string name;          ///< as in world files
   const std::type_info* of;  ///< the class
   size_t size;               ///< of an object, in bytes
@@ -64,7 +73,7 @@ class ModelTypeOf {
     type_.size = sizeof(M);
     type_.create = Create;
     type_.is = Is;
-    type_.updates = ModelType::kAlone;
+    type_.updates = ModelType::kSerial;
     type_.measurable = false;
   }
 

@@ -106,14 +106,14 @@ class ModelPosition : public Model {
 
   /// Moves by one step, or not if that would end in an obstacle.
   void Move() override;
-  void NoteSensed() override;
+  void StoreSensedPose() override;
   void DropReadings() override;
   void Startup() override;
   void Shutdown() override;
   void Update() override;
   void Gather(internal::sensing::FanList*) override;
   void Load() override;
-  void DrawAtBeginning() override { DrawErrors(); }
+  void DrawInitialRandomNumbers() override { DrawErrors(); }
 
  private:
   void DrawErrors();
@@ -130,10 +130,10 @@ class ModelPosition : public Model {
   Pose MotionOfStep(const Velocity& v) const;
   void CountMotion();
 
-  void TakeVelocity(const Velocity& val);
-  void NoteCommand();
+  void ApplyVelocity(const Velocity& val);
+  void CheckSubscription();
   /// Warns once if the robot got a command but has no subscriber, and so does not move.
-  void TellIfUnheard();
+  void WarnIfNotSubscribed();
   /// True if Move() does nothing.
   bool StaysStill() const { return velocity.IsZero() || disabled; }
 
@@ -158,8 +158,8 @@ class ModelPosition : public Model {
   Pose driven_;       // odometry since est_pose was refreshed; not used with gps
   Pose sensed_pose_;  // global; see GetSensedPose()
   usec_t sensed_at_;
-  bool maybe_unheard_ = false;  // the last command came while there was no subscriber
-  bool told_unheard_ = false;
+  bool check_subscription_ = false;  // the last command came while there was no subscriber
+  bool warned_unsubscribed_ = false;
 };
 
 }  // namespace Stg

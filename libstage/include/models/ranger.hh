@@ -118,17 +118,17 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
 
  private:
   void Gather(internal::sensing::FanList* fans) override;
-  unsigned GetReady() override;
-  void FinishGettingReady() override;
+  unsigned Preparations() override;
+  void FinishPreparation() override;
   // Without angle noise, which is drawn per sample, the sizes of all fans are known in advance.
-  internal::sensing::BatchShare MeasureRoom(internal::sensing::FanList* fans,
-                                            SelfMasksToMake* masks) override;
-  bool FillRoom(internal::sensing::BatchShare room, const internal::sensing::FanList& fans,
-                size_t first_fan, size_t count) override;
+  internal::sensing::BatchSpace MeasureSpace(internal::sensing::FanList* fans,
+                                             PendingSelfMasks* masks) override;
+  bool FillSpace(internal::sensing::BatchSpace place, const internal::sensing::FanList& fans,
+                 size_t first_fan, size_t count) override;
   bool HasAngleNoise() const;
   void Prepare(Sensor* sensor, uint32_t index);
-  void ExpectHits(uint32_t tag) const override;
-  void TakeHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
+  void PrefetchHits(uint32_t tag) const override;
+  void ReceiveHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
 
   std::vector<Sensor> sensors_;
   Pose scan_pose_;  // see GetScanPose()

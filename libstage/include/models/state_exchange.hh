@@ -68,8 +68,11 @@ class StateExchange {
   bool hashing() const { return use_ == kHash; }
   /// True if readings that will be replaced before anything can read them are omitted: the model
   /// saves no readings, and keeps its own when restored.
-  bool leaves_readings_out() const { return leaves_readings_out_; }
-  void LeaveReadingsOut(bool leave) { leaves_readings_out_ = leave; }
+  bool omits_readings() const { return omits_readings_; }
+  [[deprecated("use omits_readings()")]] bool leaves_readings_out() const {
+    return omits_readings();
+  }
+  void OmitReadings(bool leave) { omits_readings_ = leave; }
   /// Makes restoring fail with this message, unless it has failed already. Later values stay
   /// unchanged.
   void Fail(const std::string& message);
@@ -99,7 +102,7 @@ class StateExchange {
       for (size_t i = 0; i < kBytes; i++) HashByte(*bits >> 8 * i & 0xff);
       return;
     }
-    if (left() < kBytes) MakeRoom(kBytes);
+    if (left() < kBytes) Reserve(kBytes);
     if (failed_) return;
     if (use_ == kSave)
       PutLittleEndian<kBytes>(*bits);
@@ -131,7 +134,7 @@ class StateExchange {
   void HashByte(uint64_t byte) { hash_ = Fnv1aStep(hash_, byte); }
   /// When saving: reserves space for `bytes` more bytes. When restoring: fails, as too few are
   /// left.
-  void MakeRoom(size_t bytes);
+  void Reserve(size_t bytes);
 
   template <typename T>
   typename std::enable_if<std::is_integral<T>::value>::type Exchange(T& value) {
@@ -193,7 +196,7 @@ class StateExchange {
   // rest of the input, which is not written to.
   unsigned char *at_, *end_;
   uint64_t hash_;
-  bool failed_, leaves_readings_out_;
+  bool failed_, omits_readings_;
   std::string message_;
 };
 

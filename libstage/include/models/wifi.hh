@@ -93,7 +93,7 @@ class ModelWifi : public Model, private internal::sensing::RaySink {
   double Loss(double distance);
   void AddPath(const ModelWifi& other, const Pose& here);
   void AddRay(uint32_t index, const Pose& here, internal::sensing::FanList* fans);
-  void TakeHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
+  void ReceiveHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
 
   std::vector<Neighbor> neighbors_;
   std::vector<Path> paths_;  // only path_count_ are used; the rest keep their memory

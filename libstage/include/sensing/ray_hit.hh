@@ -24,26 +24,26 @@ struct RayHit {
 };
 
 /// Consecutive rays with a hit on the same model, or without a hit.
-struct HitRun {
+struct HitInterval {
   uint32_t end;  ///< index in the fan, one past the last ray
   Model* model;  ///< as in RayHit
 };
 
 /// Results of the rays of a fan.
 struct RayHits {
-  const double* ranges;  ///< one per sample, as in RayHit
-  const HitRun* runs;    ///< contiguous; the last one ends at `count`
-  uint32_t count;        ///< number of rays
+  const double* ranges;          ///< one per sample, as in RayHit
+  const HitInterval* intervals;  ///< contiguous; the last one ends at `count`
+  uint32_t count;                ///< number of rays
 };
 
 /// Receives the results of fans. Several threads may deliver different fans concurrently.
 class RaySink {
  public:
   virtual ~RaySink() = default;
-  /// Announces a call of TakeHits(), so that the memory it writes to can be prefetched.
-  virtual void ExpectHits(uint32_t /*tag*/) const {}
+  /// Announces a call of ReceiveHits(), so that the memory it writes to can be prefetched.
+  virtual void PrefetchHits(uint32_t /*tag*/) const {}
   /// `tag` is that of the fan.
-  virtual void TakeHits(uint32_t tag, const RayHits& hits) = 0;
+  virtual void ReceiveHits(uint32_t tag, const RayHits& hits) = 0;
 };
 
 }  // namespace sensing

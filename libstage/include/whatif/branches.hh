@@ -65,20 +65,21 @@ struct BranchOptions {
 
 /// The result of a branch so far.
 struct Branch {
-  enum Fate {
+  enum State {
     kAlive,
     kEnded,    ///< Scenario::AfterStep() returned true, or the world was asked to quit
     kRetired,  ///< stopped by the client
     kFailed    ///< see `error`
   };
-  Fate fate;
+  typedef State Fate [[deprecated("use State")]];
+  State state;
   uint64_t steps;  ///< number of steps since the branch was restored
   double score;
   std::string error;                ///< one line
   std::vector<Command> commands;    ///< sorted by step; within a step in the order given
   std::vector<Sighting> sightings;  ///< for each step, one per watched model
 
-  Branch() : fate(kRetired), steps(0), score(0) {}
+  Branch() : state(kRetired), steps(0), score(0) {}
 };
 
 /// Many alternative futures ("branches") of a world. A branch is stored as a snapshot; a few

@@ -62,8 +62,8 @@ class RayCaster : private internal::sensing::RaySink {
   void OrderByPlace(const Pose* poses, size_t count);
   void SortOrder();
   template <typename F>
-  void ForEachShare(size_t count, F f);
-  void TakeHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
+  void ForEachSlice(size_t count, F f);
+  void ReceiveHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
 
   World& world_;
   const CastOptions options_;

@@ -59,8 +59,8 @@ class Snapshot {
  private:
   friend class World;
   size_t SizeOfRow() const;
-  /// The whole state. `room` is a buffer for the row if it must be computed.
-  const StateRow& Row(StateRow* room) const;
+  /// The whole state. `buffer` is a buffer for the row if it must be computed.
+  const StateRow& Row(StateRow* buffer) const;
 
   std::shared_ptr<const StateRow> row_;
   std::shared_ptr<const StateExchange::Bytes> difference_;  // to row_; null: none

@@ -38,7 +38,8 @@ class WorldEngine;
 class Option;
 class StateExchange;
 class Visualizer;
-struct WorldBeginning;
+struct InitialState;
+typedef InitialState WorldBeginning [[deprecated("use InitialState")]];
 struct WorldImage;
 struct RunStatistics;
 struct SceneSummary;
@@ -162,14 +163,20 @@ class World : public Ancestor {
   /// false like Load(), or with a message if nothing is loaded or if called by a callback of the
   /// world.
   bool Reset(uint64_t seed);
-  /// Call it right after loading to get what BeginAgain() needs. Returns null if restoring this
+  /// Call it right after loading to get what RestartFrom() needs. Returns null if restoring this
   /// state with another seed might differ from loading with that seed, as with controllers,
   /// plug-ins and populations.
-  std::shared_ptr<const WorldBeginning> TakeBeginning();
+  std::shared_ptr<const InitialState> CaptureInitialState();
+  [[deprecated("use CaptureInitialState()")]] std::shared_ptr<const InitialState> TakeBeginning() {
+    return CaptureInitialState();
+  }
   /// Like Reset(seed), but as fast as Restore(): models are kept and return to their loaded state.
-  /// `beginning` must be of this world or a copy. Returns false without a message, and changes
+  /// `initial_state` must be of this world or a copy. Returns false without a message, and changes
   /// nothing, if clients have registered callbacks.
-  bool BeginAgain(const WorldBeginning& beginning, uint64_t seed);
+  bool RestartFrom(const InitialState& initial_state, uint64_t seed);
+  [[deprecated("use RestartFrom()")]] bool BeginAgain(const InitialState& state, uint64_t seed) {
+    return RestartFrom(state, seed);
+  }
   /// Deletes all models and sets the clock to 0.
   virtual void UnLoad();
   /// Makes every model read its properties again from the world file in memory. Bodies, sensors,
@@ -366,7 +373,7 @@ class World : public Ancestor {
   /// Resolves kDefault to the world's ray model.
   bool IsExact(RayModel model) const;
   /// Draws bodies for the exact ray model from now on. Does nothing if already done.
-  void DrawForExactRays();
+  void RasterizeForExactRays();
 
  protected:
   struct Source;
@@ -377,10 +384,10 @@ class World : public Ancestor {
   virtual void LoadWindowSection() {}
   void UsePrefilter();
   void LoadContent(Source source);
-  void DrawAll();
+  void RasterizeAll();
   bool FailToLoad(const WorldEngine& engine, const std::string& message, int status);
   bool RefuseToNest();
-  bool AfterAnotherLife();
+  bool AfterEpochChanged();
   bool RefusesToWrite(const char* what) const;
   bool LoadEntities();
   void LoadEntity(int entity);
@@ -391,7 +398,7 @@ class World : public Ancestor {
   void CallUpdateCallbacks();
   bool MakeStep(const std::shared_ptr<WorldEngine>& engine);
   void CallAfterThisStep();
-  void Step(WorldEngine& engine, uint64_t life);
+  void Step(WorldEngine& engine, uint64_t epoch);
   void FinishSensing();
   void ValidateAfter(const char* phase) const;
   void UpdateEnergy();
@@ -419,39 +426,40 @@ class World : public Ancestor {
   std::vector<RecordedRay> ray_list;
 
  private:
-  class Survey;
+  class SummaryBuilder;
   class LoadChecks;
-  class Gauge;
+  class StepCostMeter;
   class Restorer;
   class Validator;
 
   void ExchangeHead(StateExchange& exchange);
   void ExchangeOwn(StateExchange& exchange);
-  void ExchangePlans(StateExchange& exchange);
-  void ExchangePlaces(StateExchange& exchange);
-  std::string WhoWaits();
+  void ExchangeSchedules(StateExchange& exchange);
+  void ExchangeGridState(StateExchange& exchange);
+  std::string PendingCallback();
   bool IsIn(const StateRow& row);
   void ExchangeTotals(StateExchange& exchange);
-  void ExchangeUndrawn(StateExchange& exchange);
+  void ExchangeUnrasterized(StateExchange& exchange);
   void ExchangeSchedule(StateExchange& exchange);
   void RestoreSchedule(uint64_t events, StateExchange& exchange);
   void ExchangeNames(StateExchange& exchange);
   void ExchangeGrid(StateExchange& exchange);
-  struct DrawnBody;
-  static std::vector<DrawnBody> BodiesOf(const std::vector<Model*>& models,
-                                         const internal::grid::Grid& grid, bool all);
+  struct RasterizedBody;
+  static std::vector<RasterizedBody> BodiesOf(const std::vector<Model*>& models,
+                                              const internal::grid::Grid& grid, bool all);
   void HashOrder(StateExchange& exchange);
   void ExchangeOrder(StateExchange& exchange);
-  static bool MarkLate(std::vector<DrawnBody>* bodies, std::vector<DrawnBody>* late);
-  void ReturnEarly(const std::vector<Model*>& models, const std::vector<DrawnBody>& bodies);
-  void DrawInOrder(const std::vector<Model*>& models);
-  void NoteAllDrawn();
-  void NoteAllDrawnSince(uint64_t stamp);
+  static bool MarkRecent(std::vector<RasterizedBody>* bodies, std::vector<RasterizedBody>* recent);
+  void RestoreCreationOrder(const std::vector<Model*>& models,
+                            const std::vector<RasterizedBody>& bodies);
+  void ReorderAll(const std::vector<Model*>& models);
+  void MarkAllRasterized();
+  void MarkAllRasterizedSince(uint64_t stamp);
   std::shared_ptr<const WorldImage> MakeImage() const;
-  void DrawLike(const WorldImage& image);
+  void RasterizeFromImage(const WorldImage& image);
   bool HasClients() const;
-  bool MayBeginAgain();
-  void RestartRandomNumbers(const WorldBeginning& beginning, uint64_t seed);
+  bool CanRestart();
+  void RestartRandomNumbers(const InitialState& initial_state, uint64_t seed);
 
   static void InitIfNotDone();
   static std::vector<World*> ListedWorlds();

@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "messages/assert.hh"
+#include "models/deletion_watch.hh"
+#include "models/exception_origin.hh"
 #include "models/model_type.hh"
-#include "models/thrown.hh"
-#include "models/watch.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -46,16 +46,16 @@ void GatherPhase::Run(World* world, WorldEngine* engine) {
   engine->scheduler.Take(now_, &due);
   const size_t models = due.size() + engine->moving.size();
   engine->ChooseThreadsFor(models);
-  engine->sharing.Choose(engine->threads(), models);
+  engine->parallel_choice.Choose(engine->threads(), models);
   const bool batch = world->options().batch;
-  const bool shares = batch && engine->sharing.shares();
+  const bool parallel = batch && engine->parallel_choice.is_parallel();
   // Updates of built-in types move nothing; see RunEvent() for the rest.
   const FiducialsFrozen frozen(&engine->fiducials, true);
   // By index: an update may delete models, which clears their events, or the whole world, which
   // empties the list.
   for (size_t i = 0; i < due.size();) {
     const size_t updated =
-        shares ? UpdateTogether(due.data() + i, due.size() - i, world, engine->workers()) : 0;
+        parallel ? UpdateParallel(due.data() + i, due.size() - i, world, engine->workers()) : 0;
     if (updated == 0) {
       RunEvent(engine, i);
       if (!batch) engine->TraceBatch();
@@ -64,19 +64,19 @@ void GatherPhase::Run(World* world, WorldEngine* engine) {
     i += std::max<size_t>(updated, 1);
   }
   due.clear();
-  NoteSensed(engine, shares);
+  StoreSensedPose(engine, parallel);
 }
 
 /// Robots store their poses if a model of their tree has updated: the readings of this step belong
 /// to these poses.
-void GatherPhase::NoteSensed(WorldEngine* engine, bool shares) const {
+void GatherPhase::StoreSensedPose(WorldEngine* engine, bool parallel) const {
   constexpr size_t kMany = 1000;  // fewer are done before other threads have started
   const std::vector<Model*>& moving = engine->moving;
   const auto note = [&](size_t begin, size_t end, unsigned) {
     for (size_t i = begin; i < end; i++)
-      if (moving[i]->root->tree_updated_in_ == step_) moving[i]->NoteSensed();
+      if (moving[i]->root->tree_updated_in_ == step_) moving[i]->StoreSensedPose();
   };
-  if (!shares || moving.size() < kMany) return note(0, moving.size(), 0);
+  if (!parallel || moving.size() < kMany) return note(0, moving.size(), 0);
   engine->workers()->Run(moving.size(), engine->workers()->Grain(moving.size(), kGrain), note);
 }
 
@@ -85,7 +85,7 @@ void GatherPhase::RunEvent(WorldEngine* engine, size_t index) {
   const Scheduler::Event event = engine->due[index];
   // Callbacks, and updates of classes derived by clients, may move and change any model.
   std::optional<FiducialsFrozen> unfrozen;
-  if (!MayShare(event)) unfrozen.emplace(&engine->fiducials, false);
+  if (!CanRunInParallel(event)) unfrozen.emplace(&engine->fiducials, false);
   if (event.callback) {
     engine->due[index] = Scheduler::Event();    // called once, even if it throws
     engine->TraceBatch();                       // it may read what others sensed
@@ -94,40 +94,41 @@ void GatherPhase::RunEvent(WorldEngine* engine, size_t index) {
     try {
       event.callback(event.model, event.arg);
     } catch (...) {
-      NoteThrower("an enqueued callback", nullptr, reinterpret_cast<void (*)()>(event.callback));
+      RecordExceptionOrigin("an enqueued callback", nullptr,
+                            reinterpret_cast<void (*)()>(event.callback));
       throw;
     }
-  } else if (event.model && event.model->ExpectsUpdate(event.chain)) {
-    UpdateAlone(event.model);
+  } else if (event.model && event.model->ExpectsUpdate(event.generation)) {
+    UpdateSerially(event.model);
   }
 }
 
-void GatherPhase::UpdateAlone(Model* model) {
-  const Watch watch(*model);  // a type of a plug-in may delete the model
+void GatherPhase::UpdateSerially(Model* model) {
+  const DeletionWatch watch(*model);  // a type of a plug-in may delete the model
   try {
     model->Update();
   } catch (...) {
-    NoteUpdateThrower(watch.gone() ? nullptr : model);
+    RecordUpdateException(watch.gone() ? nullptr : model);
     throw;
   }
 }
 
-size_t GatherPhase::UpdateTogether(const Scheduler::Event* events, size_t count, World* world,
+size_t GatherPhase::UpdateParallel(const Scheduler::Event* events, size_t count, World* world,
                                    threads::WorkerPool* workers) {
   if (workers->threads() == 1) return 0;
-  count = runs_.Find(count, [&] {
-    return workers->FindFirst(count, [&](size_t i) { return !MayShare(events[i]); });
+  count = interval_finder_.Find(count, [&] {
+    return workers->FindFirst(count, [&](size_t i) { return !CanRunInParallel(events[i]); });
   });
   if (count == 0) return 0;
   if (!Prepare(events, count, world, workers)) {
-    runs_.Skip(count);
+    interval_finder_.Skip(count);
     return 0;
   }
-  thrower_.Begin();
+  exception_origin_.Begin();
   try {
-    runs_.Do(count, workers->threads(), [&] { UpdatePrepared(world, workers); });
+    interval_finder_.Do(count, workers->threads(), [&] { UpdatePrepared(world, workers); });
   } catch (...) {
-    thrower_.Tell();
+    exception_origin_.Publish();
     throw;
   }
   return count;
@@ -136,7 +137,7 @@ size_t GatherPhase::UpdateTogether(const Scheduler::Event* events, size_t count,
 void GatherPhase::UpdatePrepared(World* world, threads::WorkerPool* workers) {
   sensing::Scene& scene = world->host().scene;
   ForEachBlock(workers, [this](Block* block) { Measure(block); });
-  MakeRoom(&scene.batch);
+  Reserve(&scene.batch);
   // All self-masks must be placed before the first fan refers to one.
   ForEachBlock(workers, [this](Block* block) { PlaceSelfMasks(*block); });
   ForEachBlock(workers, [this](Block* block) { Fill(block); });
@@ -146,12 +147,12 @@ void GatherPhase::UpdatePrepared(World* world, threads::WorkerPool* workers) {
 
 /// Calls f(), a stage of the entry's update, and records the thrower of an exception.
 template <typename F>
-void GatherPhase::NoteIfThrown(const Entry& entry, F f) {
+void GatherPhase::RecordIfThrown(const Entry& entry, F f) {
   try {
     f();
   } catch (...) {
-    NoteUpdateThrower(entry.model);
-    thrower_.Note(static_cast<size_t>(&entry - entries_.data()));
+    RecordUpdateException(entry.model);
+    exception_origin_.Note(static_cast<size_t>(&entry - entries_.data()));
     throw;
   }
 }
@@ -171,10 +172,10 @@ std::span<GatherPhase::Entry> GatherPhase::EntriesOf(const Block& block) {
 }
 
 /// True if this type's Update() is equivalent to the batched path, so that it may run in parallel.
-bool GatherPhase::MayShare(const Scheduler::Event& event) {
+bool GatherPhase::CanRunInParallel(const Scheduler::Event& event) {
   if (event.callback || !event.model) return false;
   const ModelType* const type = FindModelType(*event.model);
-  if (!type || type->updates == ModelType::kAlone) return false;
+  if (!type || type->updates == ModelType::kSerial) return false;
   return !(type->updates & ModelType::kCallsVelocity) ||
          !event.model->HasCallbacks(Model::CB_VELOCITY);
 }
@@ -187,87 +188,87 @@ bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count, World* w
   entries_.resize(count);
   block_count_ = (count + kBlock - 1) / kBlock;
   if (blocks_.size() < block_count_) blocks_.resize(block_count_);
-  std::atomic<unsigned> wants{0};
+  std::atomic<unsigned> needs{0};
   workers->Run(count, workers->Grain(count, kGrain), [&](size_t begin, size_t end, unsigned) {
     unsigned all = 0;
     for (size_t i = begin; i < end; i++) all |= PrepareEntry(events[i], &entries_[i]);
-    if (all != 0) wants.fetch_or(all, std::memory_order_relaxed);
+    if (all != 0) needs.fetch_or(all, std::memory_order_relaxed);
   });
   // Before the first exact ray, all bodies must be drawn for it, which changes the grid.
-  if ((wants & Model::kExactRays) && !world->host().scene.exact_drawing) return false;
-  FinishGettingReady(wants, world);
+  if ((needs & Model::kExactRays) && !world->host().scene.exact_rasterization) return false;
+  FinishPreparation(needs, world);
   return true;
 }
 
 /// Fills in the entry. Returns flags of what its update needs.
 unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) {
-  STAGE_ASSERT(event.model && !event.callback && MayShare(event));
+  STAGE_ASSERT(event.model && !event.callback && CanRunInParallel(event));
   *entry = Entry();
   Model& model = *event.model;
   entry->model = &model;
-  if (!model.ExpectsUpdate(event.chain)) return 0;
+  if (!model.ExpectsUpdate(event.generation)) return 0;
   const unsigned updates = FindModelType(model)->updates;
-  unsigned wants = model.GetReady();
-  if ((updates & ModelType::kPastOwnTree) && !model.root->self_masks_)
-    wants |= Model::kPartsThatLack;
-  if (updates & ModelType::kLooksForFiducials) wants |= kTargets;
-  if ((updates & ModelType::kThroughAllHeights) && model.world->IsExact(RayModel::kDefault))
-    wants |= Model::kExactRays;
+  unsigned needs = model.Preparations();
+  if ((updates & ModelType::kIgnoresOwnTree) && !model.root->self_masks_)
+    needs |= Model::kNeedsPreparation;
+  if (updates & ModelType::kReadsFiducialIndex) needs |= kTargets;
+  if ((updates & ModelType::kUsesEverythingLayer) && model.world->IsExact(RayModel::kDefault))
+    needs |= Model::kExactRays;
   entry->updates = true;
-  entry->has_rest = updates & ModelType::kHasRest;
-  entry->ready = !(wants & Model::kPartsThatLack);
-  return wants;
+  entry->wants_sensed = updates & ModelType::kRequestsSensed;
+  entry->ready = !(needs & Model::kNeedsPreparation);
+  return needs;
 }
 
 /// Does the preparations that must not run in parallel.
-void GatherPhase::FinishGettingReady(unsigned wants, World* world) {
+void GatherPhase::FinishPreparation(unsigned needs, World* world) {
   WorldEngine& engine = world->engine();
-  if (wants & kTargets) engine.fiducials.Refresh(engine.models);
-  if ((wants & Model::kExactRays) && world->IsExact(RayModel::kDefault))
+  if (needs & kTargets) engine.fiducials.Refresh(engine.models);
+  if ((needs & Model::kExactRays) && world->IsExact(RayModel::kDefault))
     engine.scene.grid.EverythingLayer(true);
-  if (!(wants & Model::kPartsThatLack)) return;
+  if (!(needs & Model::kNeedsPreparation)) return;
   for (const Entry& entry : entries_) {
     if (!entry.updates || entry.ready) continue;
     Model& model = *entry.model;
     if (!model.root->self_masks_) model.root->self_masks_ = std::make_unique<Model::SelfMasks>();
-    model.FinishGettingReady();
+    model.FinishPreparation();
   }
 }
 
 // ---- measuring ----------------------------------------------------------------------------------
 
 void GatherPhase::Measure(Block* block) {
-  block->share = {};
+  block->space = {};
   block->fans.Clear();
   for (Entry& entry : EntriesOf(*block)) {
     MeasureEntry(&entry, block);
-    block->share += entry.share;
+    block->space += entry.space;
   }
 }
 
 void GatherPhase::MeasureEntry(Entry* entry, Block* block) {
   if (!entry->updates) return;
   entry->first_fan = block->fans.size();
-  NoteIfThrown(*entry,
-               [&] { entry->share = entry->model->MeasureRoom(&block->fans, &entry->masks); });
+  RecordIfThrown(*entry,
+                 [&] { entry->space = entry->model->MeasureSpace(&block->fans, &entry->masks); });
   entry->fan_count = block->fans.size() - entry->first_fan;
 }
 
-void GatherPhase::MakeRoom(sensing::RayBatch* batch) {
-  sensing::BatchShare all;
-  for (const Block& block : Blocks()) all += block.share;
-  sensing::BatchShare next = batch->AddRoom(all);
-  for (Block& block : Blocks()) next += std::exchange(block.share, next);
+void GatherPhase::Reserve(sensing::RayBatch* batch) {
+  sensing::BatchSpace all;
+  for (const Block& block : Blocks()) all += block.space;
+  sensing::BatchSpace next = batch->Allocate(all);
+  for (Block& block : Blocks()) next += std::exchange(block.space, next);
   STAGE_ASSERT(next.fans == batch->fans().size() && next.rays == batch->ray_count());
   STAGE_ASSERT(next.words == batch->mask_words().size());
 }
 
 void GatherPhase::PlaceSelfMasks(const Block& block) {
-  sensing::BatchShare next = block.share;
+  sensing::BatchSpace next = block.space;
   for (Entry& entry : EntriesOf(block)) {
     if (!entry.updates) continue;
-    next += std::exchange(entry.share, next);
-    entry.masks.Place(*entry.model, entry.share.words);
+    next += std::exchange(entry.space, next);
+    entry.masks.Place(*entry.model, entry.space.words);
   }
 }
 
@@ -276,13 +277,13 @@ void GatherPhase::PlaceSelfMasks(const Block& block) {
 void GatherPhase::Fill(Block* block) {
   const std::span<Entry> entries = EntriesOf(*block);
   block->callbacks = 0;
-  block->layer_missing = block->has_rests = false;
+  block->layer_missing = block->any_wants_sensed = false;
   block->same_next_update = true;
   for (Entry& entry : entries) {
     FillEntry(&entry, *block);
     block->callbacks += entry.has_callbacks;
     block->layer_missing |= entry.layer_missing;
-    block->has_rests |= entry.has_rest;
+    block->any_wants_sensed |= entry.wants_sensed;
     block->same_next_update &= entry.updates && entry.next_update == entries[0].next_update;
   }
   block->next_update = entries[0].next_update;
@@ -292,9 +293,9 @@ void GatherPhase::FillEntry(Entry* entry, const Block& block) {
   if (!entry->updates) return;
   STAGE_ASSERT(entry->first_fan + entry->fan_count <= block.fans.size());
   entry->masks.Fill(*entry->model);
-  NoteIfThrown(*entry, [&] {
+  RecordIfThrown(*entry, [&] {
     entry->layer_missing =
-        !entry->model->FillRoom(entry->share, block.fans, entry->first_fan, entry->fan_count);
+        !entry->model->FillSpace(entry->space, block.fans, entry->first_fan, entry->fan_count);
   });
   // Corresponds to the rest of Model::Update().
   Model& model = *entry->model;
@@ -303,7 +304,7 @@ void GatherPhase::FillEntry(Entry* entry, const Block& block) {
   std::atomic_ref<uint32_t>(model.root->tree_updated_in_).store(step_, std::memory_order_relaxed);
   entry->next_update = model.NextUpdateAfter(now_);
   STAGE_ASSERT(entry->next_update > now_ || model.interval == 0);
-  entry->chain = model.update_chain_ = UpdateChain::Next(model.update_chain_);
+  entry->generation = model.update_generation_ = UpdateGeneration::Next(model.update_generation_);
   entry->has_callbacks = model.HasCallbacks(Model::CB_UPDATE);
 }
 
@@ -312,7 +313,7 @@ void GatherPhase::MakeLayers(sensing::Scene* scene) {
   for (const Block& block : Blocks()) {
     if (!block.layer_missing) continue;
     for (const Entry& entry : EntriesOf(block))
-      if (entry.layer_missing) scene->MakeLayers(entry.share.fans, entry.model);
+      if (entry.layer_missing) scene->MakeLayers(entry.space.fans, entry.model);
   }
 }
 
@@ -322,23 +323,23 @@ void GatherPhase::Queue(World* world, threads::WorkerPool* workers) {
   const bool together =
       entries_.size() >= kMany && std::ranges::all_of(Blocks(), [&](const Block& block) {
         return block.same_next_update && block.next_update == blocks_[0].next_update &&
-               !block.has_rests;
+               !block.any_wants_sensed;
       });
-  if (together) return QueueTogether(world, workers);
+  if (together) return QueueParallel(world, workers);
   WorldEngine& engine = world->engine();
   for (const Entry& entry : entries_) {
     if (!entry.updates) continue;
-    if (entry.has_rest) engine.sensed.push_back(entry.model);
-    engine.ScheduleUpdate(entry.model, entry.next_update, entry.chain);
+    if (entry.wants_sensed) engine.sensed.push_back(entry.model);
+    engine.ScheduleUpdate(entry.model, entry.next_update, entry.generation);
     if (entry.has_callbacks) engine.update_callbacks_due.push_back(entry.model);
   }
 }
 
 /// Queue() for the case that all next updates are due at one time.
-void GatherPhase::QueueTogether(World* world, threads::WorkerPool* workers) {
+void GatherPhase::QueueParallel(World* world, threads::WorkerPool* workers) {
   WorldEngine& engine = world->engine();
   const std::span<Scheduler::Event> events =
-      engine.scheduler.AddRoom(blocks_[0].next_update, entries_.size());
+      engine.scheduler.AppendUninitialized(blocks_[0].next_update, entries_.size());
   size_t callbacks = engine.update_callbacks_due.size();
   for (Block& block : Blocks()) callbacks += std::exchange(block.callbacks, callbacks);
   engine.update_callbacks_due.resize(callbacks);
@@ -346,7 +347,7 @@ void GatherPhase::QueueTogether(World* world, threads::WorkerPool* workers) {
     Model** due = engine.update_callbacks_due.data() + block->callbacks;
     for (const Entry& entry : EntriesOf(*block)) {
       events[static_cast<size_t>(&entry - entries_.data())] = {entry.model, nullptr, nullptr,
-                                                               entry.chain};
+                                                               entry.generation};
       if (entry.has_callbacks) *due++ = entry.model;
     }
     STAGE_ASSERT(due <= engine.update_callbacks_due.data() + callbacks);

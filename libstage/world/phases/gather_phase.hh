@@ -25,8 +25,8 @@
 #include "sensing/batch.hh"
 #include "sensing/fan_list.hh"
 #include "threads/worker_pool.hh"
-#include "world/phases/first_thrower.hh"
-#include "world/phases/run_finder.hh"
+#include "world/phases/first_exception_origin.hh"
+#include "world/phases/interval_finder.hh"
 #include "world/scheduler.hh"
 
 namespace Stg {
@@ -36,10 +36,10 @@ class WorldEngine;
 class GatherPhase {
  public:
   /// See RunOptions::share_from.
-  void SetFewest(size_t models) { runs_.SetFewest(models); }
+  void SetMinLength(size_t models) { interval_finder_.SetMinLength(models); }
   /// Call between steps.
-  void EndStep() { runs_.EndStep(); }
-  uint64_t looks() const { return runs_.looks(); }  ///< see RunFinder
+  void EndStep() { interval_finder_.EndStep(); }
+  uint64_t examined() const { return interval_finder_.examined(); }  ///< see IntervalFinder
   /// Runs all events that are due at the world's present time. Callbacks may delete the world, so
   /// the caller must share ownership of the engine.
   void Run(World* world, WorldEngine* engine);
@@ -48,54 +48,54 @@ class GatherPhase {
   static void RunEvent(WorldEngine* engine, size_t index);
   /// Updates the models of a prefix of these events in parallel. Returns its length: it ends before
   /// an event that must run alone; 0 if sharing does not pay.
-  size_t UpdateTogether(const Scheduler::Event* events, size_t count, World* world,
+  size_t UpdateParallel(const Scheduler::Event* events, size_t count, World* world,
                         threads::WorkerPool* workers);
   struct Entry {
     Model* model;
-    sensing::BatchShare share;  // size, later begin of its space
+    sensing::BatchSpace space;  // size, later begin of its space
     usec_t next_update;
-    uint64_t chain;
+    uint64_t generation;
     size_t first_fan, fan_count;  // range in the block's list of fans
-    Model::SelfMasksToMake masks;
+    Model::PendingSelfMasks masks;
     bool updates;  // false if the event is void
-    bool ready, has_rest, has_callbacks, layer_missing;
+    bool ready, wants_sensed, has_callbacks, layer_missing;
   };
   // Consecutive entries. Sums over all entries are computed block by block.
   static constexpr size_t kBlock = 16;
   struct Block {
-    sensing::BatchShare share;  // total of its entries, later begin of their space
+    sensing::BatchSpace space;  // total of its entries, later begin of their space
     sensing::FanList fans;      // fans that its entries list one by one
     size_t callbacks;           // number of entries with callbacks; later that of earlier blocks
     usec_t next_update;         // next update of its entries, if they agree
-    bool same_next_update, layer_missing, has_rests;
+    bool same_next_update, layer_missing, any_wants_sensed;
   };
   template <typename F>
   void ForEachBlock(threads::WorkerPool* workers, F f);
   std::span<Entry> EntriesOf(const Block& block);
   std::span<Block> Blocks() { return std::span(blocks_).first(block_count_); }
-  static bool MayShare(const Scheduler::Event& event);
+  static bool CanRunInParallel(const Scheduler::Event& event);
   bool Prepare(const Scheduler::Event* events, size_t count, World* world,
                threads::WorkerPool* workers);
-  static constexpr unsigned kTargets = 4;  // flag in addition to those of Model::GetReady()
+  static constexpr unsigned kTargets = 4;  // flag in addition to those of Model::Preparations()
   static unsigned PrepareEntry(const Scheduler::Event& event, Entry* entry);
-  void FinishGettingReady(unsigned wants, World* world);
-  static void UpdateAlone(Model* model);
+  void FinishPreparation(unsigned needs, World* world);
+  static void UpdateSerially(Model* model);
   void UpdatePrepared(World* world, threads::WorkerPool* workers);
   template <typename F>
-  void NoteIfThrown(const Entry& entry, F f);
+  void RecordIfThrown(const Entry& entry, F f);
   void Measure(Block* block);
-  void MakeRoom(sensing::RayBatch* batch);
+  void Reserve(sensing::RayBatch* batch);
   void MeasureEntry(Entry* entry, Block* block);
   void PlaceSelfMasks(const Block& block);
   void Fill(Block* block);
   void FillEntry(Entry* entry, const Block& block);
   void MakeLayers(sensing::Scene* scene);
   void Queue(World* world, threads::WorkerPool* workers);
-  void QueueTogether(World* world, threads::WorkerPool* workers);
-  void NoteSensed(WorldEngine* engine, bool shares) const;
+  void QueueParallel(World* world, threads::WorkerPool* workers);
+  void StoreSensedPose(WorldEngine* engine, bool parallel) const;
 
-  FirstThrower thrower_;
-  RunFinder runs_;
+  FirstExceptionOrigin exception_origin_;
+  IntervalFinder interval_finder_;
   std::vector<Entry> entries_;
   std::vector<Block> blocks_;  // only block_count_ are used; the rest keep their memory
   size_t block_count_ = 0;

@@ -28,13 +28,13 @@ class ThreadChoice {
   /// Whether the next step, in which `models` models update or move, should use all threads.
   bool UseAll(size_t models) {
     size_ = std::min(static_cast<size_t>(std::bit_width(models)), kSizes - 1);
-    compares_ = alone_[size_].typical >= kWorthThreads;
-    uses_all_ = compares_ && chooser_.UseDevice(models);
+    measures_ = alone_[size_].typical >= kWorthThreads;
+    uses_all_ = measures_ && chooser_.UseDevice(models);
     return uses_all_;
   }
   /// Records the duration of the step chosen last, including rays, in seconds.
   void Report(double seconds) {
-    if (compares_) chooser_.Report(seconds);
+    if (measures_) chooser_.Report(seconds);
     if (!uses_all_) alone_[size_].Note(seconds);
   }
 
@@ -56,7 +56,7 @@ class ThreadChoice {
   internal::sensing::PathChooser chooser_;
   std::array<Alone, kSizes> alone_;
   size_t size_ = 0;  // size group of this step
-  bool compares_ = false, uses_all_ = false;
+  bool measures_ = false, uses_all_ = false;
 };
 
 }  // namespace Stg

@@ -40,7 +40,7 @@ def reachable_places(world: World, start: npt.ArrayLike, spacing: float = 0.25, 
     seen = {(0, 0)}
     found, count = [front], 1
     while len(front) and count < most:
-        front = _new_ones(_next(world, front, origin, spacing), seen)
+        front = _unseen(_next(world, front, origin, spacing), seen)
         clear = world.cast(_poses(front, origin, spacing), ALL_AROUND, clearance) >= clearance
         front = front[clear.all(1)]
         found.append(front)
@@ -58,7 +58,7 @@ def _next(world: World, cells: Cells, origin: Floats, spacing: float) -> Cells:
     return (cells[:, None] + SIDES)[open_sides]
 
 
-def _new_ones(cells: Cells, seen: set[tuple[int, int]]) -> Cells:
+def _unseen(cells: Cells, seen: set[tuple[int, int]]) -> Cells:
     """The cells that are not in `seen`, each once; adds them to `seen`."""
     fresh = []
     for x, y in cells.tolist():

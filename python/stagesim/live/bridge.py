@@ -38,7 +38,7 @@ _STATE = {"type": "object", "properties": {
 class Bridge:
     """The server for Foxglove.
 
-    Topics: /scene, /tf, /state, and ROBOT/scan, ROBOT/scan_1, ... for each sensor of up to FEW_ROBOTS robots.
+    Topics: /scene, /tf, /state, and ROBOT/scan, ROBOT/scan_1, ... for each sensor of up to MAX_SCANNED_ROBOTS robots.
     Viewers publish geometry_msgs/Twist as JSON on ROBOT/cmd_vel, or on /cmd_vel for the first robot.
     Parameters: speed, paused, seed; setting the seed resets the world. Services: /step, /reset, /pause.
 

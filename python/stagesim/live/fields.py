@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-MOST_NUMBER = 1e300
+MAX_NUMBER = 1e300
 _LONGEST = 40  # max characters of a value in a message
 
 
@@ -23,9 +23,9 @@ def found(value: Any) -> str:
 
 
 def number(fields: dict[str, Any], name: str, default: float | None = None) -> float:
-    """A finite number with an absolute value up to MOST_NUMBER."""
+    """A finite number with an absolute value up to MAX_NUMBER."""
     value = fields.get(name, default)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= MOST_NUMBER:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= MAX_NUMBER:
         raise ValueError(f"{name}: found {found(value)}, expected a number")
     return float(value)
 

@@ -20,8 +20,8 @@ from .scene import Frame, Scene, State, Wish
 from .show import Show
 
 #: Max size of a message from the page, bytes.
-LONGEST_ORDER = 16_384
-MOST_SCANS = 256
+MAX_ORDER_BYTES = 16_384
+MAX_SCANS = 256
 
 Order = Callable[[Show], Any]
 
@@ -150,8 +150,8 @@ def _sense(order: dict[str, Any], owner: Hashable) -> Order:
 
 def _watch(order: dict[str, Any], owner: Hashable) -> Order:
     scans = tuple(integer({"scans": thing}, "scans") for thing in items(order, "scans"))
-    if len(scans) > MOST_SCANS:
-        raise ValueError(f"found {len(scans)} things, expected {MOST_SCANS} at most")
+    if len(scans) > MAX_SCANS:
+        raise ValueError(f"found {len(scans)} things, expected {MAX_SCANS} at most")
     chosen = None if order.get("chosen") is None else integer(order, "chosen")
     wish = Wish(chosen, scans, flag(order, "all"))
     return lambda run: run.wish(owner, wish)

@@ -17,9 +17,9 @@ from websockets.asyncio.server import ServerConnection
 
 from .fields import found
 
-_LONGEST_HEAD = 16_384  # bytes
-_LONGEST_LINE = 8_000  # bytes
-_MOST_LINES = 100
+_MAX_HEAD = 16_384  # bytes
+_MAX_LINE = 8_000  # bytes
+_MAX_LINES = 100
 _PATIENCE = 8.0  # max seconds until the head is complete; websockets gives up after 10
 _LINGER = 2.0  # seconds until the connection of a refused client is closed
 _LINE = re.compile(rb"([!-~]+) ([!-~]+) (HTTP/\d\.\d)")
@@ -58,13 +58,13 @@ def method_of(head: bytes) -> str:
     """
     first, *rest = head.split(b"\r\n")
     method = _method_of_line(first)
-    if len(rest) > _MOST_LINES:
+    if len(rest) > _MAX_LINES:
         raise Refused(http.HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE,
-                      f"found {len(rest)} header fields, expected {_MOST_LINES} at most")
+                      f"found {len(rest)} header fields, expected {_MAX_LINES} at most")
     for line in rest:
-        if len(line) > _LONGEST_LINE:
+        if len(line) > _MAX_LINE:
             raise Refused(http.HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE,
-                          f"found a header field of {len(line)} bytes, expected {_LONGEST_LINE} at most")
+                          f"found a header field of {len(line)} bytes, expected {_MAX_LINE} at most")
         if not _FIELD.fullmatch(line):
             raise Refused(http.HTTPStatus.BAD_REQUEST, f"found {_shown(line)}, expected a header field: NAME: VALUE")
         name, _, value = line.partition(b":")
@@ -74,9 +74,9 @@ def method_of(head: bytes) -> str:
 
 
 def _method_of_line(line: bytes) -> str:
-    if len(line) > _LONGEST_LINE:
+    if len(line) > _MAX_LINE:
         raise Refused(http.HTTPStatus.REQUEST_URI_TOO_LONG,
-                      f"found a request of {len(line)} bytes or more, expected {_LONGEST_LINE} at most")
+                      f"found a request of {len(line)} bytes or more, expected {_MAX_LINE} at most")
     match = _LINE.fullmatch(line)
     if match is None:
         raise Refused(http.HTTPStatus.BAD_REQUEST, f"found {_shown(line)}, expected a request such as GET / HTTP/1.1")
@@ -164,17 +164,17 @@ class Connection(ServerConnection):
         """Parses the head if it is complete. Raises Refused as soon as it is invalid."""
         while self._head.startswith(b"\r\n"):  # RFC 9112, 2.2: empty lines before a request are ignored
             del self._head[:2]
-        head, end, _ = bytes(self._head[:_LONGEST_HEAD]).partition(b"\r\n\r\n")
+        head, end, _ = bytes(self._head[:_MAX_HEAD]).partition(b"\r\n\r\n")
         if end:
             self.method = method_of(head)
             return
         first, line_end, _ = head.partition(b"\n")
-        if line_end or len(first) > _LONGEST_LINE or not first[:1].isalpha():
+        if line_end or len(first) > _MAX_LINE or not first[:1].isalpha():
             if first:
                 _method_of_line(first.removesuffix(b"\r") if first.endswith(b"\r") else first + line_end)
-        if len(self._head) >= _LONGEST_HEAD:
+        if len(self._head) >= _MAX_HEAD:
             raise Refused(http.HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE,
-                          f"found {_LONGEST_HEAD} bytes of header fields or more, expected fewer")
+                          f"found {_MAX_HEAD} bytes of header fields or more, expected fewer")
 
     def _refuse(self, refused: Refused) -> None:
         """Sends the answer and ignores further data. The connection is closed later, so that the answer arrives."""

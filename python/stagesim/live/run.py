@@ -12,7 +12,7 @@ from collections.abc import Callable
 from ..errors import GoneError, StageError
 from ..pace import Pace
 from ..world import World
-from .show import MOST_STEPS, Show, checked_count, checked_speed
+from .show import MAX_STEPS, Show, checked_count, checked_speed
 
 _SLICE = 0.012  # approximate max duration of steps between two checks for orders, seconds
 _LAG = 0.25  # max delay in real time that the world catches up, seconds
@@ -86,7 +86,7 @@ class Run(Show):
         asked = self._steps_asked
         self.pause(False)  # allows steps past the quit time of the file
         self.pause(True)
-        self._steps_asked = min(asked + count, MOST_STEPS)
+        self._steps_asked = min(asked + count, MAX_STEPS)
 
     def reset(self, seed: int | None = None) -> None:
         """Resets the world with the seed; None: with the current one."""
@@ -102,7 +102,7 @@ class Run(Show):
         self._clock.begin()
         try:
             while not self._stopping.is_set():
-                self._take_orders(self._time_to_wait())
+                self._process_orders(self._time_to_wait())
                 if not self._stopping.is_set():
                     self._advance()
                     self._show()
@@ -118,7 +118,7 @@ class Run(Show):
         return 0.0 if self._steps_asked else min(longest, self._clock.wait(self.world.dt))
 
     def _advance(self) -> None:
-        self._release_old()
+        self._release_expired()
         count = self._steps_due()
         if count == 0:
             return

@@ -18,9 +18,9 @@ from ..text import printable
 from ..world import World
 
 #: Max number of robots of which all scans are sent.
-FEW_ROBOTS = 64
+MAX_SCANNED_ROBOTS = 64
 #: Max number of samples of all scans in a frame, about a megabyte.
-MOST_SAMPLES = 120_000
+MAX_SAMPLES = 120_000
 
 
 class Shapes:
@@ -131,7 +131,7 @@ class Wish:
 
     chosen: int | None = None  #: the thing whose details are shown
     scans: tuple[int, ...] = ()  #: things whose scans are shown
-    all_scans: bool = False  #: also show the scans of all robots, if there are at most FEW_ROBOTS
+    all_scans: bool = False  #: also show the scans of all robots, if there are at most MAX_SCANNED_ROBOTS
 
 
 def places_of(world: World, scene: Scene) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.bool_]]:
@@ -145,9 +145,9 @@ def places_of(world: World, scene: Scene) -> tuple[npt.NDArray[np.float32], npt.
 def scans_of(world: World, scene: Scene, wishes: list[Wish]) -> dict[int, bytes]:
     """Returns the scans that viewers wish to see, by things."""
     wanted = {thing for wish in wishes for thing in wish.scans if thing in scene.index}
-    if any(wish.all_scans for wish in wishes) and len(scene.robot_ids) <= FEW_ROBOTS:
+    if any(wish.all_scans for wish in wishes) and len(scene.robot_ids) <= MAX_SCANNED_ROBOTS:
         wanted.update(scene.robot_ids)
-    scans, room = {}, MOST_SAMPLES
+    scans, room = {}, MAX_SAMPLES
     for thing in sorted(wanted):
         data = world._core.scans(np.array([thing], np.uint32), room)
         if data:

@@ -22,11 +22,11 @@ from ..text import printable
 from ..world import World
 from .scene import Frame, Scene, State, Wish, details_of, model_of, places_of, rangers_of, scans_of
 
-MOST_SPEED = 1e6
-MOST_STEPS = 1_000_000  #: max steps per order
-MOST_ORDERS = 4096  #: max number of pending orders
+MAX_SPEED = 1e6
+MAX_STEPS = 1_000_000  #: max steps per order
+MAX_ORDERS = 4096  #: max number of pending orders
 _WINDOW = 1.0  # seconds over which rates are measured
-_SHARE = 0.1  # max fraction of the time that is spent on frames
+_FRAME_FRACTION = 0.1  # max fraction of the time that is spent on frames
 _ORDERS_SLICE = 0.006  # max seconds of orders between two steps
 
 
@@ -79,11 +79,11 @@ class Show(ABC):
     def order(self, do: Callable[[Show], Any]) -> Future[Any]:
         """Makes the run call do(run) soon, between two steps. The future gets its result or exception.
 
-        If MOST_ORDERS orders are pending, the future gets a StageError; after the end of the run, a GoneError.
+        If MAX_ORDERS orders are pending, the future gets a StageError; after the end of the run, a GoneError.
         """
         future: Future[Any] = Future()
-        if self._orders.qsize() >= MOST_ORDERS:
-            future.set_exception(StageError(f"found {MOST_ORDERS} orders that wait already, expected fewer"))
+        if self._orders.qsize() >= MAX_ORDERS:
+            future.set_exception(StageError(f"found {MAX_ORDERS} orders that wait already, expected fewer"))
             return future
         self._orders.put((do, future))
         if self._over.is_set():
@@ -159,7 +159,7 @@ class Show(ABC):
 
     # ---- orders ----
 
-    def _take_orders(self, wait: float = 0.0) -> None:
+    def _process_orders(self, wait: float = 0.0) -> None:
         """Executes pending orders; waits up to `wait` seconds for the first one.
 
         It ends after _ORDERS_SLICE, so that clients that give orders without pause don't stop the steps.
@@ -167,13 +167,13 @@ class Show(ABC):
         try:
             do, future = self._orders.get(timeout=wait) if wait > 0 else self._orders.get_nowait()
             end = time.monotonic() + _ORDERS_SLICE
-            self._carry_out(do, future)
+            self._execute_order(do, future)
             while time.monotonic() < end:
-                self._carry_out(*self._orders.get_nowait())
+                self._execute_order(*self._orders.get_nowait())
         except queue.Empty:
             pass
 
-    def _carry_out(self, do: Callable[[Any], Any], future: Future[Any]) -> None:
+    def _execute_order(self, do: Callable[[Any], Any], future: Future[Any]) -> None:
         if not future.set_running_or_notify_cancel():
             return
         try:
@@ -198,7 +198,7 @@ class Show(ABC):
 
     # ---- driving ----
 
-    def _release_old(self) -> None:
+    def _release_expired(self) -> None:
         now = time.monotonic()
         for thing in [t for t, driven in self._driven.items() if driven.until < now]:
             self._release(thing)
@@ -236,7 +236,7 @@ class Show(ABC):
         for listener in listeners:
             listener(frame)
         took = time.monotonic() - now
-        self._next_frame = now + max(self._period, took / _SHARE)
+        self._next_frame = now + max(self._period, took / _FRAME_FRACTION)
 
     def _frame(self) -> Frame:
         if self.world._core.scene_key() != self.scene.key:
@@ -267,16 +267,16 @@ class Show(ABC):
 
 
 def checked_speed(speed: float) -> float:
-    """Returns the speed. Raises ValueError unless it is 0, or 0.001 to MOST_SPEED."""
-    if not (speed == 0 or 1e-3 <= speed <= MOST_SPEED):
+    """Returns the speed. Raises ValueError unless it is 0, or 0.001 to MAX_SPEED."""
+    if not (speed == 0 or 1e-3 <= speed <= MAX_SPEED):
         raise ValueError(f"found the speed {speed}, expected 0 or 0.001 to 1000000")
     return float(speed)
 
 
 def checked_count(count: int) -> int:
-    """Returns the number of steps. Raises ValueError unless it is 1 to MOST_STEPS."""
-    if not 1 <= count <= MOST_STEPS:
-        raise ValueError(f"found {count} steps, expected 1 to {MOST_STEPS}")
+    """Returns the number of steps. Raises ValueError unless it is 1 to MAX_STEPS."""
+    if not 1 <= count <= MAX_STEPS:
+        raise ValueError(f"found {count} steps, expected 1 to {MAX_STEPS}")
     return count
 
 

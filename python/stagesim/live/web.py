@@ -20,12 +20,12 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from ..text import printable
-from .messages import LONGEST_ORDER, error_message, frame_message, order_of, places_words, scene_message
+from .messages import MAX_ORDER_BYTES, error_message, frame_message, order_of, places_words, scene_message
 from .requests import Connection, Refused, Target
 from .scene import Frame, Scene, Wish
 from .show import Show
 
-MOST_CLIENTS = 32
+MAX_CLIENTS = 32
 #: Orders per second of a client and of all clients, and the number of orders in a burst.
 CLIENT_RATE, ALL_RATE, BURST = 100.0, 1000.0, 50.0
 _PAGE = Path(__file__).parent / "page"
@@ -151,7 +151,7 @@ class Web:
         logger = logging.getLogger("stagesim.live")
         logger.setLevel(logging.CRITICAL)  # errors of clients are not logged
         server = await serve(self._serve, host, port, process_request=self._request, logger=logger,
-                             create_connection=Connection, close_timeout=2, max_size=LONGEST_ORDER, max_queue=8,
+                             create_connection=Connection, close_timeout=2, max_size=MAX_ORDER_BYTES, max_queue=8,
                              compression=None, server_header=None)
         self._run.order(lambda run: run.listen(self.show, lambda: bool(self._clients)))
         return server
@@ -160,11 +160,11 @@ class Web:
         """Sends a frame to all viewers. Called by the run, in its thread."""
         if self._loop is not None:
             try:
-                self._loop.call_soon_threadsafe(self._hand_out, frame)
+                self._loop.call_soon_threadsafe(self._distribute, frame)
             except RuntimeError:  # the event loop has been closed
                 pass
 
-    def _hand_out(self, frame: Frame) -> None:
+    def _distribute(self, frame: Frame) -> None:
         latest = (frame, places_words(frame))
         for client in self._clients:
             client.latest = latest
@@ -192,7 +192,7 @@ class Web:
         if target.path == "/live":
             if not self.door.knows(target):
                 return connection.respond(http.HTTPStatus.FORBIDDEN, "the token is missing\n")
-            if len(self._clients) >= MOST_CLIENTS:
+            if len(self._clients) >= MAX_CLIENTS:
                 return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, "too many look already\n")
             if is_head or "websocket" not in request.headers.get("Upgrade", "").lower():
                 response = connection.respond(http.HTTPStatus.UPGRADE_REQUIRED, "expected a WebSocket\n")

@@ -26,7 +26,7 @@ class ClockFeed:
 
     def begin(self) -> None:
         """Starts anew after a reset or a restore: time may go back."""
-        self._told = -1  # the last published time, microseconds
+        self._published = -1  # the last published time, microseconds
         self._due = 0.0  # real time at which the next message is due, seconds
 
     def tell(self, now: int, always: bool = False) -> None:
@@ -37,9 +37,9 @@ class ClockFeed:
                 return
             due = self._due + 1 / self._rate
             self._due = due if due > real else real + 1 / self._rate
-        self._told = max(now, self._told)
+        self._published = max(now, self._published)
         message = Clock()
-        message.clock.sec, message.clock.nanosec = (int(part) for part in stamp_of(self._told))
+        message.clock.sec, message.clock.nanosec = (int(part) for part in stamp_of(self._published))
         self._publisher.publish(message)
 
     def wait(self) -> float:

@@ -23,7 +23,7 @@ from .covariance import OdometryErrors, in_space
 from .messages import FLOAT_MARK, MARK, Array, Template, planar, stamp_of
 
 #: Max number of detections in a message of a fiducial finder or a blobfinder.
-MOST_SIGHTS = 32
+MAX_DETECTIONS = 32
 
 
 class Feed:
@@ -341,7 +341,7 @@ class CameraInfoFeed(Feed):
         return self._template.bytes()
 
 
-class SightsFeed(Feed):
+class DetectionsFeed(Feed):
     """The detections of a finder as markers; the first marker deletes those of the message before."""
 
     message = MarkerArray
@@ -356,7 +356,7 @@ class SightsFeed(Feed):
         self._sights = self._get()
 
     def make(self, stamp: Array) -> MarkerArray:
-        count = min(int(self._sights.count[self._robot]), MOST_SIGHTS)
+        count = min(int(self._sights.count[self._robot]), MAX_DETECTIONS)
         return MarkerArray(markers=[self._marker(stamp, -1, Marker.DELETEALL)] +
                            [self._seen(stamp, i) for i in range(count)])
 
@@ -372,7 +372,7 @@ class SightsFeed(Feed):
         raise NotImplementedError
 
 
-class FiducialsFeed(SightsFeed):
+class FiducialsFeed(DetectionsFeed):
     """An arrow for each fiducial, from its position along its heading, with its id as text."""
 
     def _seen(self, stamp: Array, number: int) -> Marker:
@@ -389,7 +389,7 @@ class FiducialsFeed(SightsFeed):
         return marker
 
 
-class BlobsFeed(SightsFeed):
+class BlobsFeed(DetectionsFeed):
     """A sphere for each blob, in its colour; `points` are the top left and bottom right of its box in pixels."""
 
     def __init__(self, topic: str, interval: int, robot: int, sights: Callable[[], Any], frame: str,

@@ -37,7 +37,7 @@ from .parameters import declare
 from .robots import Look, make_robots
 from .transforms import transform_feed
 
-MOST_STEPS = 1_000_000  #: max steps that a client may ask for
+MAX_STEPS = 1_000_000  #: max steps that a client may ask for
 
 if TYPE_CHECKING:
     from ..live.server import Server
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 #: Seconds of real time between checks for subscribers, and between repeated messages in lock-step.
 LISTENERS_PERIOD, REPEAT_PERIOD = 0.1, 0.5
 #: Max delay in real time that the world catches up, seconds. Longer delays make it slower.
-MOST_DELAY = 0.05
+MAX_DELAY = 0.05
 
 
 def write_snapshot(file: Path, data: bytes) -> None:
@@ -126,14 +126,14 @@ class StageNode(Node):
         self._snapshot: Snapshot | None = None
         self._jacobian: Array | None = None  # OdometryErrors.jacobian at the snapshot
         self._last_look = 0.0
-        self._pace = Pace(self.speed, not self.paused, MOST_DELAY)
+        self._pace = Pace(self.speed, not self.paused, MAX_DELAY)
         self._make_publishers()
         self._tf = None if not self._value("publish_tf") else transform_feed(
             self, look, self.robots, self._bodies, self._frames, self._value("publish_map_tf"))
         self._make_commands()
         self._make_services()
         self._set_lockstep()
-        self._world_is_new()
+        self._on_world_reset()
 
     def _open_window(self, port: int) -> None:
         from .window import open_window  # imported here, because it needs more packages
@@ -169,7 +169,7 @@ class StageNode(Node):
         """Publishes the new data, or all data, on topics with subscribers."""
         start = time.perf_counter()
         now = self.now
-        self._look_for_listeners()
+        self._check_subscribers()
         step = self._step_time
         self._send([feed for feed in self._feeds
                     if feed.active and (everything or feed.due(now, step))], everything)
@@ -184,7 +184,7 @@ class StageNode(Node):
         for feed in feeds:
             feed.send(now, step)
 
-    def _tell_time_between(self) -> float:
+    def _publish_clock_between_steps(self) -> float:
         """Publishes /clock between two steps if it has a fixed rate; returns the real seconds until it is due again."""
         if self._lockstep.is_used or self._pace.is_unlimited:
             return float("inf")
@@ -192,7 +192,7 @@ class StageNode(Node):
             self._time_feed.tell(self.now + int(self._pace.passed(self.world.dt) * 1e6))
         return self._time_feed.wait()
 
-    def _look_for_listeners(self) -> list[Feed]:
+    def _check_subscribers(self) -> list[Feed]:
         """Checks for subscribers once per LISTENERS_PERIOD; returns the feeds that have got their first one."""
         if time.monotonic() - self._last_look < LISTENERS_PERIOD:
             return []
@@ -208,9 +208,9 @@ class StageNode(Node):
             feed.active = listened
         return found
 
-    def _greet(self) -> None:
+    def _publish_to_new_subscribers(self) -> None:
         """Publishes the current data to new subscribers; called while paused."""
-        found = self._look_for_listeners()
+        found = self._check_subscribers()
         if found:
             self._send(found, everything=True)
 
@@ -218,7 +218,7 @@ class StageNode(Node):
 
     def _make_commands(self) -> None:
         self._cmd = self._fleet.cmd
-        self._told = np.full(len(self._fleet), -1, np.int64)  # time of the last command, microseconds; -1: none
+        self._last_command = np.full(len(self._fleet), -1, np.int64)  # time of the last command, microseconds; -1: none
         stamped = self._value("stamped_cmd_vel")
         for i, robot in enumerate(self.robots):
             def command(message: Any, robot: int = i) -> None:
@@ -245,7 +245,7 @@ class StageNode(Node):
                                                  self._lockstep.answer(name)):
             return
         self._cmd[robot] = speeds
-        self._told[robot] = self.now
+        self._last_command[robot] = self.now
 
     def _is_now(self, stamp: Any) -> bool:
         return stamp.sec * 1_000_000_000 + stamp.nanosec == self.now * 1000
@@ -255,11 +255,11 @@ class StageNode(Node):
         if self._is_now(message.stamp):
             self._lockstep.answer(message.frame_id)
 
-    def _stop_the_silent(self) -> None:
+    def _run_watchdog(self) -> None:
         """The watchdog: stops robots whose last command is older than `base_watchdog_timeout`."""
         patience = self._value("base_watchdog_timeout")
         if patience > 0:
-            silent = (self._told >= 0) & (self.now - self._told > patience * 1e6)
+            silent = (self._last_command >= 0) & (self.now - self._last_command > patience * 1e6)
             if silent.any():
                 self._cmd[silent] = 0.0
 
@@ -311,7 +311,7 @@ class StageNode(Node):
     def _reset_positions(self, _: Any, response: Empty.Response) -> Empty.Response:
         """Moves robots back to their start poses and stops them, as stage_ros does; time goes on."""
         self._fleet.teleport(self._home)
-        self._cmd[self._told >= 0] = 0.0
+        self._cmd[self._last_command >= 0] = 0.0
         self.moved()
         return response
 
@@ -330,7 +330,7 @@ class StageNode(Node):
         """Makes run() do `count` more steps and then pause."""
         asked = self.steps_asked
         self.pause(True)
-        self.steps_asked = min(asked + count, MOST_STEPS)
+        self.steps_asked = min(asked + count, MAX_STEPS)
 
     def _reset(self) -> str:
         seed = self._value("seed")
@@ -340,8 +340,8 @@ class StageNode(Node):
     def reset(self, seed: int | None) -> None:
         """Resets the world with the seed; None: with the current one."""
         self.world.reset(seed)
-        self._told[:] = -1
-        self._world_is_new()
+        self._last_command[:] = -1
+        self._on_world_reset()
 
     def _step(self) -> str:
         self.pause(True)
@@ -364,14 +364,14 @@ class StageNode(Node):
         if snapshot is None:
             raise StageError("found no snapshot, expected the service snapshot to be called before")
         self.world.restore(snapshot)
-        self._told[self._told >= 0] = self.now
-        self._world_is_new(None if file else self._jacobian)
+        self._last_command[self._last_command >= 0] = self.now
+        self._on_world_reset(None if file else self._jacobian)
         return f"went back to {self.world.time:g} s"
 
-    def _world_is_new(self, jacobian: Array | None = None) -> None:
+    def _on_world_reset(self, jacobian: Array | None = None) -> None:
         """Called after loading, a reset or a restore; `jacobian`: see OdometryErrors.begin()."""
         self.steps_asked = 0
-        self._cmd[self._told < 0] = np.nan  # robots without a command obey their own controllers
+        self._cmd[self._last_command < 0] = np.nan  # robots without a command obey their own controllers
         # Attach sensors before robots, as after a reset: the order of subscriptions is part of the state.
         if self._value("always_on") or self._lockstep.names:
             for feed in self._feeds:
@@ -385,7 +385,7 @@ class StageNode(Node):
         self._pace.begin()
         self._time_feed.begin()
         if self._window is not None:
-            self._window.world_is_new()
+            self._window.on_world_reset()
         self.publish(everything=True)
 
     # ---- time ----
@@ -408,7 +408,7 @@ class StageNode(Node):
 
     def advance(self) -> int:
         """Makes a step and publishes the new data; returns the number of steps made: 0 if the world has ended."""
-        self._stop_the_silent()
+        self._run_watchdog()
         start = time.perf_counter()
         made = self.world.step()
         self.times["step"] += time.perf_counter() - start
@@ -442,7 +442,7 @@ class StageNode(Node):
             self._answer(0.0)
         elif self.paused:
             self._answer(0.05)
-            self._greet()
+            self._publish_to_new_subscribers()
         elif self._lockstep.missing():
             self._wait_for_clients()
         elif self._pace.is_due(dt):
@@ -450,7 +450,7 @@ class StageNode(Node):
             self.advance()
             self._answer(0.0)
         else:
-            self._answer(min(self._pace.wait(dt), self._tell_time_between(), 0.1))
+            self._answer(min(self._pace.wait(dt), self._publish_clock_between_steps(), 0.1))
 
     def _wait_for_clients(self) -> None:
         self._answer(0.02)

@@ -11,7 +11,7 @@ import numpy as np
 from .._core import Model, RangeSensor
 from ..fleet import Fleet
 from ..world import World
-from .feeds import (MOST_SIGHTS, BatteryFeed, BlobsFeed, Bodies, BumperFeed, CameraInfoFeed, Feed,
+from .feeds import (MAX_DETECTIONS, BatteryFeed, BlobsFeed, Bodies, BumperFeed, CameraInfoFeed, Feed,
                     FiducialsFeed, ImageFeed, OdometryFeed, RangeFeed, ScanFeed, StallFeed)
 from .names import SCHEMES, Scheme, joined, numbered, part_of, prefixes
 
@@ -217,13 +217,13 @@ class _Maker:
         name = numbered(self._look.scheme, "fiducials", index, count)
         frame = self._mount(f"{name}_link", model)
         self._feed(FiducialsFeed(self._topic(name), self._interval(model), self._number,
-                                 lambda: self._fleet.fiducials(index, MOST_SIGHTS), frame), model)
+                                 lambda: self._fleet.fiducials(index, MAX_DETECTIONS), frame), model)
 
     def _add_blobs(self, model: Model, index: int, count: int) -> None:
         name = numbered(self._look.scheme, "blobs", index, count)
         frame = self._mount(f"{name}_link", model)
         self._feed(BlobsFeed(self._topic(name), self._interval(model), self._number,
-                             lambda: self._fleet.blobs(index, MOST_SIGHTS), frame, model.view), model)
+                             lambda: self._fleet.blobs(index, MAX_DETECTIONS), frame, model.view), model)
 
     def _add_bumper(self, model: Model, index: int, count: int) -> None:
         name = numbered(self._look.scheme, "bumper", index, count)

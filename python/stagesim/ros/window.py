@@ -49,7 +49,7 @@ class NodeRun(Show):
         """See Show.order(). It also ends the node's wait for ROS."""
         future = super().order(do)
         if not self._over.is_set():
-            self._wake(self._take_orders)
+            self._wake(self._process_orders)
         return future
 
     # ---- for orders ----
@@ -82,7 +82,7 @@ class NodeRun(Show):
 
     def turn(self) -> float:
         """Called between steps: shows changes. Returns the seconds until it must be called again."""
-        self._release_old()
+        self._release_expired()
         mode = self._mode()
         if mode != self._known:  # ROS may have changed it
             self._known = mode
@@ -97,7 +97,7 @@ class NodeRun(Show):
         if note is not None:
             self._note = note
 
-    def world_is_new(self) -> None:
+    def on_world_reset(self) -> None:
         """Called after a reset or a restore: robots are no longer driven by the page."""
         for driven in self._driven.values():
             driven.fleet.cmd[:] = np.nan

@@ -19,7 +19,7 @@ from .plan import Plan, SweepError, missing
 from .progress import Progress
 
 #: Max number of successive rounds without a finished run.
-MOST_IDLE_ROUNDS = 3
+MAX_IDLE_ROUNDS = 3
 PAUSE = 0.25  # seconds after the first idle round; n times as long after the n-th
 LARGEST_CHUNK = 1000
 TASKS_PER_JOB = 4
@@ -123,7 +123,7 @@ def run_with(executor: Any, job: program.Job, plan: Plan, jobs: int | None, chun
         chunk: runs per task; None: a quarter of the mean runs per worker, at most 1000.
 
     Raises:
-        SweepError: runs are still missing after MOST_IDLE_ROUNDS rounds without a finished run, or the
+        SweepError: runs are still missing after MAX_IDLE_ROUNDS rounds without a finished run, or the
             executor broke.
     """
     makes = None if hasattr(executor, "submit") else executor
@@ -142,7 +142,7 @@ def run_with(executor: Any, job: program.Job, plan: Plan, jobs: int | None, chun
         before, left = len(left), missing(job.folder, plan)
         idle = idle + 1 if len(left) == before else 0
         time.sleep(PAUSE * idle)  # gives processes of killed workers time to end
-        if left and (idle == MOST_IDLE_ROUNDS or (work.broken and not makes)):
+        if left and (idle == MAX_IDLE_ROUNDS or (work.broken and not makes)):
             raise SweepError(
                 f"{job.folder}: {len(left)} of {plan.count} runs are missing: {shortened(left)}; the last that was "
                 f"said: {work.said!r}. What is there is kept: call run() again, with a new executor if this one is "

@@ -24,11 +24,11 @@ STYLE: dict[str, object] = {
 ADVICE = 'pip install "stagesim[report]" installs it'
 LINES = [(plots.BLUE, "o", "-"), (plots.RED, "s", "--"), (plots.GREEN, "^", "-."), (plots.PURPLE, "D", ":"),
          (plots.ORANGE, "v", "-"), (plots.SKY, "P", "--"), (plots.BLACK, "X", "-.")]
-MOST_PANELS = 6
+MAX_PANELS = 6
 LOGS_EACH = 20  # max logs per panel of the picture of places
 CELLS_ACROSS = 60
 APART = 0.012  # offset between lines, as a fraction of the panel's width
-MOST_LABELLED = 100  # max cells of a heat map with numbers in them
+MAX_LABELLED = 100  # max cells of a heat map with numbers in them
 LOGARITHMIC = 20.0  # min ratio of max to min value for a logarithmic axis
 
 
@@ -119,7 +119,7 @@ class Panels:
 
     def __init__(self, pyplot: Any, over: Axis | None, size: tuple[float, float]) -> None:
         self.over = over
-        self.codes = some(len(over.values), MOST_PANELS) if over else [0]
+        self.codes = some(len(over.values), MAX_PANELS) if over else [0]
         columns = min(len(self.codes), 3)
         rows = -(-len(self.codes) // columns)
         width = size[0] * (1 if columns == 1 else 0.72 * columns)
@@ -197,7 +197,7 @@ def draw_curves(pyplot: Any, study: Study, metric: Metric, axis: Axis, folder: P
     panels.save(pyplot, file)
     pooled = [other.name for other in others[2:]]
     caption = f"{metric.label} over {axis.name}" + each_of("line", lines, len(LINES)) + \
-        each_of("panel", over, MOST_PANELS) + (f", all {', '.join(pooled)} together" if pooled else "")
+        each_of("panel", over, MAX_PANELS) + (f", all {', '.join(pooled)} together" if pooled else "")
     return Picture(file, caption + ". Means over seeds, 95 % bootstrap intervals.", metric)
 
 
@@ -237,13 +237,13 @@ def draw_heat_map(pyplot: Any, study: Study, metric: Metric, x: Axis, y: Axis, f
         set_cells(panel.set_xticks, x)
         set_cells(panel.set_yticks, y)
         panel.set_xlabel(x.label)
-        if cells.size <= MOST_LABELLED:
+        if cells.size <= MAX_LABELLED:
             write_cells(panel, cells, **limits)
     panels.axes[0].set_ylabel(y.label)
     panels.figure.colorbar(image, ax=panels.axes[:len(drawn)], label=metric.label)
     file = folder / file_name(metric.name, "over", x.name, y.name)
     panels.save(pyplot, file)
-    caption = f"{metric.label}: means over {x.name} and {y.name}" + each_of("panel", over, MOST_PANELS)
+    caption = f"{metric.label}: means over {x.name} and {y.name}" + each_of("panel", over, MAX_PANELS)
     return Picture(file, caption + ".", metric)
 
 

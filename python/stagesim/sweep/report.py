@@ -22,8 +22,8 @@ from .table import Column, failed_records, read_columns
 #: The element of a report's page that lists the file names of its pictures.
 FILE_LIST = re.compile(r"<meta name=stage-report content='([^']*)'>")
 SIGNIFICANT = 0.05
-MOST_ROWS = 200
-MOST_FAILED = 100
+MAX_ROWS = 200
+MAX_FAILED = 100
 
 STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; color: #222; max-width: 66rem; margin: 2rem auto; padding: 0 1rem; }
@@ -187,15 +187,15 @@ def comparison_row(one: Comparison) -> tuple[str, ...]:
 def failed_text(failed: Sequence[dict[str, Any]]) -> str:
     """The failed runs: how each ended, the command that repeats it, and its output."""
     parts = []
-    for record in failed[:MOST_FAILED]:
+    for record in failed[:MAX_FAILED]:
         values = ", ".join(f"{name}={value}" for name, value in record["set"].items())
         end = record.get("reason") or record.get("signal") or f"exit status {record.get('exit_status')}"
         lines = "\n".join(record.get("lines", []))
         parts.append(f"<p><b>run {record['index']}</b> ({escaped(values)}, number {record['run']}): "
                      f"<span class=bad>{escaped(end)}</span> in {record['attempts']} attempts</p>"
                      f"<pre>{escaped(record['replay'])}\n\n{escaped(lines)}</pre>")
-    if len(failed) > MOST_FAILED:
-        parts.append(f"<p>and {len(failed) - MOST_FAILED} more: <code>stage sweep --status</code> tells</p>")
+    if len(failed) > MAX_FAILED:
+        parts.append(f"<p>and {len(failed) - MAX_FAILED} more: <code>stage sweep --status</code> tells</p>")
     return "".join(parts)
 
 
@@ -215,9 +215,9 @@ def means_text(study: Study) -> str:
         means = [study.mean(metric, which) for metric in study.metrics]
         rows.append([*(axis.text(code) for axis, code in chosen), int(which.sum()), *map(mean_text, means)])
     head = [*(axis.name for axis in study.axes), "runs", *(metric.label for metric in study.metrics)]
-    text = table(head, rows[:MOST_ROWS], 0)
-    if len(rows) > MOST_ROWS:
-        text += f"<p class=note>The first {MOST_ROWS} of {len(rows)} sets; `stage merge` writes all runs.</p>"
+    text = table(head, rows[:MAX_ROWS], 0)
+    if len(rows) > MAX_ROWS:
+        text += f"<p class=note>The first {MAX_ROWS} of {len(rows)} sets; `stage merge` writes all runs.</p>"
     return "<p class=note>Means over seeds, 95 % bootstrap intervals.</p>" + text
 
 

@@ -29,7 +29,7 @@ KIND_UNITS = {"distance": "m", "coverage": "m²", "time_to_goal": "s", "nearest"
 PROPERTY_UNITS = {"resolution": "m", "radius": "m", "interval_sim": "ms", "update_interval": "ms", "fov": "°",
                   "joules": "J", "watts": "W"}
 #: If an axis has more values, only successive values and the two ends are compared.
-MOST_FOR_ALL_PAIRS = 4
+MAX_FOR_ALL_PAIRS = 4
 
 
 @dataclass(frozen=True)
@@ -225,6 +225,6 @@ class Study:
 
 def pairs(count: int) -> list[tuple[int, int]]:
     """Pairs of value indices to compare: all pairs, or, if there are many values, neighbours and the two ends."""
-    if count <= MOST_FOR_ALL_PAIRS:
+    if count <= MAX_FOR_ALL_PAIRS:
         return list(itertools.combinations(range(count), 2))
     return [(at, at + 1) for at in range(count - 1)] + [(0, count - 1)]

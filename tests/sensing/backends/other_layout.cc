@@ -11,6 +11,6 @@ using namespace Stg::internal::sensing;
 extern "C" {
 extern const Backend stage_backend;
 const Backend stage_backend = {kBackendVersion, sizeof(Backend), BackendLayout() ^ 1,
-                               [](const char*, TakeText, void*) -> Prefilter* { std::abort(); },
-                               [](TakeText, void*) { std::abort(); }};
+                               [](const char*, TextSink, void*) -> Prefilter* { std::abort(); },
+                               [](TextSink, void*) { std::abort(); }};
 }

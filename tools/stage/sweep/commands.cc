@@ -29,7 +29,7 @@ int Report(int argc, char* argv[]) {
 
 }  // namespace
 
-std::optional<int> ObeySweepCommand(int argc, char* argv[]) {
+std::optional<int> RunSweepCommand(int argc, char* argv[]) {
   const std::string_view command = argc > 1 ? argv[1] : "";
   if (command == "sweep") return Sweep(argc, argv);
   if (command == "merge") return Merge(argc, argv);

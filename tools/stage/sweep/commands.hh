@@ -11,7 +11,7 @@ namespace Stg::program {
 
 /// Runs argv[1] and returns the exit status if it is one of these commands. Throws UsageError and
 /// std::runtime_error with a one-line message.
-std::optional<int> ObeySweepCommand(int argc, char* argv[]);
+std::optional<int> RunSweepCommand(int argc, char* argv[]);
 
 int Sweep(int argc, char* argv[]);
 int Merge(int argc, char* argv[]);

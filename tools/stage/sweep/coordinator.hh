@@ -21,7 +21,7 @@
 namespace Stg::program {
 
 /// How a sweep is executed; does not affect its results.
-struct Effort {
+struct ExecutionOptions {
   unsigned jobs = 0;         ///< number of workers; at least 1 once resolved
   bool fresh = false;        ///< a separate process for each run
   double limit_seconds = 0;  ///< real time per run; 0: a day, and ten minutes for loading
@@ -34,7 +34,7 @@ struct Effort {
 class Coordinator {
  public:
   /// `todo`: indices of the runs, in the order of execution.
-  Coordinator(const SweepFolder& folder, const Plan& plan, const Effort& effort,
+  Coordinator(const SweepFolder& folder, const Plan& plan, const ExecutionOptions& execution,
               std::vector<uint64_t> todo);
 
   /// Loads the worlds of some runs first, covering each value of an axis up to a limit. Throws
@@ -55,33 +55,33 @@ class Coordinator {
   };
 
   void CheckOne(std::unique_ptr<WorkerProcess>* worker, uint64_t index);
-  std::optional<Death> TryToLoad(WorkerProcess* worker, uint64_t index);
+  std::optional<WorkerExit> TryToLoad(WorkerProcess* worker, uint64_t index);
   std::string BrokenLimit(const WorkerProcess& worker, double since, double seconds) const;
-  std::unique_ptr<WorkerProcess> Hire() const;
+  std::unique_ptr<WorkerProcess> StartWorker() const;
   void TryForeignWorker();
-  bool HasWork() const { return !again_.empty() || next_ < todo_.size(); }
-  void Employ(Slot* slot);
+  bool HasWork() const { return !retries_.empty() || next_ < todo_.size(); }
+  void AssignRun(Slot* slot);
   void Wait();
-  void Listen(Slot* slot);
-  void Settle(Slot* slot, const std::string& answer);
-  void Mourn(Slot* slot);
-  void Fail(uint64_t index, const Death& death);
+  void ReadAnswers(Slot* slot);
+  void FinishRun(Slot* slot, const std::string& answer);
+  void HandleDeath(Slot* slot);
+  void Fail(uint64_t index, const WorkerExit& worker_exit);
   void EnforceLimits(Slot* slot);
   void EnforceLimitsOfGroups(const std::vector<WorkerProcess*>& workers);
-  void Housekeep();
+  void CheckLimits();
   std::string ProgressText(double now) const;
 
   const SweepFolder& folder_;
   const Plan& plan_;
-  const Effort& effort_;
+  const ExecutionOptions& execution_;
   const std::string foreign_worker_;  // a command; empty: this program
   std::vector<uint64_t> todo_;
   size_t next_ = 0;                   // index into todo_
-  std::deque<uint64_t> again_;        // runs whose worker died
+  std::deque<uint64_t> retries_;      // runs whose worker died
   std::map<uint64_t, int> attempts_;  // per run, the number of workers that died
   std::vector<Slot> slots_;
   uint64_t done_ = 0, failed_ = 0;
-  double begun_ = 0, next_housekeeping_ = 0, next_sync_ = 0, next_look_at_groups_ = 0;
+  double begun_ = 0, next_housekeeping_ = 0, next_sync_ = 0, next_group_check_ = 0;
   StatusLine line_;
 };
 

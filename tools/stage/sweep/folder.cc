@@ -31,7 +31,7 @@ namespace Stg::program {
 
 namespace {
 
-constexpr uint64_t kRunsInAFolder = 1000;
+constexpr uint64_t kRunsPerFolder = 1000;
 
 [[noreturn]] void Fail(const char* what, const std::string& file, int error) {
   throw std::runtime_error(std::string("can't ") + what + " '" + file +
@@ -40,14 +40,14 @@ constexpr uint64_t kRunsInAFolder = 1000;
 
 /// Reads a file. Special files are refused, since a pipe might never end.
 std::string ReadWhole(const std::string& name) {
-  constexpr uintmax_t kLargest =
+  constexpr uintmax_t kMaxBytes =
       1 << 28;  // bytes; plans have a few megabytes at most, records a few kB
   std::error_code failed;
   const auto status = std::filesystem::status(name, failed);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
     Fail("read", name, std::filesystem::is_directory(status) ? EISDIR : EINVAL);
   const uintmax_t size = std::filesystem::file_size(name, failed);
-  if (!failed && size > kLargest) Fail("read", name, EFBIG);
+  if (!failed && size > kMaxBytes) Fail("read", name, EFBIG);
   std::ifstream in(name, std::ios::binary);
   std::ostringstream text;
   if (in && size > 0) text << in.rdbuf();
@@ -56,7 +56,7 @@ std::string ReadWhole(const std::string& name) {
 }
 
 /// True if a sweep may have created the file before or beside its plan.
-bool IsOfASweep(const std::filesystem::path& file) {
+bool BelongsToSweep(const std::filesystem::path& file) {
   const std::string name = file.filename().string();
   for (const char* beginning : {"lock.", ".stage-", ".plan-"})
     if (name.starts_with(beginning)) return true;
@@ -75,7 +75,7 @@ bool IsHome(const std::filesystem::path& folder) {
 
 std::string FolderOf(const std::string& sweep, uint64_t index) {
   char name[32];
-  std::snprintf(name, sizeof name, "/runs/%03" PRIu64, index / kRunsInAFolder);
+  std::snprintf(name, sizeof name, "/runs/%03" PRIu64, index / kRunsPerFolder);
   return sweep + name;
 }
 
@@ -155,7 +155,7 @@ bool SweepFolder::Make() const {
   fs::directory_iterator entry(path_, failed);
   if (failed) Fail("read", path_, failed.value());
   for (; !failed && entry != fs::directory_iterator(); entry.increment(failed))
-    if (!IsOfASweep(entry->path())) refuse("which is not a sweep folder");
+    if (!BelongsToSweep(entry->path())) refuse("which is not a sweep folder");
   return false;
 }
 
@@ -172,8 +172,8 @@ void SweepFolder::Write(const Plan& plan) const {
 }
 
 std::vector<bool> SweepFolder::Finished(const Plan& plan) const {
-  std::vector<bool> finished(static_cast<size_t>(plan.Count()));  // kMostRuns at most
-  for (uint64_t first = 0; first < finished.size(); first += kRunsInAFolder)
+  std::vector<bool> finished(static_cast<size_t>(plan.Count()));  // kMaxRuns at most
+  for (uint64_t first = 0; first < finished.size(); first += kRunsPerFolder)
     MarkFinished(FolderOf(path_, first), &finished);
   return finished;
 }
@@ -204,10 +204,10 @@ nlohmann::ordered_json SweepFolder::Record(const Plan& plan, uint64_t index) con
 
 void SweepFolder::WriteRecord(uint64_t index, const std::string& record) const {
   const std::string file = RecordFile(index);
-  int error = files::ReplaceFile(file, record, files::AnyFile, files::Lasts::kSoon);
+  int error = files::ReplaceFile(file, record, files::AnyFile, files::Durability::kBuffered);
   if (error == ENOENT) {
     MakeFolderOf(index);
-    error = files::ReplaceFile(file, record, files::AnyFile, files::Lasts::kSoon);
+    error = files::ReplaceFile(file, record, files::AnyFile, files::Durability::kBuffered);
   }
   if (error != 0) Fail("write", file, error);
 }

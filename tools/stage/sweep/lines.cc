@@ -10,12 +10,12 @@ namespace Stg::program {
 
 std::optional<std::string> LineReader::Next() {
   for (;;) {
-    if (std::optional<std::string> line = Take()) return line;
-    if (!Fill()) return std::nullopt;
+    if (std::optional<std::string> line = NextBuffered()) return line;
+    if (!ReadAvailable()) return std::nullopt;
   }
 }
 
-bool LineReader::Fill() {
+bool LineReader::ReadAvailable() {
   char bytes[4096];
   if (is_full()) return false;
   const ssize_t count = read(file_, bytes, sizeof bytes);
@@ -23,7 +23,7 @@ bool LineReader::Fill() {
   return count > 0 || (count < 0 && (errno == EINTR || errno == EAGAIN));
 }
 
-std::optional<std::string> LineReader::Take() {
+std::optional<std::string> LineReader::NextBuffered() {
   const size_t end = text_.find('\n');
   if (end == std::string::npos) return std::nullopt;
   std::string line = text_.substr(0, end);

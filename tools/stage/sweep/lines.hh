@@ -19,14 +19,14 @@ class LineReader {
   std::optional<std::string> Next();
   /// Reads available bytes; blocks if there are none, unless the file is non-blocking. Returns
   /// false at the end of the file, and while more than 64 kB are unclaimed: no line is that long.
-  bool Fill();
+  bool ReadAvailable();
   /// Returns a line that was read already, if there is one.
-  std::optional<std::string> Take();
-  /// True if Fill() stopped because too much is unclaimed.
-  bool is_full() const { return text_.size() > kMostWaiting; }
+  std::optional<std::string> NextBuffered();
+  /// True if ReadAvailable() stopped because too much is unclaimed.
+  bool is_full() const { return text_.size() > kMaxUnclaimed; }
 
  private:
-  static constexpr size_t kMostWaiting = 1 << 16;  // bytes
+  static constexpr size_t kMaxUnclaimed = 1 << 16;  // bytes
   int file_;
   std::string text_;
 };

@@ -153,11 +153,11 @@ class Table {
   std::vector<Row> rows_;
 };
 
-constexpr size_t kNowhere = SIZE_MAX;
+constexpr size_t kNotFound = SIZE_MAX;
 
-/// Returns, by run index, which folder has the record; kNowhere if unfinished.
+/// Returns, by run index, which folder has the record; kNotFound if unfinished.
 std::vector<size_t> FindRecords(const std::vector<SweepFolder>& folders, const Plan& plan) {
-  std::vector<size_t> places(static_cast<size_t>(plan.Count()), kNowhere);
+  std::vector<size_t> places(static_cast<size_t>(plan.Count()), kNotFound);
   for (size_t i = folders.size(); i-- > 0;) {
     const std::vector<bool> finished = folders[i].Finished(plan);
     for (size_t index = 0; index < places.size(); index++)
@@ -167,7 +167,7 @@ std::vector<size_t> FindRecords(const std::vector<SweepFolder>& folders, const P
 }
 
 void CheckWhole(const SweepFolder& folder, const std::vector<size_t>& places, bool partial) {
-  const auto missing = std::ranges::count(places, kNowhere);
+  const auto missing = std::ranges::count(places, kNotFound);
   if (missing == 0) return;
   const std::string text = folder.path() + ": " + std::to_string(missing) + " of " +
                            std::to_string(places.size()) + " runs are not finished";
@@ -195,7 +195,7 @@ std::string TableOf(const MergeOptions& options) {
   CheckWhole(folders[0], places, options.partial);
   Table table(options, plan);
   for (size_t index = 0; index < places.size(); index++) {
-    if (places[index] == kNowhere) continue;
+    if (places[index] == kNotFound) continue;
     table.Add(folders[places[index]].Record(plan, index));
   }
   return table.ToCsv();

@@ -97,10 +97,10 @@ constexpr option kLongOptions[] = {
 };
 
 // Options that define a sweep. They are refused for a folder that already has a plan.
-constexpr int kOfThePlan[] = {kArgs,          kCommonSeeds, kDuration,  kLog,  kLogCompression,
-                              kLogEvery,      kLogModels,   kLogRanges, kOut,  kRuns,
-                              kNoControllers, kOpencl,      kRayModel,  kSeed, kSet,
-                              kThreads,       kPlanOnly,    kDryRun};
+constexpr int kPlanOptions[] = {kArgs,          kCommonSeeds, kDuration,  kLog,  kLogCompression,
+                                kLogEvery,      kLogModels,   kLogRanges, kOut,  kRuns,
+                                kNoControllers, kOpencl,      kRayModel,  kSeed, kSet,
+                                kThreads,       kPlanOnly,    kDryRun};
 
 std::string NameOf(int id) {
   for (const option* o = kLongOptions; o->name; o++)
@@ -119,7 +119,7 @@ std::optional<Range> ParsePair(const std::string& text, char separator) {
 
 Range ParseRange(int id, const std::string& text) {
   const std::optional<Range> range = ParsePair(text, ':');
-  if (!range || range->first >= range->second || range->second > kMostRuns)
+  if (!range || range->first >= range->second || range->second > kMaxRuns)
     RefuseValue(NameOf(id), "FIRST:END, as in 0:100, which is 0 to 99", text);
   return *range;
 }
@@ -136,7 +136,7 @@ class Parser {
   Parser(int argc, char* argv[]) : arguments_(argv, argv + argc) {
     arguments_.erase(arguments_.begin() + 1);
     arguments_.push_back(nullptr);
-    options_.effort.progress = isatty(STDERR_FILENO) != 0;
+    options_.execution.progress = isatty(STDERR_FILENO) != 0;
     options_.plan.run.threads = 1;  // the cores are for workers
   }
 
@@ -154,7 +154,7 @@ class Parser {
       TakeFolder(words);
     else
       TakeWorld(words);
-    if (options_.effort.jobs == 0) options_.effort.jobs = UsualJobs();
+    if (options_.execution.jobs == 0) options_.execution.jobs = UsualJobs();
     return options_;
   }
 
@@ -215,32 +215,32 @@ class Parser {
   }
 
   void ApplyEffort(int id, const std::string& value) {
-    Effort& effort = options_.effort;
+    ExecutionOptions& execution = options_.execution;
     switch (id) {
       case kFresh:
-        effort.fresh = true;
+        execution.fresh = true;
         break;
       case kJobs:
-        effort.jobs = static_cast<unsigned>(ParseThreads(NameOf(id), value));
+        execution.jobs = static_cast<unsigned>(ParseThreads(NameOf(id), value));
         break;
       case kLimitMb:
-        effort.limit_mb = ParseWithin(NameOf(id), 1, 1e9, "MB of memory, from 1 to 1e9", value);
+        execution.limit_mb = ParseWithin(NameOf(id), 1, 1e9, "MB of memory, from 1 to 1e9", value);
         break;
       case kLimitSeconds:
-        effort.limit_seconds =
+        execution.limit_seconds =
             ParseWithin(NameOf(id), 0.001, 1e9, "seconds, from 0.001 to 1e9", value);
         break;
       case kTries:
-        effort.tries =
+        execution.tries =
             static_cast<int>(ParseWithin(NameOf(id), 1, 100, "a number from 1 to 100", value));
         break;
       case kWorker:
         if (value.empty()) RefuseValue("--worker", "a command", value);
-        effort.worker = value;
+        execution.worker = value;
         break;
       case kProgress:
       case kNoProgress:
-        effort.progress = id == kProgress;
+        execution.progress = id == kProgress;
         break;
       default:
         ApplyAction(id, value);
@@ -296,7 +296,7 @@ class Parser {
     if (words.size() != 1)
       throw UsageError(std::string(name) + ": found " + std::to_string(words.size()) +
                        " folders, expected one: that of the sweep");
-    for (const int id : kOfThePlan)
+    for (const int id : kPlanOptions)
       if (given_.count(id) > 0)
         throw UsageError(NameOf(id) + " does not go with " + name + ": the plan is already fixed");
     options_.folder = words[0];
@@ -308,7 +308,7 @@ class Parser {
                        " world files, expected one");
     if (options_.folder.empty() && options_.action != Action::kDryRun)
       throw UsageError("sweep: expected -o FOLDER for the results");
-    options_.plan.worker = options_.effort.worker;
+    options_.plan.worker = options_.execution.worker;
     const std::string found =
         worldfile::FindFile("", words[0]);  // also finds worlds that come with Stage
     options_.plan.world =
@@ -317,8 +317,8 @@ class Parser {
     for (const Axis& axis : options_.plan.axes)
       if (!names.insert(axis.name).second)
         throw UsageError("--set: found " + axis.name + " twice, expected all its values in one");
-    if (options_.plan.Count() > kMostRuns)
-      throw UsageError("sweep: found more than " + std::to_string(kMostRuns) +
+    if (options_.plan.Count() > kMaxRuns)
+      throw UsageError("sweep: found more than " + std::to_string(kMaxRuns) +
                        " runs, expected fewer");
   }
 

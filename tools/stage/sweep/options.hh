@@ -21,7 +21,7 @@ struct SweepOptions {
   Action action = Action::kRun;
   std::string folder;
   Plan plan;  ///< for kRun, kDryRun and kPlanOnly; without its digest
-  Effort effort;
+  ExecutionOptions execution;
   std::optional<std::pair<uint64_t, uint64_t>> shard;  ///< (number from 1, number of shards)
   std::optional<std::pair<uint64_t, uint64_t>> only;   ///< run indices, the second excluded
   bool retry_failed = false;

@@ -120,7 +120,7 @@ size_t EndOfValue(const std::string& text, size_t begin) {
 uint64_t Plan::Count() const {
   uint64_t count = RunsEach();
   for (const Axis& axis : axes) {
-    if (count > kMostRuns) break;  // too many runs, but no overflow yet
+    if (count > kMaxRuns) break;  // too many runs, but no overflow yet
     count *= axis.values.size();
   }
   return count;
@@ -249,8 +249,8 @@ Plan ReadPlan(const std::string& text) try {
     throw std::runtime_error(
         "found a plan without runs, expected at least one value of each axis and "
         "one run");
-  if (plan.Count() > kMostRuns)
-    throw std::runtime_error("found more than " + std::to_string(kMostRuns) +
+  if (plan.Count() > kMaxRuns)
+    throw std::runtime_error("found more than " + std::to_string(kMaxRuns) +
                              " runs, expected fewer");
   return plan;
 } catch (const std::exception& error) {

@@ -48,7 +48,7 @@ struct RunSpec {
   std::vector<std::pair<std::string, std::string>> set;  ///< (name, value) of each axis
 };
 
-constexpr uint64_t kMostRuns = 100'000'000;
+constexpr uint64_t kMaxRuns = 100'000'000;
 
 /// Parses NAME=VALUE,VALUE. Commas within quotes or brackets belong to a value. Throws UsageError.
 Axis ParseAxis(const std::string& text);

@@ -14,7 +14,7 @@
 
 #include "messages/report.hh"
 #include "stage/sweep/json_text.hh"
-#include "stage/world_figures.hh"
+#include "stage/world_statistics.hh"
 #include "world/statistics.hh"
 
 namespace Stg::program {
@@ -88,15 +88,15 @@ std::string RecordOf(const Plan& plan, const RunSpec& spec, World* world, double
   return Line(&record, plan, spec, attempt);
 }
 
-std::string FailureRecordOf(const Plan& plan, const RunSpec& spec, const Death& death,
+std::string FailureRecordOf(const Plan& plan, const RunSpec& spec, const WorkerExit& worker_exit,
                             int attempts) {
   Json record = Begin(spec, "failed");
-  record["reason"] = Describe(death);
-  if (WIFSIGNALED(death.wait_status))
-    record["signal"] = SignalName(WTERMSIG(death.wait_status));
+  record["reason"] = Describe(worker_exit);
+  if (WIFSIGNALED(worker_exit.wait_status))
+    record["signal"] = SignalName(WTERMSIG(worker_exit.wait_status));
   else
-    record["exit_status"] = WEXITSTATUS(death.wait_status);
-  record["lines"] = death.lines;
+    record["exit_status"] = WEXITSTATUS(worker_exit.wait_status);
+  record["lines"] = worker_exit.lines;
   return Line(&record, plan, spec, attempts);
 }
 
@@ -123,10 +123,10 @@ void CheckRecord(const Json& record, const Plan& plan, uint64_t index) {
     throw std::runtime_error("found no lines of a failed run");
 }
 
-std::string Describe(const Death& death) {
-  if (!death.reason.empty()) return death.reason;
-  if (WIFSIGNALED(death.wait_status)) return SignalName(WTERMSIG(death.wait_status));
-  return "exit status " + std::to_string(WEXITSTATUS(death.wait_status));
+std::string Describe(const WorkerExit& worker_exit) {
+  if (!worker_exit.reason.empty()) return worker_exit.reason;
+  if (WIFSIGNALED(worker_exit.wait_status)) return SignalName(WTERMSIG(worker_exit.wait_status));
+  return "exit status " + std::to_string(WEXITSTATUS(worker_exit.wait_status));
 }
 
 }  // namespace Stg::program

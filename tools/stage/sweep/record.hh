@@ -18,19 +18,19 @@ std::string RecordOf(const Plan& plan, const RunSpec& spec, World* world, double
                      int attempt);
 
 /// How a process ended.
-struct Death {
+struct WorkerExit {
   int wait_status = 0;             ///< see waitpid()
   std::string reason;              ///< why Stage ended it; otherwise empty
   std::vector<std::string> lines;  ///< the last lines that it printed
 };
-std::string FailureRecordOf(const Plan& plan, const RunSpec& spec, const Death& death,
+std::string FailureRecordOf(const Plan& plan, const RunSpec& spec, const WorkerExit& worker_exit,
                             int attempts);
 /// Throws std::runtime_error with one line if the record belongs to another run or misses a field
 /// that every record has.
 void CheckRecord(const nlohmann::ordered_json& record, const Plan& plan, uint64_t index);
 
 /// Returns "SIGSEGV", "exit status 3", or the reason.
-std::string Describe(const Death& death);
+std::string Describe(const WorkerExit& worker_exit);
 
 }  // namespace Stg::program
 

@@ -27,7 +27,7 @@ namespace {
 using Action = SweepOptions::Action;
 using Json = nlohmann::ordered_json;
 
-constexpr uint64_t kMostShown = 10;  // maximum length of a list for people
+constexpr uint64_t kMaxShown = 10;  // maximum length of a list for people
 
 std::string Number(uint64_t count, const char* what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
@@ -46,11 +46,11 @@ std::string Describe(const Plan& plan) {
          ", " + Number(plan.RunsEach(), "run") + " each";
 }
 
-int TellPlan(const Plan& plan) {
+int PrintPlan(const Plan& plan) {
   std::string text = Describe(plan) + "\n";
-  for (uint64_t index = 0; index < std::min(plan.Count(), kMostShown); index++)
+  for (uint64_t index = 0; index < std::min(plan.Count(), kMaxShown); index++)
     text += "  " + ReplayCommand(plan, RunAt(plan, index)) + "\n";
-  if (plan.Count() > kMostShown) text += "  ...\n";
+  if (plan.Count() > kMaxShown) text += "  ...\n";
   PrintWhole(text);
   return 0;
 }
@@ -82,7 +82,7 @@ std::vector<size_t> FailedOf(const SweepFolder& folder, const Plan& plan,
   return failed;
 }
 
-int TellStatus(const SweepFolder& folder) {
+int PrintStatus(const SweepFolder& folder) {
   const Plan plan = folder.Read();
   const std::vector<bool> finished = folder.Finished(plan);
   const auto done = static_cast<uint64_t>(std::ranges::count(finished, true));
@@ -90,9 +90,9 @@ int TellStatus(const SweepFolder& folder) {
   std::string text = folder.path() + ": " + Describe(plan) + "\n" + std::to_string(done) + " of " +
                      Number(plan.Count(), "run") + " finished, " + std::to_string(failed.size()) +
                      " of them failed\n";
-  for (size_t i = 0; i < std::min<size_t>(failed.size(), kMostShown); i++)
+  for (size_t i = 0; i < std::min<size_t>(failed.size(), kMaxShown); i++)
     text += DescribeFailure(folder.Record(plan, failed[i]));
-  if (failed.size() > kMostShown) text += "  ...\n";
+  if (failed.size() > kMaxShown) text += "  ...\n";
   if (done < plan.Count())
     text += "next: stage sweep --resume " + folder.path() + "\n";
   else
@@ -122,8 +122,8 @@ std::vector<uint64_t> ToDo(const SweepFolder& folder, const Plan& plan,
   return todo;
 }
 
-int TellResult(const SweepFolder& folder, const Coordinator& coordinator, size_t todo,
-               double seconds) {
+int PrintResult(const SweepFolder& folder, const Coordinator& coordinator, size_t todo,
+                double seconds) {
   const uint64_t done = coordinator.done();
   std::string text =
       std::to_string(done) + " of " + Number(todo, "run") + " done in " + DurationText(seconds);
@@ -133,7 +133,7 @@ int TellResult(const SweepFolder& folder, const Coordinator& coordinator, size_t
   PrintWhole(text + "\n");
   if (done < todo) PrintWhole("continue with: stage sweep --resume " + folder.path() + "\n");
   FlushOutput();
-  if (CaughtSignal() != 0) return DieOf(CaughtSignal());
+  if (CaughtSignal() != 0) return RaiseDefault(CaughtSignal());
   return coordinator.failed() > 0 ? 1 : 0;
 }
 
@@ -147,7 +147,7 @@ std::string PartOf(const SweepOptions& options) {
 
 /// A range of --only beyond the last run is a mistake. More shards than runs are valid, because a
 /// job array need not know the number of runs.
-void RefuseEmptyPart(const Plan& plan, const SweepOptions& options) {
+void RejectEmptyPart(const Plan& plan, const SweepOptions& options) {
   if (options.only && options.only->first >= plan.Count())
     throw UsageError("--only: found " + std::to_string(options.only->first) + ":" +
                      std::to_string(options.only->second) + ", but the sweep has " +
@@ -155,7 +155,7 @@ void RefuseEmptyPart(const Plan& plan, const SweepOptions& options) {
                      std::to_string(plan.Count()));
 }
 
-int TellNothingToDo(const SweepFolder& folder, const Plan& plan, const SweepOptions& options) {
+int PrintNothingToDo(const SweepFolder& folder, const Plan& plan, const SweepOptions& options) {
   const bool no_part = options.shard && options.shard->first > plan.Count();
   PrintWhole(no_part ? "nothing to do: the sweep has only " + Number(plan.Count(), "run") + "\n"
                      : "nothing to do: all runs " +
@@ -166,20 +166,21 @@ int TellNothingToDo(const SweepFolder& folder, const Plan& plan, const SweepOpti
 }
 
 int Work(const SweepFolder& folder, const Plan& plan, const SweepOptions& options) {
-  RefuseEmptyPart(plan, options);
+  RejectEmptyPart(plan, options);
   const SweepLock lock(folder, PartOf(options));
   const double start = WallClock();
   std::vector<uint64_t> todo = ToDo(folder, plan, options);
   const size_t count = todo.size();
-  if (todo.empty()) return TellNothingToDo(folder, plan, options);
-  Coordinator coordinator(folder, plan, options.effort, std::move(todo));
+  if (todo.empty()) return PrintNothingToDo(folder, plan, options);
+  Coordinator coordinator(folder, plan, options.execution, std::move(todo));
   coordinator.Run();
-  return TellResult(folder, coordinator, count, WallClock() - start);
+  return PrintResult(folder, coordinator, count, WallClock() - start);
 }
 
 /// Checks a new sweep before anything runs. If its worlds cannot be loaded, or a signal comes,
 /// removes the plan and any folder created for it.
-void LookFirst(const SweepFolder& folder, const Plan& plan, const Effort& effort, bool was_made) {
+void CheckBeforeRunning(const SweepFolder& folder, const Plan& plan,
+                        const ExecutionOptions& execution, bool was_made) {
   const auto clear = [&] {
     std::error_code ignored;
     for (const std::string& name : {folder.PlanFile(), folder.path() + "/runs"})
@@ -187,7 +188,7 @@ void LookFirst(const SweepFolder& folder, const Plan& plan, const Effort& effort
     if (was_made) std::filesystem::remove(folder.path(), ignored);
   };
   try {
-    Coordinator(folder, plan, effort, {}).Check();
+    Coordinator(folder, plan, execution, {}).Check();
   } catch (...) {
     clear();
     throw;
@@ -203,8 +204,8 @@ int Begin(const SweepFolder& folder, const Plan& plan, const SweepOptions& optio
                      folder.path());
   CatchSignals();
   folder.Write(plan);
-  if (is_new) LookFirst(folder, plan, options.effort, was_made);
-  if (CaughtSignal() != 0) return DieOf(CaughtSignal());
+  if (is_new) CheckBeforeRunning(folder, plan, options.execution, was_made);
+  if (CaughtSignal() != 0) return RaiseDefault(CaughtSignal());
   return options.action == Action::kPlanOnly ? 0 : Work(folder, plan, options);
 }
 
@@ -226,10 +227,10 @@ int Sweep(int argc, char* argv[]) {
     return 0;
   }
   const SweepFolder folder(options.folder);
-  if (options.action == Action::kStatus) return TellStatus(folder);
+  if (options.action == Action::kStatus) return PrintStatus(folder);
   if (options.action == Action::kResume) return Resume(folder, options);
   options.plan.digest = DigestOf(options.plan.world);
-  if (options.action == Action::kDryRun) return TellPlan(options.plan);
+  if (options.action == Action::kDryRun) return PrintPlan(options.plan);
   return Begin(folder, options.plan, options);
 }
 

@@ -101,7 +101,7 @@ class Worker {
 };
 
 /// Executes a command line and returns the answer.
-std::string Obey(Worker* worker, const std::string& line) try {
+std::string Execute(Worker* worker, const std::string& line) try {
   std::istringstream words(line);
   std::string command;
   uint64_t index = 0;
@@ -117,7 +117,7 @@ std::string Obey(Worker* worker, const std::string& line) try {
   worker->Run(index, attempt);
   return "done " + std::to_string(index);
 } catch (const BadRun& error) {
-  return std::string("error ") + messages::Shortened(error.what(), messages::kLongestDetail * 4);
+  return std::string("error ") + messages::Shortened(error.what(), messages::kMaxDetailBytes * 4);
 }
 
 }  // namespace
@@ -128,7 +128,7 @@ int RunWorker(const std::string& folder) {
   Worker worker(folder);
   LineReader commands(kCommandsFile);
   while (const std::optional<std::string> line = commands.Next()) {
-    const std::string answer = Obey(&worker, *line) + "\n";
+    const std::string answer = Execute(&worker, *line) + "\n";
     std::fflush(stdout);
     if (!WriteWhole(kAnswersFile, answer)) return 1;  // the coordinator has closed its end
   }

@@ -26,11 +26,11 @@ namespace Stg::program {
 
 namespace {
 
-constexpr size_t kMostPrinted = 4096;  // bytes of output that are kept
-constexpr size_t kMostLines = 10;      // lines of these in a record
-constexpr size_t kMostRead = 1 << 18;  // maximum bytes per read, since output may never end
-constexpr double kFarewell = 0.5;      // seconds that a worker may outlive its answers
-constexpr double kLongestDeath = 5;    // seconds to wait for a killed process
+constexpr size_t kMaxPrinted = 4096;  // bytes of output that are kept
+constexpr size_t kMaxLines = 10;      // lines of these in a record
+constexpr size_t kMaxRead = 1 << 18;  // maximum bytes per read, since output may never end
+constexpr double kExitGrace = 0.5;    // seconds that a worker may outlive its answers
+constexpr double kKillTimeout = 5;    // seconds to wait for a killed process
 
 struct Pipe {
   int from = -1, to = -1;
@@ -45,16 +45,17 @@ struct Pipe {
 };
 
 /// Duplicates a descriptor above the ones that dup2() will overwrite.
-int Above(int file) { return fcntl(file, F_DUPFD_CLOEXEC, 10); }
+int DuplicateAbove(int file) { return fcntl(file, F_DUPFD_CLOEXEC, 10); }
 
 /// Runs in the child process. Only async-signal-safe calls are allowed after a fork.
-[[noreturn]] void Become(char* const words[], pid_t parent, int commands, int answers, int output) {
+[[noreturn]] void ExecWorker(char* const words[], pid_t parent, int commands, int answers,
+                             int output) {
   // Workers die with a coordinator that is killed.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(1);
   setpgid(0, 0);  // Ctrl-C reaches only the coordinator, and the group can be killed as a whole
   const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
-  const int high[] = {Above(commands), Above(answers), Above(output)};
+  const int high[] = {DuplicateAbove(commands), DuplicateAbove(answers), DuplicateAbove(output)};
   dup2(nothing, STDIN_FILENO);
   dup2(high[2], STDOUT_FILENO);
   dup2(high[2], STDERR_FILENO);
@@ -68,7 +69,7 @@ int Above(int file) { return fcntl(file, F_DUPFD_CLOEXEC, 10); }
 }
 
 /// Proportional set size (PSS) of a process: shared pages count in part.
-double ShareOfMemoryMb(pid_t pid) {
+double ProportionalMemoryMb(pid_t pid) {
   const std::string file = "/proc/" + std::to_string(pid) + "/smaps_rollup";
   return std::atof(FromProc(file.c_str(), "Pss:").c_str()) / 1024;  // /proc counts in KiB
 }
@@ -85,7 +86,7 @@ WorkerProcess::WorkerProcess(const std::vector<std::string>& command, const std:
   const Pipe commands, answers, output;
   const pid_t parent = getpid();
   pid_ = fork();
-  if (pid_ == 0) Become(pointers.data(), parent, commands.from, answers.to, output.to);
+  if (pid_ == 0) ExecWorker(pointers.data(), parent, commands.from, answers.to, output.to);
   for (const int file : {commands.from, answers.to, output.to}) close(file);
   commands_ = commands.to;
   answers_ = answers.from;
@@ -109,9 +110,9 @@ void WorkerProcess::Order(const std::string& command) {
 }
 
 std::optional<std::string> WorkerProcess::Answer() {
-  if (killed_since_ > 0) return std::nullopt;
-  if (silent_since_ == 0 && !reader_.Fill()) silent_since_ = WallClock();
-  return reader_.Take();
+  if (killed_at_ > 0) return std::nullopt;
+  if (answers_ended_at_ == 0 && !reader_.ReadAvailable()) answers_ended_at_ = WallClock();
+  return reader_.NextBuffered();
 }
 
 bool WorkerProcess::IsDead() const {
@@ -126,14 +127,14 @@ bool WorkerProcess::HasEnded() {
   // counts.
   if (IsDead()) return true;
   if (reader_.is_full()) Kill("replied with an overlong line");
-  if (silent_since_ > 0 && WallClock() - silent_since_ > kFarewell)
+  if (answers_ended_at_ > 0 && WallClock() - answers_ended_at_ > kExitGrace)
     Kill("closed the file that its replies go to");
-  return killed_since_ > 0 && WallClock() - killed_since_ > kLongestDeath;
+  return killed_at_ > 0 && WallClock() - killed_at_ > kKillTimeout;
 }
 
 void WorkerProcess::ReadOutput() {
   char bytes[4096];
-  for (size_t taken = 0; taken < kMostRead;) {
+  for (size_t taken = 0; taken < kMaxRead;) {
     const ssize_t count = read(output_, bytes, sizeof bytes);
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
@@ -142,7 +143,7 @@ void WorkerProcess::ReadOutput() {
     }
     taken += static_cast<size_t>(count);
     printed_.append(bytes, static_cast<size_t>(count));
-    if (printed_.size() > 2 * kMostPrinted) printed_.erase(0, printed_.size() - kMostPrinted);
+    if (printed_.size() > 2 * kMaxPrinted) printed_.erase(0, printed_.size() - kMaxPrinted);
   }
 }
 
@@ -152,32 +153,32 @@ void WorkerProcess::Reap() {
   if (pid_ < 0) return;
   const double start = WallClock();
   kill(-pid_, SIGKILL);
-  while (!IsDead() && WallClock() - start < kLongestDeath) usleep(1000);
+  while (!IsDead() && WallClock() - start < kKillTimeout) usleep(1000);
   waitpid(pid_, &wait_status_, WNOHANG);
   pid_ = -1;
 }
 
-Death WorkerProcess::Bury() {
+WorkerExit WorkerProcess::CollectExit() {
   Reap();
   ReadOutput();
-  Death death;
-  death.wait_status = wait_status_;
-  death.reason = reason_;
+  WorkerExit worker_exit;
+  worker_exit.wait_status = wait_status_;
+  worker_exit.reason = reason_;
   for (size_t begin = 0; begin < printed_.size();) {
     const size_t end = std::min(printed_.find('\n', begin), printed_.size());
     if (end > begin)
-      death.lines.push_back(
-          messages::Shortened(printed_.substr(begin, end - begin), messages::kLongestDetail));
+      worker_exit.lines.push_back(
+          messages::Shortened(printed_.substr(begin, end - begin), messages::kMaxDetailBytes));
     begin = end + 1;
   }
-  if (death.lines.size() > kMostLines)
-    death.lines.erase(death.lines.begin(), death.lines.end() - kMostLines);
-  return death;
+  if (worker_exit.lines.size() > kMaxLines)
+    worker_exit.lines.erase(worker_exit.lines.begin(), worker_exit.lines.end() - kMaxLines);
+  return worker_exit;
 }
 
 void WorkerProcess::Kill(const std::string& reason) {
   if (reason_.empty()) reason_ = reason;
-  if (killed_since_ == 0) killed_since_ = WallClock();
+  if (killed_at_ == 0) killed_at_ = WallClock();
   if (pid_ > 0) kill(-pid_, SIGKILL);
 }
 
@@ -200,7 +201,7 @@ std::map<pid_t, double> MemoryOfGroups(const std::set<pid_t>& groups) {
   std::map<pid_t, double> memory;
   for (const auto& [group, pids] : members)
     for (const pid_t pid : pids)
-      if (pids.size() > 1) memory[group] += ShareOfMemoryMb(pid);
+      if (pids.size() > 1) memory[group] += ProportionalMemoryMb(pid);
   return memory;
 }
 

@@ -31,7 +31,7 @@ class WorkerProcess {
 
   /// Descriptors for poll(): replies and printed output. -1, which poll() ignores, after the worker
   /// has closed them.
-  int answers_file() const { return silent_since_ > 0 ? -1 : answers_; }
+  int answers_file() const { return answers_ended_at_ > 0 ? -1 : answers_; }
   int output_file() const { return output_ended_ ? -1 : output_; }
   /// The process group's id, as in getpgid().
   pid_t group() const { return pid_; }
@@ -49,8 +49,8 @@ class WorkerProcess {
   /// closed its answers but does not end.
   bool HasEnded();
   /// Kills the rest of the process group and returns how the worker ended.
-  Death Bury();
-  /// Kills the process group. Bury() returns the first `reason`.
+  WorkerExit CollectExit();
+  /// Kills the process group. CollectExit() returns the first `reason`.
   void Kill(const std::string& reason);
   /// Resident memory of the worker alone, in MB (2^20 bytes).
   double MemoryMb() const;
@@ -65,8 +65,8 @@ class WorkerProcess {
   std::string printed_;
   std::string reason_;
   int wait_status_ = 0;
-  double silent_since_ = 0;  // WallClock() when its answers ended; 0: still open
-  double killed_since_ = 0;  // WallClock() when it was killed; 0: not killed
+  double answers_ended_at_ = 0;  // WallClock() when its answers ended; 0: still open
+  double killed_at_ = 0;         // WallClock() when it was killed; 0: not killed
   bool output_ended_ = false;
 };
 

@@ -82,7 +82,7 @@ class WalledRange {
     const point3_t here(global_.x, global_.y, global_.z);
     line_.Begin(here, point3_t(here.x + radius_ * cosine, here.y + radius_ * sine, here.z));
     for (const Model* obstacle : obstacles_) line_.AddBodyOf(*obstacle);
-    const double w = line_.ShareInside() * radius_;
+    const double w = line_.FractionInside() * radius_;
     if (!(w > 0)) return radius_;
     const double o = std::min(std::max(line_.FirstInside() * radius_, kNearest), radius_);
     const double open_loss = wifi_.plc * std::log10(radius_ / o);
@@ -101,7 +101,7 @@ class WalledRange {
 void DrawRange(const ModelWifi& wifi, const Pose& global, Painting* floor) {
   constexpr Rgba kFill = {0xc1, 0xff, 0xc1, 38}, kOutline = {0x2e, 0x8b, 0x57, 255};
   const double exact = Radius(wifi);
-  const double radius = std::isfinite(exact) ? std::min(exact, kFarthest) : kFarthest;
+  const double radius = std::isfinite(exact) ? std::min(exact, kMaxDrawnLength) : kMaxDrawnLength;
   Painter painter(floor);
   painter.SetFrame(Pose(global.x, global.y, 0, 0));
   if (wifi.propagation != ModelWifi::PROPAGATION_RAYTRACE) {
