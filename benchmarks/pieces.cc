@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/trace.hh"
+#include "pictures/trace.hh"
 #include "sensing/fan_order.hh"
 #include "sensing/scene.hh"
 #include "sensing/tracer.hh"

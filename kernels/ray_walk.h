@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
  * The walk of a ray through the occupancy grid. This file is the reference: the host's walk of
- * several rays in lanes (libstage/sensing/wide_walk_lanes.hh) and the recorded walk
+ * several rays in lanes (libstage/sensing/simd/wide_walk_lanes.hh) and the recorded walk
  * (libstage/sensing/walk_record.hh) are tested against it.
  *
  * The file is C++ for libstage and OpenCL C 1.1 for devices, so that both run the same code. Every

@@ -9,7 +9,7 @@ oldest_cmake=3.22
 
 # stage_fail TEXT...: prints one line (the problem and what to do) and exits.
 stage_fail() {
-  echo "tools/${0##*/}: $*" >&2
+  echo "$(realpath -s --relative-to="$root" -- "$0"): $*" >&2
   exit 1
 }
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 # shellcheck shell=bash
-# Access to Debian with debootstrap, shared by tools/fresh and tools/cross, which source this file.
+# Access to Debian with debootstrap, shared by tools/dev/fresh and tools/dev/cross, which source this file.
 
 # host_mirror: prints the mirror that apt uses on this machine; prints nothing if this is not Debian.
 host_mirror() {

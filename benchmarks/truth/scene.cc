@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "models/block.hh"
+#include "models/body.hh"
 
 namespace truth {
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 #
-# Cross-compiles with Debian's compilers and the libraries of a tree made by tools/cross. The toolchain file of each
+# Cross-compiles with Debian's compilers and the libraries of a tree made by tools/dev/cross. The toolchain file of each
 # processor includes it after setting
 #   CMAKE_SYSTEM_PROCESSOR
 #   stage_architecture          Debian's name of the architecture

@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-#include "geometry/random.hh"
+#include "random/random.hh"
 
 namespace Stg {
 

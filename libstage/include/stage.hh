@@ -33,10 +33,10 @@
 #include <string>
 #include <vector>
 
-#include "geometry/color.hh"
+#include "pictures/color.hh"
 #include "geometry/geometry.hh"
-#include "geometry/image_polygons.hh"
-#include "geometry/random.hh"
+#include "pictures/image_polygons.hh"
+#include "random/random.hh"
 #include "insight/explain.hh"
 #include "messages/assert.hh"
 #include "messages/log.hh"

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "models/block.hh"
-#include "models/fiducial_index.hh"
+#include "models/types/fiducial_index.hh"
 #include "models/flag.hh"
 #include "models/memory_budget.hh"
 #include "models/model.hh"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "geometry/fnv1a.hh"
+#include "random/fnv1a.hh"
 #include "messages/assert.hh"
 #include "messages/report.hh"
 #include "models/block.hh"

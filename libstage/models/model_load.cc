@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "geometry/load_error.hh"
-#include "geometry/trace.hh"
+#include "pictures/trace.hh"
 #include "messages/report.hh"
 #include "models/block.hh"
 #include "models/deletion_watch.hh"

@@ -2,7 +2,7 @@
 //
 // Models that cast rays: how their fans enter the batch.
 
-#include "geometry/fnv1a.hh"
+#include "random/fnv1a.hh"
 #include "messages/assert.hh"
 #include "models/block.hh"
 #include "models/host.hh"

@@ -6,7 +6,7 @@
 #ifndef STAGE_MODELS_NOISE_HH
 #define STAGE_MODELS_NOISE_HH
 
-#include "geometry/random.hh"
+#include "random/random.hh"
 
 namespace Stg {
 

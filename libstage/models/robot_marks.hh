@@ -11,7 +11,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "geometry/color.hh"
+#include "pictures/color.hh"
 #include "geometry/geometry.hh"
 
 namespace Stg {

@@ -17,7 +17,7 @@
 #include <memory>
 #include <string>
 
-#include "geometry/fnv1a.hh"
+#include "random/fnv1a.hh"
 #include "sensing/device_batch.hh"
 #include "sensing/device_layers.hh"
 #include "sensing/prefilter.hh"

@@ -6,7 +6,7 @@
 #ifndef STAGE_SENSING_BLOCK_MAP_HH
 #define STAGE_SENSING_BLOCK_MAP_HH
 
-#include "sensing/wide_rays.hh"
+#include "sensing/simd/wide_rays.hh"
 
 namespace Stg::internal::sensing {
 namespace {

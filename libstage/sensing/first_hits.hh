@@ -14,7 +14,7 @@
 
 #include "grid/grid.hh"
 #include "sensing/ray_group.hh"
-#include "sensing/wide_walk.hh"
+#include "sensing/simd/wide_walk.hh"
 
 namespace Stg::internal::sensing {
 

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "geometry/trace.hh"
+#include "pictures/trace.hh"
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
 #include "models/block.hh"

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/fnv1a.hh"
+#include "random/fnv1a.hh"
 #include "geometry/free_floor.hh"
 #include "geometry/load_error.hh"
 #include "models/block.hh"

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/fnv1a.hh"
+#include "random/fnv1a.hh"
 #include "geometry/load_error.hh"
 #include "messages/assert.hh"
 #include "messages/report.hh"

@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/fnv1a.hh"
+#include "random/fnv1a.hh"
 #include "messages/report.hh"
 #include "world/snapshot.hh"
 #include "world/state_row.hh"

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "geometry/color.hh"
+#include "pictures/color.hh"
 #include "geometry/geometry.hh"
-#include "geometry/x11_colors.hh"
+#include "pictures/x11_colors.hh"
 #include "worldfile/document.hh"
 #include "worldfile/worldfile.hh"
 #include "worldfile/worldfile_impl.hh"

@@ -89,7 +89,7 @@ void Batch::ForEach(const Indices& which, F f) {
       } catch (const Failure& failure) {
         Fail(which[i], failure.text);
       } catch (...) {
-        Fail(which[i], DescribeCurrentException());
+        Fail(which[i], DescribeException());
       }
     }
   });

@@ -15,8 +15,8 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/color.hh"
 #include "geometry/geometry.hh"
+#include "pictures/color.hh"
 
 namespace Stg::python {
 

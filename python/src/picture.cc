@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "geometry/trigonometry.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/host.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"

@@ -10,13 +10,13 @@
 #include <optional>
 
 #include "canvas.hh"
-#include "geometry/random.hh"
 #include "geometry/trigonometry.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/host.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
 #include "models/robot_marks.hh"
+#include "random/random.hh"
 #include "world/world.hh"
 
 namespace Stg::python {

@@ -57,7 +57,7 @@ void Simulation::Load(const std::function<bool(World&)>& load, const std::string
   } catch (const Failure&) {
     throw;
   } catch (...) {
-    throw Failure{Kind::kWorld, what + " can't be loaded: " + DescribeCurrentException()};
+    throw Failure{Kind::kWorld, what + " can't be loaded: " + DescribeException()};
   }
   FinishLoading();
 }
@@ -105,7 +105,7 @@ uint64_t Simulation::Step(uint64_t steps) {
       refresh_at_end();
       throw;
     } catch (...) {
-      const std::string thrown = DescribeCurrentException();
+      const std::string thrown = DescribeException();
       refresh_at_end();
       throw Failure{Kind::kStage, thrown};
     }

@@ -7,7 +7,7 @@ window and only for a moment. `cmake --install` installs into that folder, Pytho
 the tree (tools/..., build/release/...) must exist. Commands that install packages of the system or of PyPI (apt, pip,
 git) and those of ROS, which tests/ros tests, are not run. tutorial_test.py and guides_test.py compile the code of
 their pages, install_test.py that of README. The full form runs all of README's commands in a bare tree:
-tools/fresh bookworm python3 tests/docs/docs_commands_test.py --full after tools/setup --tools has brought Python."""
+tools/dev/fresh bookworm python3 tests/docs/docs_commands_test.py --full after tools/setup --tools has brought Python."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ class DocsCommandsTest(unittest.TestCase):
             variables.append(words.pop(0))
         if words[0].startswith("tools/") or words[0].startswith("build/release/benchmarks/"):
             self.assertTrue((ROOT / words[0]).exists() or words[0].startswith("build/"), f"{page}: {text}")
-            trees = words[0] in ("tools/fresh", "tools/cross")  # these commands make their own trees
+            trees = words[0] in ("tools/dev/fresh", "tools/dev/cross")  # these commands make their own trees
             if words[0] != "tools/populate" and (not FULL or page.parent != ROOT or trees):
                 return
         elif words[0] == "stage" and not any(re.search(r"\.(world|mcap)$|^out$", word) for word in words):

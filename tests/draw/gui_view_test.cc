@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "geometry/random.hh"
+#include "random/random.hh"
 #include "gui/view/projection.hh"
 #include "gui/view/view_state.hh"
 #include "support/model_testing.hh"

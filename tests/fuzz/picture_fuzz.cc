@@ -5,8 +5,8 @@
 #include <cstdlib>
 
 #include "geometry/load_error.hh"
-#include "geometry/picture.hh"
-#include "geometry/trace.hh"
+#include "pictures/picture.hh"
+#include "pictures/trace.hh"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {

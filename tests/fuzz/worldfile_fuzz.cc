@@ -7,7 +7,7 @@
 #include <sstream>
 #include <string>
 
-#include "geometry/color.hh"
+#include "pictures/color.hh"
 #include "geometry/load_error.hh"
 #include "worldfile/worldfile.hh"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "geometry/color.hh"
+#include "pictures/color.hh"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <string>
 
 #include "geometry/load_error.hh"
-#include "geometry/random.hh"
-#include "geometry/x11_colors.hh"
+#include "random/random.hh"
+#include "pictures/x11_colors.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {

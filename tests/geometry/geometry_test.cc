@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/fnv1a.hh"
+#include "random/fnv1a.hh"
 #include "geometry/trigonometry.hh"
 #include "support/random_source.hh"
 

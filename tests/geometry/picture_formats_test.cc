@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "geometry/load_error.hh"
-#include "geometry/picture.hh"
+#include "pictures/picture.hh"
 
 namespace {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Reading picture files into rasters.
-#include "geometry/picture.hh"
+#include "pictures/picture.hh"
 
 #include <gtest/gtest.h>
 #include <png.h>
@@ -17,9 +17,9 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/image_polygons.hh"
+#include "pictures/image_polygons.hh"
 #include "geometry/load_error.hh"
-#include "geometry/trace.hh"
+#include "pictures/trace.hh"
 
 namespace {
 

@@ -2,7 +2,7 @@
 //
 // Streams of random numbers: each world and model has its own, independent of all others.
 
-#include "geometry/random.hh"
+#include "random/random.hh"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Tracing bitmaps into polygons.
-#include "geometry/trace.hh"
+#include "pictures/trace.hh"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "geometry/load_error.hh"
-#include "geometry/picture.hh"
+#include "pictures/picture.hh"
 
 namespace {
 

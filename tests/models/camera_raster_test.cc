@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The camera's rasterizer gives the same depths as rays through the pixels.
-#include "models/camera_raster.hh"
+#include "models/types/camera_raster.hh"
 
 #include <gtest/gtest.h>
 

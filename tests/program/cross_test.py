@@ -36,16 +36,16 @@ class MistakesTest(unittest.TestCase):
         self.assertIn(expected, done.stderr)
 
     def test_other_processors(self) -> None:
-        self.expect_refused("found vax, expected arm64, armhf or i386", "tools/cross", "vax")
-        self.expect_refused("Usage: tools/cross", "tools/cross")
+        self.expect_refused("found vax, expected arm64, armhf or i386", "tools/dev/cross", "vax")
+        self.expect_refused("Usage: tools/dev/cross", "tools/dev/cross")
         self.expect_refused("found --arch vax, expected arm64", "tools/test", "--arch", "vax")
         self.expect_refused("unknown option --cross=vax", "tools/setup", "--cross=vax")
 
     def test_other_opencl_drivers(self) -> None:
-        self.expect_refused("found vax, expected one of pocl", "tools/opencl_matrix", "vax")
-        self.expect_refused("no world's file name contains nowhere", "tools/opencl_matrix", "--program", "/bin/true",
+        self.expect_refused("found vax, expected one of pocl", "tools/dev/opencl_matrix", "vax")
+        self.expect_refused("no world's file name contains nowhere", "tools/dev/opencl_matrix", "--program", "/bin/true",
                             "--worlds", "nowhere")
-        self.expect_refused("no program /nowhere", "tools/opencl_matrix", "--program", "/nowhere")
+        self.expect_refused("no program /nowhere", "tools/dev/opencl_matrix", "--program", "/nowhere")
 
 
 class PresetsTest(unittest.TestCase):

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Tests of tools/populate and tools/draw_maps, and of the worlds and pictures they made."""
+"""Tests of tools/populate and tools/dev/draw_maps, and of the worlds and pictures they made."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """tools/setup where the system lacks packages, with stand-ins for apt-get and for root; and what
-tools/fresh says of itself."""
+tools/dev/fresh says of itself."""
 
 import os
 import shutil
@@ -139,7 +139,7 @@ class Setup(unittest.TestCase):
 
 class Fresh(unittest.TestCase):
     def fresh(self, *arguments):
-        return subprocess.run([ROOT / "tools/fresh", *arguments], capture_output=True, text=True,
+        return subprocess.run([ROOT / "tools/dev/fresh", *arguments], capture_output=True, text=True,
                               check=False)
 
     def test_it_runs_what_the_readme_says(self):
@@ -147,7 +147,7 @@ class Fresh(unittest.TestCase):
         commands = [line.split("#")[0].strip() for line in lines.splitlines()
                     if line.startswith("    ")][:2]
         self.assertEqual(commands[1], "tools/test")
-        script = (ROOT / "tools/fresh").read_text(encoding="utf-8")
+        script = (ROOT / "tools/dev/fresh").read_text(encoding="utf-8")
         for command in commands:
             self.assertIn(f"\n  try {command}", script)
             self.assertIn(f"\n  {command}", self.fresh("--help").stdout)

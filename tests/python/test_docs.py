@@ -33,6 +33,6 @@ def test_walk(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
 def test_api_page(root: Path) -> None:
     tool, page = root / "tools" / "python_api", root / "docs" / "python_api.md"
     if not tool.exists():
-        pytest.skip("there is no tools/python_api")
+        pytest.skip("there is no tools/dev/python_api")
     made = subprocess.run([sys.executable, str(tool)], capture_output=True, text=True, check=True)
-    assert made.stdout == page.read_text(), "make it anew: see tools/python_api"
+    assert made.stdout == page.read_text(), "make it anew: see tools/dev/python_api"

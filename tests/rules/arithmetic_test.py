@@ -26,7 +26,7 @@ INEXACT = """
     pown powr rootn rsqrt beta riemann_zeta legendre polar
 """.split()
 # Random generators of the process or the system, and distributions, which differ between standard
-# libraries. Streams of random numbers: geometry/random.hh.
+# libraries. Streams of random numbers: random/random.hh.
 SHARED_CHANCE = """
     rand srand random srandom initstate setstate drand48 erand48 lrand48 nrand48 mrand48 jrand48
     srand48 seed48 lcong48 rand_r random_r getrandom getentropy arc4random arc4random_uniform

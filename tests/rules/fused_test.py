@@ -180,7 +180,7 @@ class FusedTest(unittest.TestCase):
             source.write_text(ROTATIONS)
             # Each source may have its own compiler options.
             sources = {name: command for name, command in commands().items()
-                       if name.endswith(("models/position.cc", "sensing/tracer.cc", "wide_walk_avx512.cc"))}
+                       if name.endswith(("models/types/position.cc", "sensing/tracer.cc", "wide_walk_avx512.cc"))}
             self.assertGreater(len(sources), 1)
             self.compare(sources, {name: source for name in sources}, processors())
 

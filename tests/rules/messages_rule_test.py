@@ -20,17 +20,17 @@ PRINTS = re.compile(
 # Places that print by request of a client or an option, with printable names, and the few that cannot
 # use a log: their number in each file, and the reason.
 ALLOWED = {
-    "libstage/geometry/color.cc": (1, "Print(), of numbers"),
+    "libstage/pictures/color.cc": (1, "Print(), of numbers"),
     "libstage/geometry/geometry.cc": (5, "Print(), of numbers"),
     "libstage/gui/offscreen/video.cc": (2, "where the output of ffmpeg goes"),
     "libstage/messages/assert.cc": (1, "the default handler of assertions, which ends the program"),
     "libstage/messages/report.cc": (2, "this is where messages go; the macros for clients"),
-    "libstage/models/bumper.cc": (3, "Print()"),
+    "libstage/models/types/bumper.cc": (3, "Print()"),
     "libstage/models/log_entry.cc": (1, "Print(), of numbers"),
     "libstage/include/models/messages.hh": (36, "the macros themselves, for clients"),
     "libstage/models/model_tree.cc": (1, "Print()"),
     "libstage/models/power_pack.cc": (1, "Print(), of numbers"),
-    "libstage/models/ranger.cc": (6, "Print()"),
+    "libstage/models/types/ranger.cc": (6, "Print()"),
     "libstage_cl/driver_watch.cc": (1, "in a signal's handler, or beside a thread that hangs"),
     "tools/stage/console.cc": (4, "the library's progress: [Loading FILE] and the like"),
     "tools/stage/main.cc": (2, "what options ask for; and there is no memory for a message of that"),

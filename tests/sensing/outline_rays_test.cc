@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "sensing/crossing.hh"
-#include "sensing/wide_walk.hh"
+#include "sensing/simd/wide_walk.hh"
 #include "support/plain_walk.hh"
 #include "support/random_source.hh"
 #include "support/walk_kinds.hh"

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "geometry/random.hh"
+#include "random/random.hh"
 #include "grid/grid.hh"
 #include "support/draw_cells.hh"
 

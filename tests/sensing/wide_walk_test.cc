@@ -3,7 +3,7 @@
 // The vectorized walk and the scalar walk give bit-equal hits, cells and middles. It is tested with
 // this processor's vectors, if there are any, and with portable lanes.
 
-#include "sensing/wide_walk.hh"
+#include "sensing/simd/wide_walk.hh"
 
 #include <gtest/gtest.h>
 

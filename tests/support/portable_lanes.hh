@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Lanes for sensing/wide_walk_lanes.hh as plain arrays, for any processor. They allow to test the
+// Lanes for sensing/simd/wide_walk_lanes.hh as plain arrays, for any processor. They allow to test the
 // vectorized walk on processors without vectors, with any number of lanes, and with sanitizers,
 // which check each read.
 //

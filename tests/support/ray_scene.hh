@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "geometry/geometry.hh"
-#include "geometry/random.hh"
+#include "random/random.hh"
 #include "grid/grid.hh"
 #include "sensing/batch.hh"
 #include "sensing/prefilter.hh"

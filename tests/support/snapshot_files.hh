@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <string>
 
-#include "geometry/fnv1a.hh"
+#include "random/fnv1a.hh"
 
 namespace snapshot_files {
 

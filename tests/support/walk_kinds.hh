@@ -7,8 +7,8 @@
 
 #include <vector>
 
-#include "sensing/wide_walk.hh"
-#include "sensing/wide_walk_lanes.hh"
+#include "sensing/simd/wide_walk.hh"
+#include "sensing/simd/wide_walk_lanes.hh"
 #include "support/portable_lanes.hh"
 
 namespace Stg::test {

@@ -9,7 +9,7 @@
 #include <limits>
 #include <string>
 
-#include "geometry/random.hh"
+#include "random/random.hh"
 #include "worldfile/numbers.hh"
 #include "worldfile_testing.hh"
 

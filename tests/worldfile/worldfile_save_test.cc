@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "geometry/geometry.hh"
-#include "geometry/random.hh"
+#include "random/random.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "geometry/load_error.hh"
-#include "geometry/random.hh"
+#include "random/random.hh"
 #include "worldfile_testing.hh"
 
 namespace Stg {

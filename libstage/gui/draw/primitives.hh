@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "geometry/color.hh"
+#include "pictures/color.hh"
 
 namespace Stg::draw {
 

@@ -5,7 +5,7 @@
 #ifndef STAGE_MODELS_FLAG_HH
 #define STAGE_MODELS_FLAG_HH
 
-#include "geometry/color.hh"
+#include "pictures/color.hh"
 #include "models/model.hh"
 
 class GLUquadric;

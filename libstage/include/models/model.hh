@@ -17,9 +17,9 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/color.hh"
+#include "pictures/color.hh"
 #include "geometry/geometry.hh"
-#include "geometry/random.hh"
+#include "random/random.hh"
 #include "grid/ray_model.hh"
 #include "models/ancestor.hh"
 

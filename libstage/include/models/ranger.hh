@@ -27,7 +27,7 @@
 
 #include <vector>
 
-#include "geometry/random.hh"
+#include "random/random.hh"
 #include "grid/ray_model.hh"
 #include "models/model.hh"
 #include "sensing/ray_hit.hh"

@@ -14,10 +14,10 @@
 #include <type_traits>
 #include <vector>
 
-#include "geometry/color.hh"
-#include "geometry/fnv1a.hh"
+#include "pictures/color.hh"
+#include "random/fnv1a.hh"
 #include "geometry/geometry.hh"
-#include "geometry/random.hh"
+#include "random/random.hh"
 
 namespace Stg {
 

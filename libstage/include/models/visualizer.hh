@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/color.hh"
+#include "pictures/color.hh"
 
 namespace Stg {
 

@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/random.hh"
+#include "random/random.hh"
 #include "models/model.hh"
 #include "sensing/ray_hit.hh"
 

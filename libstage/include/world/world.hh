@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "geometry/geometry.hh"
-#include "geometry/random.hh"
+#include "random/random.hh"
 #include "grid/ray_model.hh"
 #include "models/ancestor.hh"
 #include "models/log_entry.hh"

@@ -8,7 +8,7 @@ import os
 import sys
 from pathlib import Path
 
-from ..benchkit.plots import PlotsMissing
+from ..reports.plots import PlotsMissing
 from ..errors import StageError
 from .merge import merge
 

@@ -13,8 +13,8 @@ from typing import Any, Callable, Mapping, Sequence
 import numpy as np
 
 from .. import _core
-from ..benchkit import plots
-from ..benchkit.report import number
+from ..reports import plots
+from ..reports.report import number
 from .study import Axis, Metric, Study
 
 STYLE: dict[str, object] = {

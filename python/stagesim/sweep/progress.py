@@ -6,7 +6,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import Callable, Iterator
 
-from ..benchkit.progress import Progress as Bar
+from ..reports.progress import Progress as Bar
 
 #: A function that gets the number of finished runs and the number of all runs.
 Progress = Callable[[int, int], object]

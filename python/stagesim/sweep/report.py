@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 from typing import Any, Iterable, Sequence
 
-from ..benchkit.report import number
+from ..reports.report import number
 from ..text import printable
 from .figures import Picture, draw_all, draw_traces
 from .plan import Plan, SweepError, missing, record_file

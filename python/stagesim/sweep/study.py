@@ -12,7 +12,7 @@ from typing import Any, Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from ..benchkit.inference import Contrast, contrast, holm, mean_bounds
+from ..reports.inference import Contrast, contrast, holm, mean_bounds
 from ..text import printable
 from .plan import Plan
 from .table import Column

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "geometry/fnv1a.hh"
-#include "geometry/random.hh"
+#include "random/fnv1a.hh"
+#include "random/random.hh"
 #include "stage/option_values.hh"
 #include "stage/sweep/json_text.hh"
 #include "worldfile/worldfile.hh"
