@@ -161,7 +161,7 @@ class Grid::Validator {
       if (!Contains(grid_.occupied_, BoxOf(of)))
         return Numbered("outside of the occupied box is region", region);
     }
-    if (empty != grid_.own_edit_.empty_regions) return "wrong number of empty regions";
+    if (empty != grid_.serial_edit_.empty_regions) return "wrong number of empty regions";
     return "";
   }
 

@@ -33,10 +33,7 @@
 #include <string>
 #include <vector>
 
-#include "pictures/color.hh"
 #include "geometry/geometry.hh"
-#include "pictures/image_polygons.hh"
-#include "random/random.hh"
 #include "insight/explain.hh"
 #include "messages/assert.hh"
 #include "messages/log.hh"
@@ -61,6 +58,9 @@
 #include "models/state_exchange.hh"
 #include "models/visualizer.hh"
 #include "models/wifi.hh"
+#include "pictures/color.hh"
+#include "pictures/image_polygons.hh"
+#include "random/random.hh"
 #include "whatif/branches.hh"
 #include "whatif/consequence_engine.hh"
 #include "world/plugin_stamp.hh"

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "insight/sensor_kinds.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/camera.hh"
 #include "models/model_type.hh"
 #include "models/position.hh"

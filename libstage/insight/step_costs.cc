@@ -12,7 +12,7 @@
 #endif
 
 #include "insight/sensor_kinds.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/fiducial.hh"
 #include "models/gripper.hh"
 #include "models/model_type.hh"

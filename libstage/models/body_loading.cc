@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "models/block.hh"
+#include "models/body.hh"
 
 namespace Stg {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-#include "models/types/fiducial_index.hh"
+#include "models/fiducial_index.hh"
 
 #include <algorithm>
 #include <cmath>
@@ -59,7 +59,7 @@ void FiducialIndex::SortPlaces() {
 }
 
 const std::vector<uint32_t>& FiducialIndex::Near(double x, double y, double reach) const {
-  STAGE_ASSERT(known_ && places_.size() == targets_.size());  // after Refresh()
+  STAGE_ASSERT(is_current_ && places_.size() == targets_.size());  // after Refresh()
   static thread_local std::vector<uint32_t> near;             // static to reuse its memory
   near.clear();
   if (!std::isfinite(x) || !std::isfinite(y) || !(reach >= 0)) return near;

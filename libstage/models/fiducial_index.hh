@@ -39,7 +39,7 @@ class FiducialIndex {
   /// all.
   const std::vector<uint32_t>& Near(double x, double y, double reach) const;
   const Target& target(uint32_t i) const {
-    STAGE_ASSERT(known_ && i < targets_.size());
+    STAGE_ASSERT(is_current_ && i < targets_.size());
     return targets_[i];
   }
 

@@ -14,12 +14,13 @@
 #include <string>
 #include <vector>
 
-#include "models/block.hh"
-#include "models/types/fiducial_index.hh"
+#include "models/body.hh"
 #include "models/flag.hh"
 #include "models/memory_budget.hh"
 #include "models/model.hh"
 #include "models/model_names.hh"
+#include "models/placement.hh"
+#include "models/fiducial_index.hh"
 #include "sensing/scene.hh"
 
 namespace Stg {

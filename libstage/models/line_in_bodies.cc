@@ -6,7 +6,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "messages/assert.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/model.hh"
 
 namespace Stg {

@@ -6,18 +6,19 @@
 #include <cmath>
 #include <cstdio>
 
-#include "random/fnv1a.hh"
 #include "messages/assert.hh"
 #include "messages/report.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/deletion_watch.hh"
 #include "models/flag.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
+#include "models/placement.hh"
 #include "models/power_pack.hh"
 #include "models/property_checks.hh"
 #include "models/self_masks.hh"  // to delete them
 #include "models/warn_about.hh"
+#include "random/fnv1a.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
@@ -240,7 +241,7 @@ void Model::ClearBlocks() {
 }
 
 void Model::Map() {
-  STAGE_ASSERT(!scene_->going);
+  STAGE_ASSERT(!scene_->tearing_down);
   if (world->host().loading) return;  // all bodies are drawn after loading
   world->host().TraceBatch();
   Placement& placement = world->host().placement;

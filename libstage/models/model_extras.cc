@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "messages/assert.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/flag.hh"
 #include "models/power_pack.hh"
 #include "sensing/scene.hh"

@@ -8,9 +8,8 @@
 #include <numeric>
 
 #include "geometry/load_error.hh"
-#include "pictures/trace.hh"
 #include "messages/report.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/deletion_watch.hh"
 #include "models/host.hh"
 #include "models/model.hh"
@@ -18,6 +17,7 @@
 #include "models/power_pack.hh"
 #include "models/property_checks.hh"
 #include "models/warn_about.hh"
+#include "pictures/trace.hh"
 #include "world/world.hh"
 #include "worldfile/find_file.hh"
 #include "worldfile/worldfile.hh"

@@ -2,12 +2,12 @@
 //
 // Models that cast rays: how their fans enter the batch.
 
-#include "random/fnv1a.hh"
 #include "messages/assert.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/host.hh"
 #include "models/model.hh"
 #include "models/self_masks.hh"
+#include "random/fnv1a.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
 

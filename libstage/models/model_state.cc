@@ -8,7 +8,7 @@
 #include <memory>
 #include <utility>
 
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/flag.hh"
 #include "models/host.hh"
 #include "models/model.hh"

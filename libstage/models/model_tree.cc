@@ -8,7 +8,7 @@
 
 #include "messages/assert.hh"
 #include "messages/report.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/host.hh"
 #include "models/model.hh"
 #include "models/warn_about.hh"

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "geometry/trigonometry.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 
 namespace Stg {
 

@@ -11,8 +11,8 @@
 #include <cstddef>
 #include <optional>
 
-#include "pictures/color.hh"
 #include "geometry/geometry.hh"
+#include "pictures/color.hh"
 
 namespace Stg {
 class BlockGroup;

@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <string_view>
 
-#include "random/random.hh"
 #include "pictures/x11_colors.hh"
+#include "random/random.hh"
 
 namespace Stg {
 

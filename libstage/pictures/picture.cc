@@ -10,8 +10,8 @@
 #include <string_view>
 
 #include "geometry/load_error.hh"
-#include "pictures/picture_reader.hh"
 #include "messages/report.hh"
+#include "pictures/picture_reader.hh"
 
 namespace Stg {
 namespace picture {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Reads picture files (PNG, JPEG, GIF, BMP, PBM, PGM, PPM) into bitmaps of solid pixels.
 
-#ifndef STAGE_GEOMETRY_PICTURE_HH
-#define STAGE_GEOMETRY_PICTURE_HH
+#ifndef STAGE_PICTURES_PICTURE_HH
+#define STAGE_PICTURES_PICTURE_HH
 
 #include <cstddef>
 #include <cstdint>
@@ -62,4 +62,4 @@ Bitmap LoadFromMemory(const void* data, std::size_t size, const std::string& nam
 }  // namespace picture
 }  // namespace Stg
 
-#endif  // STAGE_GEOMETRY_PICTURE_HH
+#endif  // STAGE_PICTURES_PICTURE_HH

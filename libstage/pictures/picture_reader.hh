@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Common interface of the readers for picture formats. Private to picture.cc and the readers.
 
-#ifndef STAGE_GEOMETRY_PICTURE_READER_HH
-#define STAGE_GEOMETRY_PICTURE_READER_HH
+#ifndef STAGE_PICTURES_PICTURE_READER_HH
+#define STAGE_PICTURES_PICTURE_READER_HH
 
 #include <cstdint>
 #include <cstdio>
@@ -43,4 +43,4 @@ Bitmap ReadGif(const Input& input);
 }  // namespace picture
 }  // namespace Stg
 
-#endif  // STAGE_GEOMETRY_PICTURE_READER_HH
+#endif  // STAGE_PICTURES_PICTURE_READER_HH

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "pictures/image_polygons.hh"
 #include "geometry/load_error.hh"
 #include "messages/report.hh"
+#include "pictures/image_polygons.hh"
 
 namespace Stg {
 namespace picture {

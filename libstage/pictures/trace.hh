@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Traces the outlines of the dark regions of a picture.
 
-#ifndef STAGE_GEOMETRY_TRACE_HH
-#define STAGE_GEOMETRY_TRACE_HH
+#ifndef STAGE_PICTURES_TRACE_HH
+#define STAGE_PICTURES_TRACE_HH
 
 #include <cstddef>
 #include <string>
@@ -39,4 +39,4 @@ Outlines OutlinesOf(const std::string& path);
 
 }  // namespace Stg
 
-#endif  // STAGE_GEOMETRY_TRACE_HH
+#endif  // STAGE_PICTURES_TRACE_HH

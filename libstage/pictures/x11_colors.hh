@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#ifndef STAGE_GEOMETRY_X11_COLORS_HH
-#define STAGE_GEOMETRY_X11_COLORS_HH
+#ifndef STAGE_PICTURES_X11_COLORS_HH
+#define STAGE_PICTURES_X11_COLORS_HH
 
 #include <cstdint>
 #include <span>

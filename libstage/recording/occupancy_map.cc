@@ -7,7 +7,8 @@
 #include <set>
 
 #include "grid/outline.hh"
-#include "models/block.hh"
+#include "models/body.hh"
+#include "models/placement.hh"
 #include "models/position.hh"
 
 namespace Stg::recording {

@@ -15,7 +15,7 @@ void ExactGroup::Trace(const RayGroup& rays, const SliceData* slices, const Firs
   ranges_ = ranges;
   counters_ = counters;
   std::fill(hit_bodies_, hit_bodies_ + rays.count, nullptr);
-  STAGE_ASSERT(rays.exact && rays.count <= RayGroup::kMost);
+  STAGE_ASSERT(rays.exact && rays.count <= RayGroup::kMaxRays);
   uint32_t end = 0;
   for (uint32_t i = 0; i < rays.slice_count; i++) {
     RayInterval interval{slices[i], rays.slices[i].directions, end, end, end};

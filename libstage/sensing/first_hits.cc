@@ -40,7 +40,7 @@ namespace {
     if (rays.slices[i].count == 0) return false;
     count += rays.slices[i].count;
   }
-  return count == rays.count && count > 0 && count <= RayGroup::kMost;
+  return count == rays.count && count > 0 && count <= RayGroup::kMaxRays;
 }
 
 }  // namespace

@@ -139,7 +139,7 @@ void WorldEngine::ShareFrom(int count) {
 void WorldEngine::TraceBatch() {
   if (postponed_) std::rethrow_exception(std::exchange(postponed_, nullptr));
   if (scene.batch.fans().empty()) return;
-  STAGE_ASSERT(!scene.going);
+  STAGE_ASSERT(!scene.tearing_down);
   CheckFork();
   RestoreRangerVisibilities();
   tracer.Trace();

@@ -10,9 +10,10 @@
 
 #include "geometry/load_error.hh"
 #include "messages/report.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/exception_origin.hh"
 #include "models/model_type_names.hh"
+#include "models/placement.hh"
 #include "models/ranger.hh"
 #include "models/ray_model_reader.hh"
 #include "threads/processors.hh"

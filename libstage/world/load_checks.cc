@@ -7,11 +7,11 @@
 #include <cstdio>
 #include <limits>
 
-#include "pictures/trace.hh"
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/picture_path.hh"
+#include "pictures/trace.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {

@@ -12,11 +12,11 @@
 #include <string>
 #include <vector>
 
-#include "random/fnv1a.hh"
 #include "geometry/free_floor.hh"
 #include "geometry/load_error.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/position.hh"
+#include "random/fnv1a.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {

@@ -12,14 +12,14 @@
 #include <utility>
 #include <vector>
 
-#include "random/fnv1a.hh"
 #include "geometry/load_error.hh"
 #include "messages/assert.hh"
 #include "messages/report.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/model_type_names.hh"
 #include "models/ranger.hh"
 #include "models/state_exchange.hh"
+#include "random/fnv1a.hh"
 #include "world/engine.hh"
 #include "world/snapshot_buffers.hh"
 #include "world/world.hh"
@@ -39,7 +39,7 @@ const StateRow& Snapshot::Row(StateRow* buffer) const {
 
 uint64_t Snapshot::hash() const {
   StateRow buffer;
-  const StateRow& row = empty() ? buffers : Row(&buffer);
+  const StateRow& row = empty() ? buffer : Row(&buffer);
   return Fnv1a(row.bytes.data(), row.bytes.size());
 }
 

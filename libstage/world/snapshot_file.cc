@@ -19,8 +19,8 @@
 #include <string>
 #include <vector>
 
-#include "random/fnv1a.hh"
 #include "messages/report.hh"
+#include "random/fnv1a.hh"
 #include "world/snapshot.hh"
 #include "world/state_row.hh"
 

@@ -7,7 +7,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "world/load_checks.hh"
 #include "worldfile/worldfile.hh"
 

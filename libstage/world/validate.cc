@@ -8,7 +8,8 @@
 #include <unordered_set>
 #include <vector>
 
-#include "models/block.hh"
+#include "models/body.hh"
+#include "models/placement.hh"
 #include "models/position.hh"
 #include "models/wifi.hh"
 #include "world/engine.hh"
@@ -27,7 +28,7 @@ class World::Validator {
         models_(engine_.models.begin(), engine_.models.end()) {}
 
   std::string Check() {
-    if (engine_.scene.going) return "";  // the world is being deleted
+    if (engine_.scene.tearing_down) return "";  // the world is being deleted
     for (const auto check :
          {&Validator::CheckModels, &Validator::CheckTree, &Validator::CheckLists,
           &Validator::CheckHidden, &Validator::CheckSchedule, &Validator::CheckBatch}) {
@@ -36,12 +37,14 @@ class World::Validator {
     }
     if (std::string fault = grid_.Validate(); !fault.empty()) return "the grid has " + fault;
     if (std::string fault = CheckBodies(); !fault.empty()) return fault;
-    return engine_.loading ? "" : CheckPlaces();  // bodies are drawn after loading
+    return engine_.loading ? "" : CheckPlaces();  // bodies are rasterized after loading
   }
 
  private:
   static std::string About(const Model* model, const std::string& fault) {
-    return fault + ", model " + std::to_string(model->id) + " (" + model->token + ")";
+    std::string text = fault;
+    text.append(", model ").append(std::to_string(model->id)).append(" (");
+    return text.append(model->token).append(")");
   }
 
   std::string CheckModels() {
@@ -94,9 +97,9 @@ class World::Validator {
     for (const Type* entry : list) {
       const Model* const model = entry;
       if (!models_.contains(model))
-        return std::string("a model that does not exist in the list of ") + name;
+        return std::string("a model that does not exist in the list of ").append(name);
       if (before && before->id >= model->id)
-        return About(model, std::string("wrong order in the list of ") + name);
+        return About(model, std::string("wrong order in the list of ").append(name));
       before = model;
     }
     return "";
@@ -160,14 +163,14 @@ class World::Validator {
     std::string fault;
     int64_t cells = grid_.pretended_cells();
     for (const Model* model : engine_.models) {
-      bool drawn = false;
+      bool rasterized = false;
       for (const auto& block : model->blockgroup->blocks()) {
-        drawn = drawn || block->drawn();
-        if (!block->drawn() && !block->cells().empty())
-          return About(model, "cells of a block that is not drawn");
+        rasterized = rasterized || block->rasterized();
+        if (!block->rasterized() && !block->cells().empty())
+          return About(model, "cells of a block that is not rasterized");
       }
-      if (model->blockgroup->IsUnrasterized() == drawn)
-        return About(model, "a wrong mark whether it is drawn");
+      if (model->blockgroup->IsUnrasterized() == rasterized)
+        return About(model, "a wrong mark whether it is rasterized");
       model->blockgroup->ForEachBody([&](grid::BodyId id, const std::vector<grid::CellSet>& parts) {
         if (fault.empty()) fault = CheckBody(model, id, parts);
         if (fault.empty() && !grid_.body(id).exact())
@@ -211,14 +214,14 @@ class World::Validator {
     return has;
   }
 
-  /// Checks that each drawn model lies in the grid where its pose says.
+  /// Checks that each rasterized model lies in the grid where its pose says.
   std::string CheckPlaces() const {
     Placement placement;
     for (Model* model : engine_.models) {
       if (model->blockgroup->empty() || model->blockgroup->IsUnrasterized()) continue;
       if (Placement::IsNearlyFull(*model)) return "";  // bodies may be missing
       placement.Propose(*model, false);
-      if (!placement.IsInPlace()) return About(model, "a body that is drawn elsewhere");
+      if (!placement.IsInPlace()) return About(model, "a body that is rasterized elsewhere");
     }
     return "";
   }

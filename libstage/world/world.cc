@@ -13,10 +13,11 @@
 
 #include "messages/assert.hh"
 #include "messages/report.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/deletion_watch.hh"
 #include "models/log_entry.hh"
 #include "models/model_type_names.hh"
+#include "models/placement.hh"
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/warn_about.hh"

@@ -13,7 +13,7 @@
 
 #include "geometry/free_floor.hh"
 #include "grid/grid.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/host.hh"
 #include "worldfile/worldfile.hh"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "messages/assert.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
 #include "models/wifi.hh"

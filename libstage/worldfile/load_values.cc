@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "pictures/color.hh"
 #include "geometry/geometry.hh"
+#include "pictures/color.hh"
 #include "pictures/x11_colors.hh"
 #include "worldfile/document.hh"
 #include "worldfile/worldfile.hh"

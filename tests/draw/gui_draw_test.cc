@@ -11,7 +11,7 @@
 
 #include "gui/draw/performance_overlay.hh"
 #include "gui/draw/render_scene.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "support/model_testing.hh"
 
 // Counts allocations.

@@ -11,7 +11,7 @@
 #include "gui/draw/render_scene.hh"
 #include "gui/draw/renderer.hh"
 #include "gui/offscreen/context.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/robot_marks.hh"
 #include "support/model_testing.hh"
 

@@ -8,9 +8,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "random/random.hh"
 #include "gui/view/projection.hh"
 #include "gui/view/view_state.hh"
+#include "random/random.hh"
 #include "support/model_testing.hh"
 #include "worldfile/worldfile.hh"
 

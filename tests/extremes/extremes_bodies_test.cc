@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "extremes_testing.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "support/random_source.hh"
 #include "support/sanitized.hh"
 #include "world/engine.hh"

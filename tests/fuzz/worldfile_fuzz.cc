@@ -7,8 +7,8 @@
 #include <sstream>
 #include <string>
 
-#include "pictures/color.hh"
 #include "geometry/load_error.hh"
+#include "pictures/color.hh"
 #include "worldfile/worldfile.hh"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "geometry/load_error.hh"
-#include "random/random.hh"
 #include "pictures/x11_colors.hh"
+#include "random/random.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {

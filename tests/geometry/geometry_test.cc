@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "random/fnv1a.hh"
 #include "geometry/trigonometry.hh"
+#include "random/fnv1a.hh"
 #include "support/random_source.hh"
 
 namespace Stg {

@@ -17,8 +17,8 @@
 #include <utility>
 #include <vector>
 
-#include "pictures/image_polygons.hh"
 #include "geometry/load_error.hh"
+#include "pictures/image_polygons.hh"
 #include "pictures/trace.hh"
 
 namespace {

@@ -41,10 +41,10 @@ class GridTamperer {
     return grid_.region_maps_[grid_.RegionMapOf(slot / kTilesPerRegion)];
   }
   CellBox& Occupied() { return grid_.occupied_; }
-  Grid::Edit& OwnEdit() { return grid_.own_edit_; }
-  int64_t& DrawnCells() { return grid_.own_edit_.rasterized_cells; }
-  int64_t& EmptyRegions() { return grid_.own_edit_.empty_regions; }
-  CellBox& Extent() { return grid_.own_edit_.extent; }
+  Grid::Edit& OwnEdit() { return grid_.serial_edit_; }
+  int64_t& DrawnCells() { return grid_.serial_edit_.rasterized_cells; }
+  int64_t& EmptyRegions() { return grid_.serial_edit_.empty_regions; }
+  CellBox& Extent() { return grid_.serial_edit_.extent; }
   std::vector<ray_super_t>& Directory() { return grid_.directory_; }
   std::vector<BodyId>& FreeBodies() { return grid_.free_bodies_; }
   std::vector<uint32_t>& FreeRegions() { return grid_.free_regions_; }
@@ -316,9 +316,9 @@ TEST(GridMistakesTest, MovesThatShareATileAreMadeInTheWrongOrder) {
   std::vector<Grid::Edit> edits(2);
   const test::FailedAssertions failed;
   grid.BeginConcurrentEdit({.sets = 2, .cells = 2, .bodies = 2}, &edits);
-  edits[1].Follow(1);
+  edits[1].SetNextStamp(1);
   grid.Rasterize(second, {}, cell, &edits[1]);
-  edits[0].Follow(0);
+  edits[0].SetNextStamp(0);
   grid.Rasterize(first, {}, cell, &edits[0]);
   grid.EndConcurrentEdit(&edits);
   EXPECT_EQ(grid.Validate().substr(0, 19), "a list out of order");

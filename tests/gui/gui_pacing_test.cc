@@ -30,20 +30,20 @@ TEST(StepPacer, CatchesUpWithLateSteps) {
   EXPECT_NEAR(pacer.UntilNext(10, period), 0.05, 1e-12);
   // After a step of 0.12 s, two more are due at once, then the pacer waits again.
   double now = 10.05;
-  pacer.OnStepDone(now += 0.12, period);
+  pacer.Stepped(now += 0.12, period);
   EXPECT_LT(pacer.UntilNext(now, period), 0);
-  pacer.OnStepDone(now, period);
+  pacer.Stepped(now, period);
   EXPECT_LT(pacer.UntilNext(now, period), 0);
-  pacer.OnStepDone(now, period);
+  pacer.Stepped(now, period);
   EXPECT_NEAR(pacer.UntilNext(now, period), 0.03, 1e-9);
 }
 
 TEST(StepPacer, DoesNotRaceAfterALongStop) {
   StepPacer pacer;
   pacer.Restart(0, 0.1);
-  pacer.OnStepDone(100, 0.1);
+  pacer.Stepped(100, 0.1);
   int steps = 0;
-  for (; pacer.UntilNext(100, 0.1) <= 0; steps++) pacer.OnStepDone(100, 0.1);
+  for (; pacer.UntilNext(100, 0.1) <= 0; steps++) pacer.Stepped(100, 0.1);
   EXPECT_EQ(steps, 6);
 }
 
@@ -86,7 +86,7 @@ class IdleWorld : public World {
  public:
   bool Update() override {
     Spend(0.005);
-    runner->OnStepDone();
+    runner->Stepped();
     return false;
   }
   Runner* runner = nullptr;
@@ -140,12 +140,12 @@ TEST(SpeedMeter, LeavesOutPauses) {
   SpeedMeter meter;
   EXPECT_EQ(meter.ratio(), 0);
   meter.Restart(0, 0);
-  for (int i = 1; i <= 30; i++) meter.OnStepDone(0.05 * i, static_cast<usec_t>(i) * 100000);
+  for (int i = 1; i <= 30; i++) meter.Stepped(0.05 * i, static_cast<usec_t>(i) * 100000);
   EXPECT_NEAR(meter.ratio(), 2, 1e-9);
   meter.Restart(100, 3000000);
   EXPECT_NEAR(meter.ratio(), 2, 1e-9) << "until there is something new";
   for (int i = 1; i <= 3; i++)
-    meter.OnStepDone(100 + 0.1 * i, 3000000 + static_cast<usec_t>(i) * 100000);
+    meter.Stepped(100 + 0.1 * i, 3000000 + static_cast<usec_t>(i) * 100000);
   EXPECT_NEAR(meter.ratio(), 1, 1e-9);
 }
 

@@ -3,7 +3,7 @@
 // Blocks without a height range.
 
 #include "looking.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "support/model_testing.hh"
 
 namespace Stg {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "models/block.hh"
+#include "models/body.hh"
 #include "support/crowd.hh"
 #include "support/model_testing.hh"
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "models/block.hh"
+#include "models/body.hh"
 #include "support/model_testing.hh"
 
 /// Helpers for tests of grippers.

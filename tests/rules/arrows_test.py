@@ -25,22 +25,26 @@ ALLOWED = {
     "files": "",
     "threads": "messages",
     "kernels": "",
-    "geometry": "messages",
-    "worldfile": "config messages files geometry",
+    "random": "",
+    "geometry": "messages random",
+    "pictures": "messages random geometry",
+    "worldfile": "config messages files geometry pictures",
     "grid": "messages kernels geometry",
-    "sensing": "messages threads kernels geometry grid",
-    "models": "messages geometry worldfile grid sensing",
-    "world": "config messages files threads geometry worldfile grid sensing models",
-    "insight": "geometry models sensing world",
-    "whatif": "messages threads geometry models world",
-    "recording": "config messages files geometry worldfile grid models world",
-    "face": "config messages geometry worldfile models world insight whatif",
+    "sensing": "messages threads kernels random geometry grid",
+    "models": "messages random geometry pictures worldfile grid sensing",
+    "models/types": "messages random geometry worldfile grid sensing models",
+    "world": "config messages files threads random geometry pictures worldfile grid sensing models models/types",
+    "insight": "geometry models models/types sensing world",
+    "whatif": "messages threads geometry models models/types world",
+    "recording": "config messages files geometry worldfile grid models models/types world",
+    "face": "config messages random geometry pictures worldfile models models/types world insight whatif",
     "libstage_cl": "messages threads grid sensing",
-    "gui/view": "geometry worldfile models world",
-    "gui/draw": "messages geometry sensing models world gui/view",
+    "gui/view": "geometry worldfile models models/types world",
+    "gui/draw": "messages geometry pictures sensing models models/types world gui/view",
     "gui/offscreen": "files geometry worldfile models world gui/draw",
     "gui/window": "messages threads geometry worldfile models world face gui/view gui/draw gui/offscreen",
-    "tools": "messages files threads geometry worldfile models world insight whatif recording face gui/offscreen gui/window",
+    "tools": ("messages files threads random geometry worldfile models world insight whatif recording face "
+              "gui/offscreen gui/window"),
 }
 
 # Dependencies in the wrong direction, (module, header): the including file, and the reason.
@@ -72,8 +76,10 @@ def module_of(path: str) -> str:
         return parts[0]
     if parts[1] == "include":  # public headers belong to their module, too
         del parts[1]
-    if parts[1] == "gui" and len(parts) > 3:
-        return f"gui/{parts[2]}"
+    if len(parts) > 3 and parts[1] in {"gui", "models"}:
+        return "/".join(parts[1:3])
+    if parts[1] == "models" and (ROOT / "libstage/models/types" / Path(parts[-1]).with_suffix(".cc")).is_file():
+        return "models/types"
     return parts[1] if len(parts) > 2 else "face"
 
 

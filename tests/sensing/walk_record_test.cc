@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "random/random.hh"
 #include "grid/grid.hh"
+#include "random/random.hh"
 #include "support/draw_cells.hh"
 
 namespace Stg::internal::sensing {

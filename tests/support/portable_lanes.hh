@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Lanes for sensing/simd/wide_walk_lanes.hh as plain arrays, for any processor. They allow to test the
-// vectorized walk on processors without vectors, with any number of lanes, and with sanitizers,
+// Lanes for sensing/simd/wide_walk_lanes.hh as plain arrays, for any processor. They allow to test
+// the vectorized walk on processors without vectors, with any number of lanes, and with sanitizers,
 // which check each read.
 //
 // Operations wrap as those of vectors do, because the unused results of inactive lanes must not be

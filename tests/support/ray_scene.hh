@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "geometry/geometry.hh"
-#include "random/random.hh"
 #include "grid/grid.hh"
+#include "random/random.hh"
 #include "sensing/batch.hh"
 #include "sensing/prefilter.hh"
 

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/host.hh"
 #include "sensing/scene.hh"
 #include "support/model_testing.hh"

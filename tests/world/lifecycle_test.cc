@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-#include "models/block.hh"
+#include "models/body.hh"
 #include "support/model_testing.hh"
 #include "support/resident_memory.hh"
 

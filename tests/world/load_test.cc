@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "models/block.hh"
+#include "models/body.hh"
 #include "support/model_testing.hh"
 
 namespace Stg {

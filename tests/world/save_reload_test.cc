@@ -10,7 +10,7 @@
 #include <iterator>
 #include <map>
 
-#include "models/block.hh"
+#include "models/body.hh"
 #include "support/model_testing.hh"
 
 namespace Stg {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "models/block.hh"
+#include "models/body.hh"
 #include "stage.hh"
 #include "support/failed_assertions.hh"
 #include "support/meddler.hh"
@@ -74,13 +74,13 @@ std::vector<Corruption> AllCorruptions() {
        "a wrong mark whether it is hidden from rangers"},
       {"an event of a deleted model",
        [](World* w) {
-         const std::span<Scheduler::Event> events = w->engine().scheduler.AddRoom(1000000, 1);
+         const std::span<Scheduler::Event> events = w->engine().scheduler.AppendUninitialized(1000000, 1);
          events[0] = {Nobody(), nullptr, nullptr, 0};
        },
        "an event of a model that is deleted"},
       {"an event of another model",
        [](World* w) {
-         const std::span<Scheduler::Event> events = w->engine().scheduler.AddRoom(1000000, 1);
+         const std::span<Scheduler::Event> events = w->engine().scheduler.AppendUninitialized(1000000, 1);
          events[0] = {Wall(w), nullptr, nullptr, UpdateGeneration::First(Wall(w)->GetId() + 1)};
        },
        "an event with another model's chain"},
@@ -94,7 +94,7 @@ std::vector<Corruption> AllCorruptions() {
        "two updates that are due"},
       {"a body erased in the grid",
        [](World* w) {
-         w->engine().scene.grid.Redraw(BlockOf(Wall(w)).body(), CellsOf(Wall(w)), {});
+         w->engine().scene.grid.Rasterize(BlockOf(Wall(w)).body(), CellsOf(Wall(w)), {});
        },
        "cells that are not in the grid"},
       {"cells of a block", [](World* w) { CellsOf(Wall(w))[0].cells = 0; },

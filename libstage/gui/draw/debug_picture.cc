@@ -7,7 +7,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "gui/draw/painter.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/ranger.hh"
 #include "sensing/scene.hh"
 #include "sensing/tracer.hh"

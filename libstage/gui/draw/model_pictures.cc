@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/energy_charts.hh"
 #include "models/flag.hh"
 #include "models/model.hh"

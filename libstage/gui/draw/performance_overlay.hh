@@ -3,8 +3,8 @@
 // Performance figures for the window's overlay: speed, and where the time of a step goes. They are
 // averages over about the last half second.
 
-#ifndef STAGE_GUI_DRAW_FIGURES_HH
-#define STAGE_GUI_DRAW_FIGURES_HH
+#ifndef STAGE_GUI_DRAW_PERFORMANCE_OVERLAY_HH
+#define STAGE_GUI_DRAW_PERFORMANCE_OVERLAY_HH
 
 #include <cstdint>
 #include <string>

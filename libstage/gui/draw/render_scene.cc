@@ -11,7 +11,7 @@
 #include "gui/draw/painter.hh"
 #include "gui/draw/scene_job.hh"
 #include "gui/draw/type_picture.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/energy_charts.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"

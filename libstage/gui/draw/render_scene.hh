@@ -6,8 +6,8 @@
 // Update a scene between two steps of its world. It keeps its memory from frame to frame, so that a
 // steady state allocates nothing.
 
-#ifndef STAGE_GUI_DRAW_SCENE_HH
-#define STAGE_GUI_DRAW_SCENE_HH
+#ifndef STAGE_GUI_DRAW_RENDER_SCENE_HH
+#define STAGE_GUI_DRAW_RENDER_SCENE_HH
 
 #include <cstdint>
 #include <memory>

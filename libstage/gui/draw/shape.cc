@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "geometry/trigonometry.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/robot_marks.hh"
 
 namespace Stg::draw {

@@ -5,7 +5,7 @@
 #include <FL/gl.h>
 
 #include "gui/window/window_state.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 
 namespace Stg {
 

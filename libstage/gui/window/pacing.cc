@@ -30,7 +30,7 @@ void SpeedMeter::Clear() {
   ratio_ = 0;
 }
 
-void SpeedMeter::OnStepDone(double now, usec_t sim_time) {
+void SpeedMeter::Stepped(double now, usec_t sim_time) {
   moments_.push_back({now, static_cast<double>(sim_time) / 1e6});
   while (moments_.size() > kSteps + 1 && moments_[1].real <= now - kSeconds) moments_.pop_front();
   const Moment& first = moments_.front();

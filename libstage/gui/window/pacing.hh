@@ -35,7 +35,7 @@ class SpeedMeter {
  public:
   /// Call when stepping begins or resumes.
   void Restart(double now, usec_t sim_time);
-  void OnStepDone(double now, usec_t sim_time);
+  void Stepped(double now, usec_t sim_time);
   /// 0 before the first measurement.
   double ratio() const { return ratio_; }
   void Clear();

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "geometry/trigonometry.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/model.hh"
 #include "world/world.hh"
 

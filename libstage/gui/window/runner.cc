@@ -95,10 +95,10 @@ void Runner::RunSteps() {
     Schedule(now);
 }
 
-void Runner::OnStepDone() {
+void Runner::Stepped() {
   const double now = WallClock();
-  pacer_.OnStepDone(now, Period());
-  if (running_) speed_.OnStepDone(now, world_.SimTimeNow());
+  pacer_.Stepped(now, Period());
+  if (running_) speed_.Stepped(now, world_.SimTimeNow());
   RequestFrame();
 }
 

@@ -32,7 +32,7 @@ class Runner {
   void Begin();
   bool has_begun() const { return stepping_enabled_; }
   /// Call at the end of each step, whether or not the runner made it.
-  void OnStepDone();
+  void Stepped();
   /// Stops stepping until Begin(), because another world is being loaded.
   void Halt();
 

@@ -2,8 +2,8 @@
 //
 // Components and state of a WorldGui. Not for clients.
 
-#ifndef STAGE_GUI_WINDOW_PARTS_HH
-#define STAGE_GUI_WINDOW_PARTS_HH
+#ifndef STAGE_GUI_WINDOW_WINDOW_STATE_HH
+#define STAGE_GUI_WINDOW_WINDOW_STATE_HH
 
 #include <memory>
 #include <string>

@@ -173,7 +173,7 @@ bool WorldGui::Update(void) {
       SetQuitTime(0);
     Stop();
   } else {
-    state.runner.OnStepDone();
+    state.runner.Stepped();
   }
   if (!state.load_later.empty())
     state.Load(std::exchange(state.load_later, ""));

@@ -5,8 +5,8 @@
 #ifndef STAGE_MODELS_FLAG_HH
 #define STAGE_MODELS_FLAG_HH
 
-#include "pictures/color.hh"
 #include "models/model.hh"
+#include "pictures/color.hh"
 
 class GLUquadric;
 

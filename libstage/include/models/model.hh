@@ -17,11 +17,11 @@
 #include <utility>
 #include <vector>
 
-#include "pictures/color.hh"
 #include "geometry/geometry.hh"
-#include "random/random.hh"
 #include "grid/ray_model.hh"
 #include "models/ancestor.hh"
+#include "pictures/color.hh"
+#include "random/random.hh"
 
 namespace Stg {
 

@@ -27,9 +27,9 @@
 
 #include <vector>
 
-#include "random/random.hh"
 #include "grid/ray_model.hh"
 #include "models/model.hh"
+#include "random/random.hh"
 #include "sensing/ray_hit.hh"
 
 namespace Stg {

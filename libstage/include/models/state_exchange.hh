@@ -14,9 +14,9 @@
 #include <type_traits>
 #include <vector>
 
+#include "geometry/geometry.hh"
 #include "pictures/color.hh"
 #include "random/fnv1a.hh"
-#include "geometry/geometry.hh"
 #include "random/random.hh"
 
 namespace Stg {

@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
-#include "random/random.hh"
 #include "models/model.hh"
+#include "random/random.hh"
 #include "sensing/ray_hit.hh"
 
 namespace Stg {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#ifndef STAGE_GEOMETRY_COLOR_HH
-#define STAGE_GEOMETRY_COLOR_HH
+#ifndef STAGE_PICTURES_COLOR_HH
+#define STAGE_PICTURES_COLOR_HH
 
 #include <string>
 

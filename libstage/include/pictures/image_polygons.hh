@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Polygons from picture files. Part of <stage.hh>.
 
-#ifndef STAGE_GEOMETRY_IMAGE_POLYGONS_HH
-#define STAGE_GEOMETRY_IMAGE_POLYGONS_HH
+#ifndef STAGE_PICTURES_IMAGE_POLYGONS_HH
+#define STAGE_PICTURES_IMAGE_POLYGONS_HH
 
 #include <string>
 #include <vector>

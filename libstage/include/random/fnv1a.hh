@@ -3,8 +3,8 @@
 // The hash FNV-1a (http://www.isthe.com/chongo/tech/comp/fnv), which is the same on every machine.
 // Part of <stage.hh>; C++11.
 
-#ifndef STAGE_GEOMETRY_FNV1A_HH
-#define STAGE_GEOMETRY_FNV1A_HH
+#ifndef STAGE_RANDOM_FNV1A_HH
+#define STAGE_RANDOM_FNV1A_HH
 
 #include <stddef.h>
 #include <stdint.h>

@@ -4,8 +4,8 @@
 // library's, which drivers and other threads may use too. Every world and every model has its own
 // stream instead (World::random(), Model::random()). Part of <stage.hh>; C++11.
 
-#ifndef STAGE_GEOMETRY_RANDOM_HH
-#define STAGE_GEOMETRY_RANDOM_HH
+#ifndef STAGE_RANDOM_RANDOM_HH
+#define STAGE_RANDOM_RANDOM_HH
 
 #include <cstdint>
 #include <memory>

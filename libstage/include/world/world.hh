@@ -14,12 +14,12 @@
 #include <vector>
 
 #include "geometry/geometry.hh"
-#include "random/random.hh"
 #include "grid/ray_model.hh"
 #include "models/ancestor.hh"
 #include "models/log_entry.hh"
 #include "models/model.hh"
 #include "models/power_pack.hh"
+#include "random/random.hh"
 #include "sensing/ray_hit.hh"
 #include "world/metric.hh"
 #include "world/snapshot.hh"

@@ -7,10 +7,11 @@
 
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/deletion_watch.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
+#include "models/placement.hh"
 #include "models/property_checks.hh"
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"

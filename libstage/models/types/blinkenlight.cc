@@ -2,7 +2,7 @@
 
 #include "models/blinkenlight.hh"
 
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/model_type.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"

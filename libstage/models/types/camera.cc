@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "geometry/trigonometry.hh"
-#include "models/block.hh"
-#include "models/types/camera_raster.hh"
+#include "models/body.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
 #include "models/state_exchange.hh"
+#include "models/types/camera_raster.hh"
 #include "sensing/scene.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"

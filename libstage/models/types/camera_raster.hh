@@ -9,8 +9,8 @@
 // Each face is filled with its plane's equation, so coplanar faces agree in every pixel. Among
 // equally deep faces the one drawn first wins, on every machine.
 
-#ifndef STAGE_MODELS_CAMERA_RASTER_HH
-#define STAGE_MODELS_CAMERA_RASTER_HH
+#ifndef STAGE_MODELS_TYPES_CAMERA_RASTER_HH
+#define STAGE_MODELS_TYPES_CAMERA_RASTER_HH
 
 #include <cstdint>
 #include <vector>

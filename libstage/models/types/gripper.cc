@@ -8,7 +8,7 @@
 
 #include "messages/assert.hh"
 #include "messages/report.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/deletion_watch.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"

@@ -5,18 +5,19 @@
 #include <algorithm>
 #include <cmath>
 
-#include "random/random.hh"
 #include "geometry/trigonometry.hh"
 #include "messages/assert.hh"
 #include "messages/report.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/deletion_watch.hh"
 #include "models/host.hh"
 #include "models/model_type.hh"
+#include "models/placement.hh"
 #include "models/property_checks.hh"
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
+#include "random/random.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -456,7 +457,7 @@ void ModelPosition::Move() {
 
 bool ModelPosition::BeginMove(Placement* placement) {
   if (StaysStill()) return false;
-  STAGE_ASSERT(AllFinite(pose) && HasSubscribers());
+  STAGE_ASSERT(IsFinite(pose) && HasSubscribers());
   pose_before_move_ = pose;
   // Translates along the old heading, then turns.
   pose = pose + MotionOfStep(velocity);

@@ -8,7 +8,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/host.hh"
 #include "models/line_in_bodies.hh"
 #include "models/model_type.hh"

@@ -2,8 +2,8 @@
 //
 // Eight lanes of 32 bits for wide_walk_lanes.hh; see vector_lanes.hh.
 
-#ifndef STAGE_SENSING_EIGHT_LANES_HH
-#define STAGE_SENSING_EIGHT_LANES_HH
+#ifndef STAGE_SENSING_SIMD_EIGHT_LANES_HH
+#define STAGE_SENSING_SIMD_EIGHT_LANES_HH
 
 #include <cstdint>
 

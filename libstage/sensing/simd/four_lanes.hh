@@ -2,8 +2,8 @@
 //
 // Four lanes of 64 bits for wide_walk_lanes.hh; see vector_lanes.hh.
 
-#ifndef STAGE_SENSING_FOUR_LANES_HH
-#define STAGE_SENSING_FOUR_LANES_HH
+#ifndef STAGE_SENSING_SIMD_FOUR_LANES_HH
+#define STAGE_SENSING_SIMD_FOUR_LANES_HH
 
 #include <cstdint>
 

@@ -5,8 +5,8 @@
 // and intrinsics where these generate poor code or lack an operation. The rules in
 // wide_walk_lanes.hh for code that is compiled for particular processors apply here too.
 
-#ifndef STAGE_SENSING_VECTOR_LANES_HH
-#define STAGE_SENSING_VECTOR_LANES_HH
+#ifndef STAGE_SENSING_SIMD_VECTOR_LANES_HH
+#define STAGE_SENSING_SIMD_VECTOR_LANES_HH
 
 #include <immintrin.h>
 

@@ -4,8 +4,8 @@
 // bodies. For rays that were walked here (wide_walk_lanes.hh) or by a device. The rules in
 // wide_walk_lanes.hh for code that is compiled for particular processors apply here too.
 
-#ifndef STAGE_SENSING_WIDE_HITS_HH
-#define STAGE_SENSING_WIDE_HITS_HH
+#ifndef STAGE_SENSING_SIMD_WIDE_HITS_HH
+#define STAGE_SENSING_SIMD_WIDE_HITS_HH
 
 #include "grid/grid.hh"
 #include "sensing/simd/wide_rays.hh"

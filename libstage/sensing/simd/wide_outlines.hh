@@ -3,8 +3,8 @@
 // MeetOneByOne() in the lanes of a vector, bit-equal. The rules in wide_walk_lanes.hh for code that
 // is compiled for particular processors apply here too.
 
-#ifndef STAGE_SENSING_WIDE_OUTLINES_HH
-#define STAGE_SENSING_WIDE_OUTLINES_HH
+#ifndef STAGE_SENSING_SIMD_WIDE_OUTLINES_HH
+#define STAGE_SENSING_SIMD_WIDE_OUTLINES_HH
 
 #include <cstdint>
 

@@ -4,8 +4,8 @@
 // (wide_walk_lanes.hh) and its evaluation (wide_hits.hh). The rules in wide_walk_lanes.hh for code
 // that is compiled for particular processors apply here too.
 
-#ifndef STAGE_SENSING_WIDE_RAYS_HH
-#define STAGE_SENSING_WIDE_RAYS_HH
+#ifndef STAGE_SENSING_SIMD_WIDE_RAYS_HH
+#define STAGE_SENSING_SIMD_WIDE_RAYS_HH
 
 #include "grid/grid.hh"
 #include "sensing/ray_group.hh"

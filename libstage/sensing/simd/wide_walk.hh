@@ -5,8 +5,8 @@
 //
 // Processors without one of the files wide_walk_*.cc walk ray by ray.
 
-#ifndef STAGE_SENSING_WIDE_WALK_HH
-#define STAGE_SENSING_WIDE_WALK_HH
+#ifndef STAGE_SENSING_SIMD_WIDE_WALK_HH
+#define STAGE_SENSING_SIMD_WIDE_WALK_HH
 
 #include <cstdint>
 #include <vector>
@@ -22,7 +22,7 @@ struct WideHits {
   uint32_t* hits;          ///< kCapacity elements: as by ray_pack(), or RAY_NO_HIT
   grid::BodyList* bodies;  ///< kCapacity elements: bodies in the cell of the hit; for exact rays
                            ///< the OutlineList of its tile; kNothing without a hit
-  double* ranges;  ///< to the middle of that cell; the fan's range without a hit
+  double* ranges;          ///< to the middle of that cell; the fan's range without a hit
   uint64_t* ends;  ///< kEndWords words: bit i is set if rays i and i + 1 have different bodies; the
                    ///< last ray's bit is unspecified
   static constexpr uint32_t kCapacity = RayGroup::kMaxRays + 16;

@@ -8,8 +8,8 @@
 // The walk itself uses 32-bit lanes, with vectors F of floats and Words of 64 bits. Algorithm and
 // names are those of ray_walk.h.
 
-#ifndef STAGE_SENSING_WIDE_WALK_LANES_HH
-#define STAGE_SENSING_WIDE_WALK_LANES_HH
+#ifndef STAGE_SENSING_SIMD_WIDE_WALK_LANES_HH
+#define STAGE_SENSING_SIMD_WIDE_WALK_LANES_HH
 
 #include "sensing/block_map.hh"
 #include "sensing/free_box.hh"

@@ -51,7 +51,7 @@ void TileColoring::Clear() {
 uint32_t TileColoring::ColorOf(const grid::CellBox& tiles) {
   uint32_t color = 0;
   FindOverlaps(tiles);
-  STAGE_ASSERT(std::ranges::all_of(sets_, [this](const Part& set) {
+  STAGE_ASSERT(std::ranges::all_of(overlaps_, [this](const Overlap& overlap) {
     return overlap.block < used_ && overlap.min_x >= 0 && overlap.min_y >= 0 &&
            overlap.max_x < kSide && overlap.max_y < kSide;
   }));

@@ -15,7 +15,8 @@
 #include <vector>
 
 #include "messages/assert.hh"
-#include "models/block.hh"
+#include "models/body.hh"
+#include "models/placement.hh"
 #include "sensing/scene.hh"
 #include "threads/worker_pool.hh"
 #include "world/phases/interval_finder.hh"
@@ -84,7 +85,7 @@ class TileOwnership {
 template <typename F>
 bool TileOwnership::Claim(const grid::Grid& grid, const grid::CellBox& tiles, size_t number,
                           F report) {
-  STAGE_ASSERT(number < kMaxMinLength && round_ > 0);
+  STAGE_ASSERT(number < kMaxRectangles && round_ > 0);
   const uint32_t claim = round_ << 16 | static_cast<uint32_t>(number);
   bool all_known = true;
   for (int32_t y = tiles.min_y; y <= tiles.max_y; y++) {

@@ -11,7 +11,7 @@
 
 #include "gui/draw/model_pictures.hh"
 #include "gui/draw/type_picture.hh"
-#include "models/block.hh"
+#include "models/body.hh"
 #include "models/line_in_bodies.hh"
 #include "world/world.hh"
 
