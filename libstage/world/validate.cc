@@ -169,7 +169,7 @@ class World::Validator {
         if (!block->rasterized() && !block->cells().empty())
           return About(model, "cells of a block that is not rasterized");
       }
-      if (model->blockgroup->IsUnrasterized() == rasterized)
+      if (!model->blockgroup->empty() && model->blockgroup->IsUnrasterized() == rasterized)
         return About(model, "a wrong mark whether it is rasterized");
       model->blockgroup->ForEachBody([&](grid::BodyId id, const std::vector<grid::CellSet>& parts) {
         if (fault.empty()) fault = CheckBody(model, id, parts);

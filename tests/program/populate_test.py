@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 WORLDS = ROOT / "worlds"
 BITMAPS = WORLDS / "bitmaps"
 POPULATE = ROOT / "tools" / "populate"
-DRAW_MAPS = ROOT / "tools" / "draw_maps"
+DRAW_MAPS = ROOT / "tools" / "dev" / "draw_maps"
 
 SIZES = {"cave": (64.0, 64.0), "hospital": (540.0, 220.0), "rooms": (16.0, 16.0)}
 ROBOTS = {"cave": "explorer", "hospital": "swarmer", "rooms": "explorer"}

@@ -31,7 +31,7 @@ def test_walk(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_api_page(root: Path) -> None:
-    tool, page = root / "tools" / "python_api", root / "docs" / "python_api.md"
+    tool, page = root / "tools" / "dev" / "python_api", root / "docs" / "python_api.md"
     if not tool.exists():
         pytest.skip("there is no tools/dev/python_api")
     made = subprocess.run([sys.executable, str(tool)], capture_output=True, text=True, check=True)

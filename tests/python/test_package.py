@@ -46,7 +46,7 @@ def test_everything_is_there() -> None:
     assert (FOLDER / "py.typed").exists()
     assert "class Simulation" in (FOLDER / "_core.pyi").read_text()
     assert os.access(FOLDER / "bin" / "stage", os.X_OK)
-    assert (FOLDER / "benchkit" / "inference.py").exists()
+    assert (FOLDER / "reports" / "inference.py").exists()
     plugins = {path.stem for path in (FOLDER / "lib" / "stage-5.0").glob("*.so")}
     assert {"wander", "fasr2", "sink", "what_if"} <= plugins
     assert {"cave.world", "hospital.world", "simple.world", "arena.world"} <= set(st.shipped_worlds())
