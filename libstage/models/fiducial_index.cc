@@ -60,7 +60,7 @@ void FiducialIndex::SortPlaces() {
 
 const std::vector<uint32_t>& FiducialIndex::Near(double x, double y, double reach) const {
   STAGE_ASSERT(is_current_ && places_.size() == targets_.size());  // after Refresh()
-  static thread_local std::vector<uint32_t> near;             // static to reuse its memory
+  static thread_local std::vector<uint32_t> near;                  // static to reuse its memory
   near.clear();
   if (!std::isfinite(x) || !std::isfinite(y) || !(reach >= 0)) return near;
   const double last_strip = StripAt(x + reach);

@@ -15,12 +15,12 @@
 #include <vector>
 
 #include "models/body.hh"
+#include "models/fiducial_index.hh"
 #include "models/flag.hh"
 #include "models/memory_budget.hh"
 #include "models/model.hh"
 #include "models/model_names.hh"
 #include "models/placement.hh"
-#include "models/fiducial_index.hh"
 #include "sensing/scene.hh"
 
 namespace Stg {

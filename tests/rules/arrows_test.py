@@ -50,10 +50,14 @@ ALLOWED = {
 # Dependencies in the wrong direction, (module, header): the including file, and the reason.
 BACK = {
     ("models", "world/world.hh"): (
-        "actuator blinkenlight block blobfinder bumper camera deletion_watch energy_charts fiducial gripper "
-        "log_entry model model_callbacks model_extras model_load model_sensing model_state model_tree "
-        "position power_pack ranger wifi",
+        "body deletion_watch energy_charts log_entry model model_callbacks model_extras model_load "
+        "model_sensing model_state model_tree placement power_pack",
         "Stage's interface wants models to know their world, and the world its models"),
+    ("models/types", "world/world.hh"): (
+        "actuator blinkenlight blobfinder bumper camera fiducial gripper position ranger wifi",
+        "Stage's interface wants models to know their world, and the world its models"),
+    ("models", "models/fiducial.hh"): (
+        "fiducial_index", "the index keeps pointers to finders"),
     ("face", "window/world_gui.hh"): (
         "stage", "clients get the window with <stage.hh>, where it has been built"),
 }

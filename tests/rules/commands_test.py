@@ -122,7 +122,7 @@ class ModulesTest(unittest.TestCase):
         """All modules of scripts that the system's Python runs are installed."""
         packages = {package for _, package, _ in setup_table()}
         self.assertLessEqual(set(MODULES.values()), packages)
-        local = {path.stem for path in [*ROOT.glob("tests/*/*.py"), *ROOT.glob("tools/*.py")]}
+        local = {path.stem for path in [*ROOT.glob("tests/*/*.py"), *ROOT.glob("tools/*"), *ROOT.glob("tools/dev/*.py")]}
         local |= {"stagesim"} | {path.stem for path in [*ROOT.glob("benchmarks/*"), *ROOT.glob("benchmarks/benchkit/*")]}
         for file, tree in scripts("tests", "tools", "benchmarks"):
             if not (file.endswith("_test.py") or file.startswith("tools/")):

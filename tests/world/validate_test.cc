@@ -74,13 +74,15 @@ std::vector<Corruption> AllCorruptions() {
        "a wrong mark whether it is hidden from rangers"},
       {"an event of a deleted model",
        [](World* w) {
-         const std::span<Scheduler::Event> events = w->engine().scheduler.AppendUninitialized(1000000, 1);
+         const std::span<Scheduler::Event> events =
+             w->engine().scheduler.AppendUninitialized(1000000, 1);
          events[0] = {Nobody(), nullptr, nullptr, 0};
        },
        "an event of a model that is deleted"},
       {"an event of another model",
        [](World* w) {
-         const std::span<Scheduler::Event> events = w->engine().scheduler.AppendUninitialized(1000000, 1);
+         const std::span<Scheduler::Event> events =
+             w->engine().scheduler.AppendUninitialized(1000000, 1);
          events[0] = {Wall(w), nullptr, nullptr, UpdateGeneration::First(Wall(w)->GetId() + 1)};
        },
        "an event with another model's chain"},
@@ -129,7 +131,7 @@ std::vector<Corruption> AllCorruptions() {
        "a body that is another model's"},
       {"corners of a block",
        [](World* w) { const_cast<std::vector<point_t>&>(BlockOf(Wall(w)).points())[0].x += 1; },
-       "a body that is drawn elsewhere"},
+       "a body that is rasterized elsewhere"},
       {"the extent", [](World* w) { w->engine().scene.grid.SetExtent(grid::CellBox()); },
        "the grid has cells outside of the extent"},
   };
