@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How many agent-steps a second stagesim and IR-SIM (pypi.org/project/ir-sim) make, in turn, in one run.
+"""Compares stagesim and IR-SIM (pypi.org/project/ir-sim) in agent-steps per second, in alternating runs.
 
   python3 -m venv /tmp/irsim && /tmp/irsim/bin/pip install ir-sim
   PYTHONPATH=build/release/python build/venv/bin/python benchmarks/against_ir_sim.py --ir-sim /tmp/irsim/bin/python
 
-Round robots of 0.2 m radius with differential drives drive in circles in a room of 20 m; each has a lidar of 100 rays,
-12 m and 180 degrees. Steps take 0.1 s. Both measure ranges to outlines (`ray_model "exact"` here), on one thread.
-Before anything is timed, the first scan of every robot is compared between both, ray by ray: the benchmark ends with
-an error unless they agree to 2 cm in the median and most rays hit something.
+Round robots of 0.2 m radius with differential drives drive in circles in a room of 20 m. Each has a lidar of 100 rays,
+12 m and 180 degrees. Steps take 0.1 s. Both simulators use one thread and measure ranges to outlines (`ray_model
+"exact"` here). Before the measurement, the first scans of all robots are compared ray by ray. The benchmark fails
+unless the median difference is at most 2 cm and most rays hit something.
 
-Prints a table in Markdown: median, least and most of the repeats, and the ratio of neighbouring runs.
+Prints a Markdown table of median, minimum and maximum of the repeats, and the ratio of consecutive
+runs.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from pathlib import Path
 
 ROBOTS = (1, 10, 50)
 RADIUS, REACH, RAYS, SIDE = 0.2, 12.0, 100, 20.0
-SPEED, TURN = 0.4, 1.2  # m/s and rad/s: circles of a third of a metre, in which nobody meets anybody
+SPEED, TURN = 0.4, 1.2  # m/s and rad/s; robots drive in circles of a third of a metre and never meet
 
 
 def places(robots: int) -> list[tuple[float, float, float]]:
@@ -70,7 +71,7 @@ def ir_sim_world(robots: int) -> str:
 
 
 def agent_steps_a_second(step, robots: int, seconds: float) -> float:
-    """Calls step() for `seconds`."""
+    """Returns agent-steps per second, measured over `seconds`."""
     count, start = 0, time.perf_counter()
     while time.perf_counter() - start < seconds:
         step()
@@ -79,7 +80,7 @@ def agent_steps_a_second(step, robots: int, seconds: float) -> float:
 
 
 def measure_stage(robots: int, seconds: float) -> tuple[float, list]:
-    """The rate of this simulator, and the first scans."""
+    """Returns the speed of stagesim and the first scans."""
     import stagesim as st
 
     world = st.World.from_text(stage_world(robots), threads=1)
@@ -96,7 +97,7 @@ def measure_stage(robots: int, seconds: float) -> tuple[float, list]:
 
 
 def measure_ir_sim(robots: int, seconds: float) -> tuple[float, list]:
-    """The rate of IR-SIM, and the first scans."""
+    """Returns the speed of IR-SIM and the first scans."""
     import irsim
     import numpy as np
 
@@ -116,7 +117,7 @@ def measure_ir_sim(robots: int, seconds: float) -> tuple[float, list]:
 
 
 def compare(first: list, second: list) -> None:
-    """Ends the program unless both simulators have the same readings."""
+    """Ends the program unless the readings of both simulators agree."""
     mine, theirs = sum(first, []), sum(second, [])
     apart = [abs(a - b) for a, b in zip(mine, theirs)]
     hits = [sum(r < REACH - 1e-3 for r in scan) / len(scan) for scan in (mine, theirs)]
@@ -127,7 +128,7 @@ def compare(first: list, second: list) -> None:
 
 
 def run(python: str, simulator: str, robots: int, seconds: float) -> dict:
-    """A run in a process of its own."""
+    """Runs one simulator in a separate process."""
     command = [python, __file__, "--measure", simulator, "--robots", str(robots), "--seconds", str(seconds)]
     output = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
     return json.loads(output.splitlines()[-1])

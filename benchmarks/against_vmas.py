@@ -1,22 +1,22 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How many agent-steps a second stagesim and VMAS (pypi.org/project/vmas, PyTorch) make, in turn, in one run.
+"""Compares stagesim and VMAS (pypi.org/project/vmas, PyTorch) in agent-steps per second, in alternating runs.
 
   python3 -m venv /tmp/vmas && /tmp/vmas/bin/pip install vmas          # brings PyTorch along
   PYTHONPATH=build/release/python build/venv/bin/python benchmarks/against_vmas.py --vmas /tmp/vmas/bin/python
 
-The world is that of VMAS's scenario "navigation", with its lidar on: round agents of 0.1 m without walls, 12 rays
-of 0.35 m all around, steps of 0.1 s; here as a world file with octagons in cells of 2 cm. Agents start at random
-places, at least 0.05 m apart, in a square of the same size. Both get random commands in each step, which cancel each
-other out over eight steps, so that agents stay near each other, and hand out the readings of all rays as one array.
-VMAS also computes rewards and observations; forces and bounces, where Stage blocks robots that touch.
+The world is that of VMAS's scenario "navigation" with its lidar on: round agents of 0.1 m radius without walls, 12
+rays of 0.35 m all around, and steps of 0.1 s. Here it is a world file with octagons in cells of 2 cm. Agents start
+at random places, at least 0.05 m apart, in a square of the same size. Both simulators receive random commands in
+each step, which cancel each other over eight steps so that agents stay close together, and both return all readings
+as one array. VMAS also computes rewards, observations, forces and bounces; Stage blocks robots that touch.
 
-Before anything is timed, each side counts, over some steps, how often an agent has another one in reach of its lidar,
-and in how many of these cases the lidar sees something. Rays may pass a neighbour by, so that need not be all; a side
-that sees less than half, or has nobody in reach, is refused: it would be compared blind.
+Before the measurement, each simulator counts over some steps how often an agent has another one within the range of
+its lidar, and how often the lidar detects it. Rays may miss a neighbour. A simulator that detects less than half of
+them, or has no agent in range, is rejected, because its lidars do not work.
 
-Each figure is the median of repeats, with the least and the most; the ratio that of neighbouring runs. `--device
-cuda` has VMAS run on a GPU; stagesim stays on the processor.
+Each figure is the median of the repeats, with minimum and maximum. Ratios are those of consecutive runs. With
+`--device cuda`, VMAS runs on a GPU; stagesim stays on the processor.
 """
 
 from __future__ import annotations
@@ -35,14 +35,15 @@ from typing import Any, Callable
 
 REACH, RADIUS = 0.35, 0.1
 CASES = [(4, 12, 1), (4, 12, 64), (4, 12, 1024), (4, 12, 4096), (4, 64, 64), (16, 12, 64), (16, 64, 64),
-         (32, 32, 16)]  # agents, rays of each, environments
-COMMANDS = 8  # that are made beforehand; the second half takes the first one back
-LOOKS = 40  # steps after a reset in which is counted what lidars see
-LOOKED_AT = 64  # environments, one after the other if there are fewer, for which that is done
+         (32, 32, 16)]  # number of agents, rays per agent, environments
+COMMANDS = 8  # commands prepared in advance; the second half undoes the first
+LOOKS = 40  # steps after a reset in which detections are counted
+LOOKED_AT = 64  # minimum number of environments in which detections are counted, over several
+                # rounds if needed
 
 
 def rate(step: Callable[[int], None], envs: int, agents: int, seconds: float) -> float:
-    """Agent-steps a second."""
+    """Returns agent-steps per second."""
     for i in range(3):
         step(i)
     count, start = 0, time.perf_counter()
@@ -53,12 +54,13 @@ def rate(step: Callable[[int], None], envs: int, agents: int, seconds: float) ->
 
 
 def half_width(agents: int) -> float:
-    """Of the square that agents are placed in, metres: VMAS's 1, more where they would not find room."""
+    """Half the width in metres of the square in which agents start: 1 as in VMAS, more if they do not
+    fit."""
     return max(1.0, 0.6 * math.sqrt(agents))
 
 
 def circle(corners: int = 8) -> str:
-    """A block of a world file."""
+    """Returns a block of a world file."""
     points = [(0.5 + 0.5 * math.cos(2 * math.pi * i / corners), 0.5 + 0.5 * math.sin(2 * math.pi * i / corners))
               for i in range(corners)]
     return f"block( points {corners} " + " ".join(
@@ -66,7 +68,8 @@ def circle(corners: int = 8) -> str:
 
 
 def world_file(agents: int, rays: int) -> str:
-    """The scenario as a world file: as in VMAS, agents are at random places, other ones in each environment."""
+    """The scenario as a world file. As in VMAS, agents start at random places, different in each
+    environment."""
     half = half_width(agents)
     return "\n".join([
         "resolution 0.02", "interval_sim 100", "quit_time 0",
@@ -79,7 +82,8 @@ def world_file(agents: int, rays: int) -> str:
 
 
 def neighbours(positions: Any) -> Any:
-    """Which agents have another one in reach of their lidars: of (environments, agents, 2) positions in metres."""
+    """Tells which agents have another one in range of their lidars. `positions` has the shape (environments,
+    agents, 2), in metres."""
     import numpy as np
 
     apart = np.linalg.norm(positions[:, :, None] - positions[:, None], axis=-1)
@@ -88,25 +92,27 @@ def neighbours(positions: Any) -> Any:
 
 
 def rounds(envs: int) -> int:
-    """How often all environments are reset and looked at."""
+    """How often all environments are reset and examined."""
     return max(1, LOOKED_AT // envs)
 
 
 class Sight:
-    """Counts, over agents and steps, who has a neighbour in reach and whose lidar sees one."""
+    """Counts agent-steps with a neighbour in range, and those in which the lidar detects it."""
 
     def __init__(self) -> None:
         self.near = self.seen = self.readings = 0
 
     def add(self, positions: Any, ranges: Any) -> None:
-        """Of one step: positions (environments, agents, 2) and readings (environments, agents, rays), metres."""
+        """Adds one step: positions (environments, agents, 2) and readings (environments, agents, rays), in
+        metres."""
         near, hits = neighbours(positions), ranges < REACH - 1e-4
         self.near += int(near.sum())
         self.seen += int((near & hits.any(axis=2)).sum())
         self.readings += int(hits.sum())
 
     def check(self, who: str) -> list[int]:
-        """[agent-steps with a neighbour in reach, of these with a reading below the maximum, all such readings]."""
+        """Returns [agent-steps with a neighbour in range, those among them with a reading below the maximum, all
+        readings below the maximum]."""
         if self.near == 0 or self.seen < self.near / 2:
             sys.exit(f"against_vmas.py: {who}: in {self.near} agent-steps with a neighbour in reach the lidar saw one in "
                      f"{self.seen}, expected at least half: it is blind")
@@ -114,7 +120,7 @@ class Sight:
 
 
 def measure_stage(envs: int, agents: int, rays: int, threads: int, seconds: float) -> tuple[float, list[int]]:
-    """This simulator: the rate, and what was seen."""
+    """Returns the speed of stagesim and the counts of detections."""
     import numpy as np
     import stagesim as st
 
@@ -136,16 +142,17 @@ def measure_stage(envs: int, agents: int, rays: int, threads: int, seconds: floa
     for episode in range(rounds(envs)):
         batch.reset(seeds=range(1 + episode * envs, 1 + (episode + 1) * envs))
         for i in range(LOOKS):
-            before = np.array(batch.pose[..., :2])  # readings are of the places before the move
+            before = np.array(batch.pose[..., :2])  # readings belong to the positions before the
+                                                    # move
             step(i)
-            if i > 0:  # the first reading may be still to come
+            if i > 0:  # the first reading may not exist yet
                 sight.add(before, ranges)
     return rate(step, envs, agents, seconds), sight.check("stagesim")
 
 
 def measure_vmas(envs: int, agents: int, rays: int, threads: int, seconds: float,
                  device: str) -> tuple[float, list[int]]:
-    """The other one: the rate, and what was seen."""
+    """Returns the speed of VMAS and the counts of detections."""
     import numpy as np
     import torch
     from vmas import make_env
@@ -177,7 +184,7 @@ def measure_vmas(envs: int, agents: int, rays: int, threads: int, seconds: float
 
 
 def measured(python: str, kind: str, options: argparse.Namespace) -> tuple[list[float], list[list[int]]]:
-    """All cases, in a process of its own: rates, and what was seen."""
+    """Measures all cases in a separate process; returns speeds and counts of detections."""
     words = [python, __file__, "--measure", kind, "--threads", str(options.threads), "--seconds",
              str(options.seconds), "--device", options.device]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
@@ -188,7 +195,7 @@ def measured(python: str, kind: str, options: argparse.Namespace) -> tuple[list[
 
 
 def span(values: tuple[float, ...]) -> str:
-    """Median, least and most."""
+    """Formats median, minimum and maximum."""
     return f"{statistics.median(values):,.0f} ({min(values):,.0f} to {max(values):,.0f})"
 
 
@@ -211,13 +218,14 @@ def compare(options: argparse.Namespace) -> None:
 
 
 def counts(sight: list[int]) -> str:
-    """Agent-steps with a neighbour in reach, and the share of them in which the lidar saw one."""
+    """Formats the number of agent-steps with a neighbour in range and the fraction in which the
+    lidar detected it."""
     near, seen, _ = sight
     return f"{near:,}, {100 * seen / near:.0f} %"
 
 
 def main() -> None:
-    """As the options say."""
+    """Runs the comparison, or one measurement in its own process, as the options say."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--vmas", default=sys.executable, metavar="PYTHON", help="a Python that has VMAS")
     parser.add_argument("--device", default="cpu", help="VMAS's: cpu or cuda")

@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How fast batches of up to 16 384 worlds are, and whether idle worlds slow others down.
+"""Measures the speed of batches of up to 16 384 worlds, and whether idle worlds slow others down.
 
   tools/test -R python_package       # builds what is needed
   PYTHONPATH=build/release/python build/venv/bin/python benchmarks/batch_scaling.py
 
-Prints a table in Markdown: agent-steps a second, medians, and in brackets the smallest and the largest of the
-repeats. It ends with an error unless robots move and rays hit something in every world, and unless each state is to
-the last bit that of one thread.
+Prints a Markdown table of agent-steps per second: medians, with minimum and maximum in brackets. Fails unless
+robots move and rays hit something in every world, and each state is bit-equal to that of a run with one thread.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ import numpy as np
 import stagesim as st
 from stagesim import _core
 
-#: A small room with four robots, as learners have it: 12 rays each.
+#: A small room with four robots of 12 rays each, typical of reinforcement learning.
 ROOM = """
 resolution 0.05
 model( size [8 0.2 1] pose [0 4 0 0] ) model( size [8 0.2 1] pose [0 -4 0 0] )
@@ -29,11 +28,11 @@ model( size [0.2 8 1] pose [4 0 0 0] ) model( size [0.2 8 1] pose [-4 0 0 0] )
 define bot position( size [0.3 0.3 0.4] ranger( pose [0 0 -0.2 0] sensor( range [0 12] fov 330 samples 12 ) ) )
 bot( pose [2 2 0 45] ) bot( pose [-2 2 0 135] ) bot( pose [-2 -2 0 -135] ) bot( pose [2 -2 0 -45] )
 """
-STEPS = 5  # a call, as learners make it
+STEPS = 5  # steps per call, typical of reinforcement learning
 
 
 def batch_of(worlds: int, threads: int) -> st.Batch:
-    """Worlds whose robots drive in circles that touch no wall."""
+    """Worlds whose robots drive in circles without touching a wall."""
     batch = st.Batch.of(st.World.from_text(ROOM), worlds, threads=threads)
     batch.cmd[..., 0] = 0.4
     batch.cmd[..., 2] = np.linspace(0.6, 1.0, worlds)[:, None]
@@ -41,9 +40,10 @@ def batch_of(worlds: int, threads: int) -> st.Batch:
 
 
 def check(batch: st.Batch, before: np.ndarray) -> None:
-    """Asserts that robots have moved since `before`, poses (n, robots, 4), and that their rays hit something.
+    """Asserts that robots have moved since the poses `before`, of shape (n, robots, 4), and that their rays
+    hit something.
 
-    To be called a few steps later: a robot that drives in a circle comes back.
+    Call it within a few steps: a robot that drives in a circle returns to its start.
     """
     moved = np.hypot(*(batch.pose[..., :2] - before[..., :2]).transpose(2, 0, 1))
     assert (moved > 0.01).all(), "found a robot that has not moved"
@@ -52,7 +52,7 @@ def check(batch: st.Batch, before: np.ndarray) -> None:
 
 
 def speeds(batch: st.Batch, seconds: float, repeats: int) -> list[float]:
-    """Agent-steps a second, of each repeat."""
+    """Returns agent-steps per second of each repeat."""
     _ = batch.ranges
     found = []
     for _ in range(repeats):
@@ -68,7 +68,7 @@ def speeds(batch: st.Batch, seconds: float, repeats: int) -> list[float]:
 
 
 def same_as_one_thread(worlds: int, threads: int) -> None:
-    """A few steps of both."""
+    """Asserts equal states after a few steps with `threads` and with one thread."""
     batches = [batch_of(worlds, count) for count in (threads, 1)]
     for batch in batches:
         _ = batch.ranges

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How fast and how small snapshots, copies and branches are: the table of benchmarks/README.md.
+// Measures speed and size of snapshots, copies and branches, for the table of benchmarks/README.md.
 //
 //   branches                   a minute or two
 //   branches --threads 1,2,16  with so many threads (default: 1, and one for each processor)
@@ -26,7 +26,7 @@ using Stg::threads::WallClock;
 
 constexpr int kBranchSteps = 50;
 
-/// Best and median of so many calls, seconds.
+/// Minimum and median duration of `calls` calls, in seconds.
 struct Timing {
   double best, median;
 };
@@ -44,7 +44,7 @@ Timing Time(int calls, F call) {
 
 std::string FileOf(const std::string& name) { return STAGE_SOURCE_WORLDS "/" + name + ".world"; }
 
-/// The shipped world with fewer robots: those that its file lists first.
+/// The shipped world with only the first robots of its file.
 std::string TextOf(const std::string& name, int robots) {
   std::ifstream in(FileOf(name));
   std::string text, line;
@@ -68,7 +68,7 @@ void Run(Stg::World* world, int steps) {
   for (int i = 0; i < steps; i++) world->Update();
 }
 
-/// Takes what is in the processor's caches out of them.
+/// Evicts the processor's caches.
 void Flush() {
   static std::vector<char> memory(size_t{64} << 20);
   for (size_t i = 0; i < memory.size(); i += 64) memory[i]++;
@@ -130,7 +130,7 @@ double SecondsOfBranches(const Stg::World& world, const Stg::Snapshot& now, uint
     branches.Step(kBranchSteps);
     return WallClock() - start;
   };
-  run(0, std::min(count, 4 * threads));  // the worlds of the threads are made
+  run(0, std::min(count, 4 * threads));  // creates the worlds of the threads
   for (uint32_t i = 0; i < count; i++) branches.Retire(i);
   return std::min(run(0, count), run(0, count));
 }

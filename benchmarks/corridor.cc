@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What looking ahead is worth: the robot of worlds/corridor.world with and without what-if, from
-// many starts. Prints the table of docs/what-if.md. The figures are simulated: the same on every
-// machine.
+// Measures the benefit of planning ahead: the robot of worlds/corridor.world with and without
+// what-if, from many starts. Prints the table of docs/what-if.md. All figures are simulated and
+// thus equal on every machine.
 //
 //   corridor                100 starts, some minutes
 //   corridor --starts N     so many
@@ -58,7 +58,7 @@ std::string Text(const std::string& file, const std::string& controller) {
   return world.replace(place, from.size(), "\"" + controller + "\"");
 }
 
-/// Elsewhere for each seed, and not on top of each other.
+/// Different for each seed, without overlaps.
 void Scatter(Stg::World* world, uint64_t seed) {
   Stg::RandomStream random(seed);
   std::vector<Stg::Pose> taken = {Stg::Pose(-8.5, 0, 0, 0)};

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How long pictures take: draw WORLD [--frames N] [--steps N] [--size WxH] [--data]
+// Measures the time to draw pictures: draw WORLD [--frames N] [--steps N] [--size WxH] [--data].
 //
-// Runs a world for some steps, then makes N frames of it without a display, with a step between
-// two of them that is not timed, and prints milliseconds: of the copy of what is seen, of the
-// drawing (waiting until it is done), and of both; median and 95th percentile. Needs libstagegui.
+// Runs a world for some steps, then draws N frames of it without a display, with an untimed step
+// before each. Prints median and 95th percentile in milliseconds of copying the scene, drawing it
+// (until completion), and both. Needs libstagegui.
 
 #include <algorithm>
 #include <charconv>

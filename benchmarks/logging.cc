@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// How fast logs take in messages. Twenty steps of the cave are kept in memory, then logged over and
-// over: putting scans into bytes, packing and checking chunks, and writing them. What counts is the
-// processor time of both threads together: that of one core.
+// Measures the throughput of logging. Keeps twenty steps of the cave in memory, then logs them
+// repeatedly: serializes scans, compresses and checksums chunks, and writes them. The result is the
+// processor time of both threads together, that is, of one core.
 
 #include <unistd.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Benchmarks of the pieces: how long a ray, a move, a picture, a world file takes on its own.
-// STAGE_WORLDS names the folder of the worlds; the one of the source tree unless given. STAGE_SCENE
-// names the world of the TraceScene benchmarks; cave.world unless given.
+// Micro-benchmarks of single operations: rays, moves, pictures, world files. STAGE_WORLDS is the
+// folder of the worlds, by default that of the source tree. STAGE_SCENE is the world of the
+// TraceScene benchmarks, by default cave.world.
 
 #include <benchmark/benchmark.h>
 
@@ -77,7 +77,7 @@ bool StopsRanger(Stg::Model* candidate, const Stg::Model* finder, const void*) {
   return !candidate->IsRelated(finder) && !(candidate->vis.ranger_return < 0);
 }
 
-/// The rays of one ranger, as it would put them into the batch of a step.
+/// The rays of one ranger, in the order in which it adds them to the batch of a step.
 void AddFans(Stg::internal::sensing::Scene* scene, const Stg::ModelRanger& ranger, Without without,
              Stg::internal::sensing::RayBatch* batch) {
   Stg::internal::sensing::SelfMask mask;
@@ -101,8 +101,8 @@ void AddFans(Stg::internal::sensing::Scene* scene, const Stg::ModelRanger& range
   }
 }
 
-/// All rays of a world's subscribed rangers, with the robots where they stand at first: as in a
-/// step, without one of its economies, or with what a device would say of them.
+/// All rays of a world's subscribed rangers, with the robots at their starts: as in a step, without
+/// one of its economies, or with the hit lists that a device would return.
 void TraceScene(benchmark::State& state, Without without) {
   InitOnce();
   const char* file = std::getenv("STAGE_SCENE");
@@ -139,7 +139,7 @@ BENCHMARK_CAPTURE(TraceScene, without_layers, Without::kLayers)->Unit(benchmark:
 BENCHMARK_CAPTURE(TraceScene, without_masks, Without::kSelfMasks)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(TraceScene, hits_known, Without::kWalks)->Unit(benchmark::kMillisecond);
 
-/// One robot of the given width in cells of 0.02 m that drives on the spot's neighbourhood.
+/// A robot of the given width, in cells of 0.02 m, that moves back and forth near its start.
 void MoveBody(benchmark::State& state) {
   InitOnce();
   Stg::World world;
@@ -163,7 +163,7 @@ void LoadPicture(benchmark::State& state) {
 }
 BENCHMARK(LoadPicture)->Unit(benchmark::kMillisecond);
 
-/// A world file with so many instances of a definition with 17 children.
+/// A world file with the given number of instances of a definition with 17 children.
 void ParseWorldfile(benchmark::State& state) {
   std::string text = "define bot position( ranger(";
   for (int i = 0; i < 16; i++) text += " sensor( samples 1 range [0 5] )";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// pose_log: runs a world and writes down where its robots are.
+// pose_log: runs a world and records the poses of its robots.
 
 #include <algorithm>
 #include <cmath>
@@ -87,7 +87,7 @@ Options ReadOptions(int argc, char* argv[]) {
   return options;
 }
 
-/// Those that are not on another one, in the order of creation.
+/// Robots that are not mounted on another one, in order of creation.
 std::vector<Stg::ModelPosition*> RobotsOf(const Stg::World& world) {
   std::vector<Stg::ModelPosition*> robots;
   for (Stg::Model* model : world.GetAllModels()) {

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How fast the Python package is beside the program and the library: in turn, in one run.
+"""Compares the speed of the Python package with that of the program and the library, in alternating
+runs.
 
   tools/test -R python_package       # builds what is needed
   PYTHONPATH=build/release/python build/venv/bin/python benchmarks/python_speed.py
 
-Prints a table in Markdown: medians, and in brackets the smallest and the largest of the repeats. Ratios are
-medians of those of each repeat, whose two runs follow each other.
+Prints a Markdown table of medians, with minimum and maximum of the repeats in brackets. Ratios are medians
+over the repeats, whose two runs are consecutive.
 """
 
 from __future__ import annotations
@@ -33,14 +34,15 @@ Row = tuple[str, str, str]
 
 
 def span(values: list[float], unit: str) -> str:
-    """Median, least and most."""
+    """Formats median, minimum and maximum."""
     return (f"{statistics.median(values):.4g} {unit} "
             f"({min(values):.4g} to {max(values):.4g})")
 
 
 def in_turn(repeats: int, one: Callable[[], float], other: Callable[[], float]) -> tuple[
         list[float], list[float], list[float]]:
-    """What both say, and the ratios; who begins changes."""
+    """Runs both alternately, each first in half of the repeats. Returns their results and the
+    ratios."""
     ones, others = [], []
     for repeat in range(repeats):
         if repeat % 2:
@@ -52,13 +54,13 @@ def in_turn(repeats: int, one: Callable[[], float], other: Callable[[], float]) 
 
 
 def run(*command: str | Path) -> str:
-    """What it prints on standard output."""
+    """Returns the standard output of a command."""
     return subprocess.run([str(part) for part in command], capture_output=True, text=True,
                           check=True).stdout
 
 
 def crowd_steps(world_file: Path, threads: int, seconds: float, repeats: int) -> Row:
-    """Steps a second of a crowd that drives itself, its arrays read in each step."""
+    """Steps per second of a self-driven crowd whose arrays are read in each step."""
     def package() -> float:
         world = st.World(world_file, threads=threads)
         fleet = world.fleet()
@@ -86,7 +88,7 @@ def crowd_steps(world_file: Path, threads: int, seconds: float, repeats: int) ->
 
 
 def batch_steps(worlds: int, steps: int, threads: int, seconds: float, repeats: int) -> Row:
-    """Steps of all worlds in a second, poses and ranges kept up to date."""
+    """Steps per second of all worlds, with poses and ranges updated."""
     arena = next(Path(folder) / "arena.world" for folder in st._paths.WORLDS
                  if (Path(folder) / "arena.world").exists())
     turns = ((np.arange(worlds)[:, None] * 7 + np.arange(5)[None] * 3) % 11 - 5) * 0.1
@@ -116,7 +118,7 @@ def batch_steps(worlds: int, steps: int, threads: int, seconds: float, repeats: 
 
 
 def env_steps(task: str, worlds: int, threads: int, seconds: float, repeats: int) -> Row:
-    """Steps of agents a second in the vector environment, and what it takes beside its batch."""
+    """Agent-steps per second of the vector environment, and its overhead over the batch."""
     rates, shares = [], []
     for _ in range(repeats):
         env = StageVectorEnv(worlds, task=task, threads=threads)
@@ -137,7 +139,7 @@ def env_steps(task: str, worlds: int, threads: int, seconds: float, repeats: int
 
 
 def seconds_in_batch(env: StageVectorEnv) -> list[float]:
-    """A list that grows by the time that each call of the batch takes."""
+    """Returns a list to which the duration of each call of the batch is appended."""
     batch = env._episodes.batch
     taken: list[float] = []
 
@@ -154,7 +156,7 @@ def seconds_in_batch(env: StageVectorEnv) -> list[float]:
 
 
 def cast_rays(spread: float | None, poses: int, rays: int, max_range: float, repeats: int) -> Row:
-    """Millions of rays a second on one thread: around a robot, or anywhere in the building."""
+    """Millions of rays per second on one thread, around a robot or anywhere in the building."""
     world = st.World("hospital.world", threads=1)
     random = np.random.default_rng(1)
     start = np.concatenate([random.uniform([-260, -105], [260, 105], (poses, 2)) if spread is None
@@ -175,7 +177,7 @@ def cast_rays(spread: float | None, poses: int, rays: int, max_range: float, rep
 
 
 def import_seconds(repeats: int) -> Row:
-    """A process that imports the package, less one that does nothing."""
+    """Seconds of a process that imports the package, minus those of an empty process."""
     code = "import time; s = time.perf_counter(); import {}; print(time.perf_counter() - s)"
     ours, numpy, _ = in_turn(
         repeats, lambda: 1000 * float(run(sys.executable, "-c", code.format("stagesim"))),

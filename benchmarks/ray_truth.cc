@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// ray_truth: how far the readings of a world's range sensors are from exact geometry.
+// ray_truth: compares the readings of a world's range sensors with exact geometry.
 
 #include <cmath>
 #include <cstdio>
@@ -150,7 +150,7 @@ int HoldStill(Stg::Model* model, void*) {
   return 0;
 }
 
-/// A file that is written as the run goes.
+/// A file that is written during the run.
 class CsvFile {
  public:
   explicit CsvFile(const std::string& path) {
@@ -228,7 +228,7 @@ Json Describe(const Options& options, const Stg::World& world, const Outcome& ou
 }
 
 void Print(const Json& json) {
-  // The simulator's own messages end without a new line.
+  // The simulator's messages end without a newline.
   std::printf("\n%-10s %-32s %9s %7s %7s %7s %10s %10s %10s %10s\n", "group", "", "readings",
               "missed", "false", "wrong", "p50 m", "p95 m", "p99 m", "max m");
   for (const Json& bin : json["groups"]) {

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the node for ROS 2 takes: share of time, and from a step to a scan that has been received.
+"""Measures the cost of the ROS 2 node: processor time, and latency from a step to a received scan.
 
   tools/setup --ros && tools/test -R ros_node       # builds what is needed
   PYTHONPATH=build/release/python build/venv/bin/python benchmarks/ros_speed.py
 
-Worlds run at real time, in a process of their own. A client in this process listens to nothing, or to the
-scans, odometry and true poses of all robots and to /tf. Prints a table in Markdown: medians, and in brackets
-the smallest and the largest of the repeats.
+Worlds run at real time in a separate process. A client in this process subscribes to nothing, or to the
+scans, odometry and true poses of all robots and to /tf. Prints a Markdown table of medians, with minimum and
+maximum of the repeats in brackets.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-# World, parameters, topic of the scans that are listened to.
+# World, parameters, and topic of the scans whose latency is measured.
 CASES = (
     ("hospital.world", {}, "base_scan"),
     ("cave.world", {"single_beams": "none"}, "base_scan1"),
@@ -42,10 +42,10 @@ ROBOTS = 100
 
 
 class Listener:
-    """Takes messages as bytes, and notes when they come: what else a program does is its own affair.
+    """Receives messages as bytes and notes their arrival, without processing them.
 
-    It looks for them once a millisecond. The executors of rclpy would need longer to tell a program of them
-    than the node to send them: they tell of one after the other, or tell no time of publication.
+    It polls once per millisecond. An executor of rclpy would take longer to deliver messages than the node
+    takes to send them, or would not give the time of publication.
 
     Attributes:
         scans: of each scan: its stamp, nanoseconds of simulated time; when it was published and when it was
@@ -82,7 +82,8 @@ class Listener:
         self._node.destroy_node()
 
     def latencies(self) -> list[float]:
-        """Milliseconds from the first scan of a step that is published to each one that is here."""
+        """Milliseconds from the publication of a step's first scan to the arrival of each of its
+        scans."""
         first: dict[int, int] = {}
         for stamp, published, _ in self.scans:
             first[stamp] = min(published, first.get(stamp, published))
@@ -90,7 +91,7 @@ class Listener:
 
 
 def run(world: str, parameters: dict[str, Any], scan: str, seconds: float, listens: bool) -> dict[str, float]:
-    """The figures of a run."""
+    """Returns the figures of a run."""
     command = [sys.executable, "-m", "stagesim.ros", world, "--duration", str(seconds), "--stats", "--ros-args"]
     for name, value in parameters.items():
         command += ["-p", f"{name}:={value}"]
@@ -103,7 +104,7 @@ def run(world: str, parameters: dict[str, Any], scan: str, seconds: float, liste
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     real = figures["real"]
     shares = {part: 100 * figures[part] / real for part in ("step", "publish", "answer")}
-    # With the threads of DDS, and with starting up.
+    # Includes the threads of DDS and start-up.
     shares["process"] = 100 * (after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime) / real
     found = {**shares, "speed": figures["simulated"] / real}
     if listener:
@@ -116,7 +117,7 @@ def run(world: str, parameters: dict[str, Any], scan: str, seconds: float, liste
 
 
 def span(values: list[float]) -> str:
-    """Median, least and most."""
+    """Formats median, minimum and maximum."""
     return f"{statistics.median(values):.4g} ({min(values):.4g} to {max(values):.4g})"
 
 

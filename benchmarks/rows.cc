@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Steps of branches whose robots are driven anew before each call: what a batch of worlds in Python
-// is compared with (benchmarks/python_speed.py).
+// Runs steps of branches whose robots get new commands before each call. benchmarks/python_speed.py
+// compares a batch of worlds in Python with it.
 //
 //   rows WORLD BRANCHES STEPS THREADS SECONDS   prints the steps of all branches in a second
 
@@ -17,7 +17,7 @@ namespace {
 
 using Stg::threads::WallClock;
 
-/// The commands of benchmarks/python_speed.py: each branch's robots have others.
+/// The commands of benchmarks/python_speed.py; they differ between branches.
 class Driving : public Stg::Scenario {
  public:
   explicit Driving(Stg::World* world) {

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What sweeps cost: overhead for each run, against xargs, resuming, and what kills lose.
+"""Measures the cost of sweeps: overhead per run, comparison with xargs, resuming, and losses by
+killed workers.
 
   tools/test -R cli_sweep && benchmarks/sweep_cost.py            # all of it: some minutes
   benchmarks/sweep_cost.py --runs 5000 kills                     # one part
@@ -38,38 +39,38 @@ REPEATS = 5
 
 
 def stage(*words: object) -> None:
-    """Runs the program; ends with what it says if it fails."""
+    """Runs the program; if it fails, ends with its error message."""
     done = subprocess.run([STAGE, *map(str, words)], capture_output=True, text=True)
     if done.returncode != 0:
         sys.exit(done.stderr)
 
 
 def seconds(do: Callable[[], None]) -> float:
-    """That it takes."""
+    """Duration of a call in seconds."""
     start = time.perf_counter()
     do()
     return time.perf_counter() - start
 
 
 def row(figure: str, value: str) -> None:
-    """Prints it."""
+    """Prints a row of the table."""
     print(f"| {figure} | {value} |", flush=True)
 
 
 def median(values: list[float], unit: str) -> str:
-    """With the smallest and the largest."""
+    """Formats the median with minimum and maximum."""
     return f"{statistics.median(values):.3g} {unit} ({min(values):.3g} to {max(values):.3g})"
 
 
 def empty_world(folder: Path) -> Path:
-    """One step of nothing."""
+    """Writes a world without models that takes one step."""
     world = folder / "empty.world"
     world.write_text("quit_time 0.1\n")
     return world
 
 
 def empty(folder: Path, runs: int) -> None:
-    """Overhead for each run."""
+    """Measures the overhead per run."""
     cases = [("nothing in it", empty_world(folder), ()),
              ("the cave, 10 robots, one step", ROOT / "worlds" / "cave.world",
               ("--set", "robots=10", "--duration", "0.1"))]
@@ -83,7 +84,7 @@ def empty(folder: Path, runs: int) -> None:
 
 
 def commands(folder: Path, count: int) -> Iterator[str]:
-    """Those that the records say do the runs again, each with its figures in a file."""
+    """The replay commands of the records, each with its statistics in a file."""
     import json
     for index in range(count):
         record = json.loads((folder / "runs" / f"{index // 1000:03}" / f"{index:06}.json").read_text())
@@ -92,7 +93,7 @@ def commands(folder: Path, count: int) -> Iterator[str]:
 
 
 def xargs(folder: Path, _: int) -> None:
-    """Against processes of their own."""
+    """Compares a sweep with a separate process per run."""
     cases = [("cave", 0.5, 300), ("cave", 1.5, 300), ("cave", 4, 200), ("cave", 40, 60),
              ("hospital", 0.5, 300), ("hospital", 1.5, 200), ("hospital", 40, 60)]
     for name, duration, count in cases:
@@ -112,7 +113,7 @@ def xargs(folder: Path, _: int) -> None:
 
 
 def children(pid: int) -> list[int]:
-    """Of a process."""
+    """Child processes of a process."""
     try:
         return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
     except OSError:
@@ -120,7 +121,8 @@ def children(pid: int) -> list[int]:
 
 
 def disturb(process: subprocess.Popen[bytes], chance: random.Random) -> int:
-    """Kills workers, and the sweep itself one time in five, until it has ended; how many were killed."""
+    """Kills workers, and with a probability of one fifth the sweep itself, until the sweep has ended.
+    Returns the number of kills."""
     killed = 0
     while process.poll() is None:
         time.sleep(chance.uniform(0.05, 0.6))
@@ -137,7 +139,7 @@ def disturb(process: subprocess.Popen[bytes], chance: random.Random) -> int:
 
 
 def kills(folder: Path, runs: int) -> None:
-    """Workers that are killed."""
+    """Measures a sweep whose workers are killed."""
     world, starts, out = folder / "counted.world", folder / "starts", folder / "killed"
     world.write_text(f'quit_time 0.1\nmodel( ctrl "{COUNTS} {starts}" )\n')
     stage("sweep", world, "--runs", f"0:{runs}", "--jobs", JOBS, "-o", folder / "whole")
@@ -160,7 +162,7 @@ def kills(folder: Path, runs: int) -> None:
 
 
 def resume(folder: Path, runs: int) -> None:
-    """Where nothing is left to do."""
+    """Measures resuming a finished sweep."""
     out = folder / "resume"
     stage("sweep", empty_world(folder), "--runs", f"0:{runs}", "--jobs", JOBS, "-o", out)
     bytes_each = sum(file.stat().st_size for file in out.rglob("*.json")) / runs
@@ -176,7 +178,7 @@ PARTS = {"empty": empty, "xargs": xargs, "kills": kills, "resume": resume}
 
 
 def main() -> None:
-    """Runs the parts that are asked for."""
+    """Measures the requested parts."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("parts", nargs="*", metavar="PART", choices=[*PARTS, []], help="(default: all)")
     parser.add_argument("--runs", type=int, default=100_000, help="of the parts that count them")

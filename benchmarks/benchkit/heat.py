@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Heat and clock of a chip: what a run met, and waiting until the chip has cooled down.
+"""Temperature and clock of a chip: observes them during a run, and waits until the chip has cooled
+down.
 
-Boards slow their chip down when it gets hot or when the supply is weak, and say so in different
-places of /sys: the firmware of a Raspberry Pi has flags, the kernel has cooling devices that limit
-the clock, and lowers scaling_max_freq while they do.
+Boards slow down a chip that is hot or has a weak supply, and report it in different places of /sys.
+The firmware of a Raspberry Pi sets flags. The kernel has cooling devices that limit the clock and
+lower scaling_max_freq.
 """
 
 from __future__ import annotations
@@ -17,32 +18,32 @@ from typing import Iterable
 from benchkit.machine import read_text
 from meters.clock import Clock
 
-PERIOD = 1.0  # seconds between two looks in a run
-COOL_PERIOD = 5.0  # and while cooling
-STEADY_SECONDS = 60.0  # for which it must not have fallen to count as as cool as it gets
+PERIOD = 1.0  # seconds between two samples during a run
+COOL_PERIOD = 5.0  # seconds between two samples while cooling down
+STEADY_SECONDS = 60.0  # the chip counts as cool if its temperature has not fallen for so long
 STEADY_CELSIUS = 0.5
 MOST_COOLING = 600.0
 COOL_CELSIUS = 50.0
-SENSIBLE = -40.0, 150.0  # degrees Celsius; sensors that are off or broken show others
+SENSIBLE = -40.0, 150.0  # degrees Celsius; sensors that are off or broken report other values
 FLAGS = ("low voltage", "clock capped by firmware", "throttled by firmware",
          "soft temperature limit")
-SINCE_BOOT = 16  # the same flags, this many bits higher, stay set
+SINCE_BOOT = 16  # shift of the flags that stay set until the next boot
 LIMITERS = re.compile(r"cpufreq|devfreq|Processor")
 
 
 @dataclass(frozen=True)
 class Look:
-    """The chip at one moment. A figure that the system does not tell is NaN."""
+    """A sample of the chip's state. Figures that the system does not report are NaN."""
 
     celsius: float  # of the hottest zone
-    clock: float  # of the fastest processor, relative to its greatest
+    clock: float  # of the fastest processor, relative to its maximum
     limits: dict[str, float]  # scaling_max_freq of each processor
     flags: int  # of a Raspberry Pi
     limiters: tuple[str, ...]  # cooling devices that limit something now
 
 
 def number_in(path: Path, base: int = 10) -> float:
-    """The whole number in a file; NaN where there is none."""
+    """The integer in a file; NaN if there is none."""
     try:
         return int(read_text(str(path)), base)
     except ValueError:
@@ -50,7 +51,7 @@ def number_in(path: Path, base: int = 10) -> float:
 
 
 class Chip:
-    """Where the chip of this machine is to be looked at, below `root`."""
+    """Reads the state of this machine's chip from files below `root`."""
 
     def __init__(self, root: Path = Path("/")) -> None:
         thermal = root / "sys/class/thermal"
@@ -61,7 +62,7 @@ class Chip:
                           if LIMITERS.search(read_text(str(folder / "type")))]
 
     def celsius(self) -> float:
-        """Of the hottest zone."""
+        """Temperature of the hottest zone."""
         degrees = [number_in(zone) / 1000 for zone in self._zones]
         return max((d for d in degrees if SENSIBLE[0] < d < SENSIBLE[1]), default=math.nan)
 
@@ -83,11 +84,11 @@ class Chip:
 
 
 def throttling(looks: Iterable[Look]) -> list[str]:
-    """What slowed the chip down between the first look and the last, in words."""
+    """Describes the causes that slowed the chip down between the first sample and the last."""
     first, *rest = looks
     found: dict[str, None] = {}
     for look in (first, *rest):
-        # Flags that were set before the run say nothing of it.
+        # Flags that were already set before the run are ignored.
         since = (look.flags >> SINCE_BOOT) & ~(first.flags >> SINCE_BOOT)
         for bit, name in enumerate(FLAGS):
             if (look.flags | since) >> bit & 1:
@@ -99,7 +100,7 @@ def throttling(looks: Iterable[Look]) -> list[str]:
 
 
 class HeatWatch:
-    """Watches the chip around runs, and lets it cool down before."""
+    """Observes the chip during runs, and lets it cool down before them."""
 
     def __init__(self, chip: Chip, clock: Clock, cool_celsius: float = COOL_CELSIUS,
                  most_cooling: float = MOST_COOLING) -> None:
@@ -112,11 +113,11 @@ class HeatWatch:
         self._repeater = clock.repeat(PERIOD, self._take_look)
 
     def cool_down(self) -> None:
-        """Waits until the chip is cool, gets no cooler, or has had its time."""
+        """Waits until the chip is cool or gets no cooler, at most MOST_COOLING seconds."""
         begun = self._clock.monotonic()
         history: list[float] = []
         steady = round(STEADY_SECONDS / COOL_PERIOD)
-        while self._chip.celsius() > self._cool_celsius:  # never where there is no sensor
+        while self._chip.celsius() > self._cool_celsius:  # never if there is no sensor
             history.append(self._chip.celsius())
             if len(history) > steady and history[-steady - 1] - min(history[-steady:]) \
                     < STEADY_CELSIUS:
@@ -127,18 +128,18 @@ class HeatWatch:
         self._cooling = round(self._clock.monotonic() - begun, 1)
 
     def begin(self) -> None:
-        """Just before a run."""
+        """Call right before a run."""
         self._looks = []
         self._repeater = self._clock.repeat(PERIOD, self._take_look)
         self._repeater.start()
 
     def end(self) -> dict[str, object]:
-        """Just after it: the columns of its record."""
+        """Call right after the run; returns the columns of its record."""
         self._repeater.stop()
         looks = list(self._looks)
-        if not looks:  # sensors that hang cost their figures, not the run's
+        if not looks:  # a sensor that hangs must not delay the run
             return {"throttled": "unknown: the sensors did not answer"}
-        # The first look is that of a chip at rest, whose clock may be low.
+        # The first sample shows an idle chip, whose clock may be low.
         clocks = [look.clock for look in looks[1:-1] if not math.isnan(look.clock)]
         return {
             "celsius_before": looks[0].celsius, "celsius_after": looks[-1].celsius,

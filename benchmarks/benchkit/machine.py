@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What is measured, and on what: the commit, the program's files, the machine and its devices."""
+"""Describes what is measured and where: commit, program files, machine and devices."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DEVICE_LINE = re.compile(r"^\s*(gpu|cpu|accelerator): (.+) \(([^()]*(?:\([^()]*\
 
 @dataclass(frozen=True)
 class Device:
-    """An OpenCL device, and the DEVICE of `stage --opencl=DEVICE` that means this one alone."""
+    """An OpenCL device, and the DEVICE for `stage --opencl=DEVICE` that selects it."""
 
     choice: str
     kind: str
@@ -33,26 +33,26 @@ class Device:
 
 @dataclass(frozen=True)
 class Machine:
-    """What a reader of the figures has to know about the machine."""
+    """Facts about the machine that the figures depend on."""
 
     cpu: str
     architecture: str
-    cores: int  # that this process may use
+    cores: int  # processors that this process may use
     memory_gib: int
     virtual: bool
     system: str
-    governor: str  # of the processor's clock; "" where the system does not say
+    governor: str  # of the processor's clock; empty if unknown
     devices: tuple[Device, ...]
 
     @property
     def identity(self) -> str:
-        """Equal for machines whose figures may stand in one table."""
+        """Equal for machines whose figures may be in one table."""
         names = "".join(f" + {device.name}" for device in self.devices)
         return f"{self.cpu}, {self.cores} cores, {self.memory_gib} GiB{names}"
 
     @property
     def folder_name(self) -> str:
-        """A name for the folder of this machine's results."""
+        """Name of the folder for this machine's results."""
         gpus = [device.name for device in self.devices if device.kind != "cpu"]
         words = " ".join([self.cpu, f"{self.cores} cores", *gpus])
         words = re.sub(r"\((r|tm)\)|\b(cpu|processor)\b|@.*?ghz", " ", words.lower())
@@ -63,9 +63,9 @@ class Machine:
 
 
 def commit() -> str:
-    """The commit that is measured, with a + if the tree has changes (results do not count).
+    """The measured commit, followed by + if the tree has changes other than results.
 
-    STAGE_COMMIT overrides it, for trees that git does not know.
+    STAGE_COMMIT overrides it, for trees without git.
     """
     def git(*arguments: str) -> str:
         try:
@@ -81,13 +81,13 @@ def commit() -> str:
 
 
 def program_fingerprint(stage: Path) -> str:
-    """Twelve digits that change with the program, its library, its plug-ins or controllers."""
+    """Twelve hex digits computed from the program, its library, plug-ins and controllers."""
     files = [stage.resolve()]
     try:
         linked = subprocess.run(["ldd", str(stage)], capture_output=True, text=True,
                                 check=False).stdout
     except OSError:
-        linked = ""  # no ldd here: the program's own bytes have to do
+        linked = ""  # without ldd, only the program's own bytes count
     for library in re.findall(r"=> (\S*/libstage\.so\S*)", linked):
         folder = Path(library).resolve().parent
         files += [Path(library).resolve(), *sorted(folder.glob("stage-*/*.so"))]
@@ -98,12 +98,12 @@ def program_fingerprint(stage: Path) -> str:
 
 
 def parse_devices(listing: str) -> tuple[Device, ...]:
-    """The devices in the output of `stage --opencl=list`, which are in the order of choice."""
+    """Parses the output of `stage --opencl=list`, whose devices are in order of preference."""
     found = [match for match in map(DEVICE_LINE.match, listing.splitlines()) if match]
     devices = []
     for i, match in enumerate(found):
         kind, name = match[1], match[2]
-        # The program takes a kind, or a part of a name, and an index among those that match.
+        # The program accepts a kind or part of a name, and an index among the matches.
         key = kind if kind in ("gpu", "cpu") else name
         if key == kind:
             same = [j for j, other in enumerate(found) if other[1] == kind]
@@ -117,7 +117,7 @@ def parse_devices(listing: str) -> tuple[Device, ...]:
 
 
 def list_devices(stage: Path) -> tuple[Device, ...]:
-    """The OpenCL devices that the program finds; none where there is no OpenCL."""
+    """The OpenCL devices that the program finds; empty without OpenCL."""
     try:
         done = subprocess.run([str(stage), "--opencl=list"], capture_output=True, text=True,
                               check=False, timeout=60)
@@ -127,7 +127,7 @@ def list_devices(stage: Path) -> tuple[Device, ...]:
 
 
 def read_text(path: str) -> str:
-    """A file of /proc or /sys; "" where there is none."""
+    """The content of a file of /proc or /sys; empty if it does not exist."""
     try:
         return Path(path).read_text(encoding="utf-8", errors="replace").strip().strip("\0")
     except OSError:
@@ -135,25 +135,25 @@ def read_text(path: str) -> str:
 
 
 def cpu_name(cpuinfo: str, board: str) -> str:
-    """The processor's name, or that of the board, as the device tree has it: a board's says more
-    than its core's, which is all that ARMv7 calls its model, while aarch64 names none at all."""
+    """Name of the processor or of the board. The device tree's name of a board says more than
+    the name of its core, which is all that ARMv7 reports as its model; aarch64 reports no name."""
     keys = ("Model", "Hardware", "model name")
     named = (re.search(rf"^{key}\s*:\s*(.+)$", cpuinfo, re.MULTILINE) for key in keys)
     return board or next((found[1].strip() for found in named if found), platform.machine())
 
 
 def this_cpu() -> str:
-    """The name of this machine's."""
+    """Name of this machine's processor."""
     return cpu_name(read_text("/proc/cpuinfo"), read_text("/proc/device-tree/model"))
 
 
 def usable_cores() -> int:
-    """Those that this process may use, which can be fewer than the machine has."""
+    """Number of processors that this process may use; the machine may have more."""
     return len(os.sched_getaffinity(0))
 
 
 def governors() -> str:
-    """How the processor chooses its clock, such as performance; clusters may differ."""
+    """Clock governors of the processors, such as performance; clusters may differ."""
     files = glob.glob("/sys/devices/system/cpu/cpu*/cpufreq/scaling_governor")
     return "/".join(sorted({read_text(file) for file in files}))
 
@@ -169,7 +169,7 @@ def this_machine(devices: tuple[Device, ...]) -> Machine:
 
 
 def folder_name(machine: dict) -> str:
-    """For results: such as intel-xeon-platinum-2-cores."""
+    """Name of the folder for results, such as intel-xeon-platinum-2-cores."""
     cpu = re.sub(r"\(.*?\)|processor|cpu|@.*", "", machine.get("cpu", "").lower())
     words = re.findall(r"[a-z0-9]+", cpu)[:3]
     return "-".join([*words, str(machine.get("cores", "")), "cores"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Runs of programs, the stage program above all. Nothing is tried twice."""
+"""Runs programs, mainly the stage program. Failed runs are not repeated."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from benchkit.store import one_line
 
 
 class RunError(Exception):
-    """Why a run gave no figures, in one line."""
+    """The reason in one line why a run gave no figures."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one run of the program left."""
+    """The output of one run of the program."""
 
-    stats: dict  # as of --stats
+    stats: dict  # the output of --stats
     state_hash: str
     process_seconds: float
     warnings: str
 
 
 def why(done: subprocess.CompletedProcess) -> str:
-    """The program's own words about its failure, if it has any."""
+    """The program's error message, if there is one."""
     lines = [line for line in done.stderr.splitlines() if line.strip()]
     end = f"ended by signal {-done.returncode}" if done.returncode < 0 else \
         f"exit status {done.returncode}"
@@ -42,7 +42,8 @@ def why(done: subprocess.CompletedProcess) -> str:
 
 def run_command(command: list[str], environment: dict[str, str] | None = None,
                 time_limit: float | None = None) -> subprocess.CompletedProcess:
-    """The program's output, once it has succeeded. `environment`: beside that of this process."""
+    """Returns the output of a successful program. `environment` is added to that of this
+    process."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, errors="replace",
                               check=False, stdin=subprocess.DEVNULL, timeout=time_limit,
@@ -52,7 +53,7 @@ def run_command(command: list[str], environment: dict[str, str] | None = None,
     except OSError as error:
         raise RunError(f"cannot run {command[0]}: {error.strerror}") from None
     if done.returncode in (-signal.SIGINT, 128 + signal.SIGINT):
-        raise KeyboardInterrupt  # the terminal's Ctrl-C went to the program, too
+        raise KeyboardInterrupt  # Ctrl-C in the terminal also reached the program
     if done.returncode != 0:
         raise RunError(why(done))
     return done
@@ -61,7 +62,7 @@ def run_command(command: list[str], environment: dict[str, str] | None = None,
 def run_stage(stage: Path, world: Path, seconds: float, options: list[str],
               environment: dict[str, str] | None = None,
               time_limit: float | None = None) -> Outcome:
-    """Runs the program on a world without a window; RunError unless there are statistics."""
+    """Runs a world without a window; raises RunError if there are no statistics."""
     with tempfile.TemporaryDirectory(prefix="stage-run-") as folder:
         stats = Path(folder) / "stats.json"
         command = [str(stage), "-g", "--no-progress", str(world), "--duration", f"{seconds:g}",
@@ -81,17 +82,17 @@ def run_stage(stage: Path, world: Path, seconds: float, options: list[str],
 
 
 def figures(stage: Path, world: Path, seconds: float, options: list[str]) -> dict:
-    """The statistics of such a run, with its state hash."""
+    """Runs a world; returns its statistics with the state hash."""
     outcome = run_stage(stage, world, seconds, options)
     return {**outcome.stats, "state_hash": outcome.state_hash}
 
 
 def explain(stage: Path, world: Path, options: Sequence[str] = ()) -> dict:
-    """What --explain says of a world."""
+    """Returns the output of --explain for a world."""
     return json.loads(run_command([str(stage), "--explain=json", *options, str(world)]).stdout)
 
 
 def populate(target: Path, series: str, robots: int, *options: str) -> Path:
-    """Writes a world of a series with that many robots."""
+    """Writes a world of a series with the given number of robots."""
     run_command([str(ROOT / "tools/populate"), series, str(robots), *options, "-o", str(target)])
     return target

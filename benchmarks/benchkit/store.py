@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Raw figures in CSV files that only grow, so that what was cut off goes on where it stopped."""
+"""Raw figures in CSV files that are only appended to, so that an interrupted benchmark can
+continue."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from typing import Iterable, Sequence
 
 
 class StoreError(ValueError):
-    """What is wrong with a file or its folder, in one line."""
+    """The reason in one line why a file or its folder is invalid."""
 
 
 def one_line(text: str) -> str:
@@ -27,8 +28,8 @@ def line_of(values: Iterable[object]) -> str:
 
 
 def read_rows(path: Path, columns: Sequence[str]) -> tuple[list[list[str]], list[int]]:
-    """The rows, and where each line ends, in bytes, that of the columns' names first. A last line
-    that was cut off is left out; of an empty file there is no line at all."""
+    """Returns the rows, and the byte offset of the end of each line including the header. An
+    incomplete last line is ignored. An empty file has no lines."""
     content = path.read_bytes()
     lines = content[:content.rfind(b"\n") + 1].splitlines(keepends=True)
     if not lines:
@@ -52,10 +53,10 @@ def read_rows(path: Path, columns: Sequence[str]) -> tuple[list[list[str]], list
 
 
 class Table:
-    """Such a file, held by this process alone until it is closed.
+    """A CSV file, locked by this process until it is closed.
 
-    What is added is on the disk before add() returns. With `jobs`, rows come in jobs of several,
-    and a column says which is the last of its job: a job that was cut off is taken away again.
+    Rows are on disk when add() returns. With `jobs`, a job has several rows, and a column marks its
+    last one; opening the file removes the rows of an incomplete job.
     """
 
     END = "end_of_job"
@@ -86,7 +87,7 @@ class Table:
             self._write(line_of(self.columns))
 
     def add(self, rows: Sequence[dict[str, object]]) -> None:
-        """All rows of one job."""
+        """Adds all rows of one job."""
         if self._jobs:
             rows = [{**row, self.END: int(i + 1 == len(rows))} for i, row in enumerate(rows)]
         with self._lock:
@@ -94,7 +95,7 @@ class Table:
             self.rows += [{name: str(value) for name, value in row.items()} for row in rows]
 
     def has(self, key: dict[str, object]) -> bool:
-        """Whether a job with these columns was done."""
+        """True if a job with these columns was done."""
         wanted = {name: str(value) for name, value in key.items()}
         return any(all(row[name] == value for name, value in wanted.items()) for row in self.rows)
 

@@ -9,7 +9,7 @@ namespace truth {
 namespace {
 
 constexpr uint32_t kItemsOfLeaf = 4;
-/// Metres. Far more than rounding can move anything, far less than would cost time.
+/// Metres. Far greater than any rounding error, but small enough to cost no time.
 constexpr Real kSlack = 1e-9L;
 
 Point CentreOf(const Box& box) {

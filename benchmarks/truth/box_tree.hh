@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A tree of boxes: which of many things may be on the way of a ray, or near a point. It says "may":
-// those who ask look for themselves, so the tree decides about speed only.
+// A tree of bounding boxes: finds the items that a ray may meet or that may be near a point.
+// Callers test the items themselves, so the tree affects speed only.
 
 #ifndef STAGE_BENCHMARKS_TRUTH_BOX_TREE_HH
 #define STAGE_BENCHMARKS_TRUTH_BOX_TREE_HH
@@ -13,8 +13,7 @@
 
 namespace truth {
 
-/// Wider than a double on most machines, so that what is compared with the truth has the larger
-/// error.
+/// Wider than a double on most machines, so that the truth has the smaller error.
 using Real = long double;
 
 struct Point {
@@ -25,7 +24,7 @@ struct Box {
   Point low, high;
 };
 
-/// The smallest box that holds both.
+/// The smallest box that contains both.
 inline Box Joined(const Box& a, const Box& b) {
   return {{std::min(a.low.x, b.low.x), std::min(a.low.y, b.low.y)},
           {std::max(a.high.x, b.high.x), std::max(a.high.y, b.high.y)}};
@@ -33,7 +32,7 @@ inline Box Joined(const Box& a, const Box& b) {
 
 struct Ray {
   Point origin;
-  Point direction;  ///< of length 1
+  Point direction;  ///< unit vector
 };
 
 class BoxTree {
@@ -55,12 +54,12 @@ class BoxTree {
 
  private:
   struct Node {
-    Point centre, half;  // of the box, which is a little wider than what is in it
+    Point centre, half;  // bounds of the items, slightly enlarged
     uint32_t first = 0;  // item, or the first of two child nodes
-    uint32_t items = 0;  // 0: there are children
+    uint32_t items = 0;  // 0: has children
   };
 
-  /// How far along the ray the box can begin at the least; infinite if the ray passes it by.
+  /// Lower bound of the distance along the ray to the box; infinite if the ray misses it.
   static Real Entry(const Node& node, const Ray& ray) {
     const Point m{node.centre.x - ray.origin.x, node.centre.y - ray.origin.y};
     const Real c = std::fabs(ray.direction.x), s = std::fabs(ray.direction.y);
@@ -77,7 +76,7 @@ class BoxTree {
     return std::hypot(std::max<Real>(0, x), std::max<Real>(0, y));
   }
 
-  /// `distance` of a node is the least that anything in it can have; the nearer child goes first.
+  /// `distance` of a node is a lower bound for its items; the nearer child goes first.
   template <typename D, typename F>
   void Visit(D distance, const Real* limit, F look) const {
     if (nodes_.empty()) return;
@@ -85,7 +84,7 @@ class BoxTree {
       uint32_t node;
       Real distance;
     };
-    Pending stack[64];  // halving never gets that deep
+    Pending stack[64];  // deeper than repeated halving can get
     int depth = 0;
     stack[depth++] = {0, distance(nodes_[0])};
     while (depth > 0) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What the programs ray_truth and pose_log share: their command lines, and how they begin and end.
+// Command lines, start and end of the programs ray_truth and pose_log.
 
 #ifndef STAGE_BENCHMARKS_TRUTH_COMMAND_LINE_HH
 #define STAGE_BENCHMARKS_TRUTH_COMMAND_LINE_HH
@@ -24,7 +24,7 @@ struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The number that the whole text is.
+/// Parses the whole text as a number.
 inline double Number(const std::string& option, const std::string& text, double low, double high) {
   const std::optional<double> value = Stg::worldfile::ReadWholeFloat(text);
   if (value && *value >= low && *value <= high) return *value;
@@ -33,7 +33,7 @@ inline double Number(const std::string& option, const std::string& text, double 
   throw UsageError(option + ": found '" + text + "', expected " + range);
 }
 
-/// The same for a whole number.
+/// Parses the whole text as an integer.
 inline uint64_t WholeNumber(const std::string& option, const std::string& text, double low,
                             double high) {
   const double value = Number(option, text, low, high);
@@ -47,11 +47,11 @@ struct CommonOptions {
   std::string world;
 };
 
-/// What getopt_long returns for the options that both have. Those of one program count from kOwn.
+/// Results of getopt_long for the common options. Options of one program start at kOwn.
 enum CommonId : int { kHelpWanted = 256, kSeed, kThreads, kOwn };
 
-/// Reads a command line with one world file. `apply(id, value)` is called for each option of the
-/// program's own; --help prints the text and ends the program.
+/// Parses a command line with one world file. Calls `apply(id, value)` for each of the program's
+/// own options; --help prints the text and ends the program.
 template <class Apply>
 void ReadCommandLine(int argc, char* argv[], const char* help, const option* long_options,
                      CommonOptions* common, const Apply& apply) {
@@ -77,8 +77,8 @@ void ReadCommandLine(int argc, char* argv[], const char* help, const option* lon
   common->world = argv[optind];
 }
 
-/// The world, or null after its error message. Never deleted: controllers may hold on to models
-/// until the end of the process.
+/// Returns the world, or null after an error message. The world is never deleted, because
+/// controllers may use models until the end of the process.
 inline Stg::World* LoadWorld(int argc, char* argv[], const CommonOptions& options) {
   Stg::Init(&argc, &argv);
   Stg::World::run_options.seed = options.seed;
@@ -87,7 +87,7 @@ inline Stg::World* LoadWorld(int argc, char* argv[], const CommonOptions& option
   return world->Load(options.world) ? world : nullptr;
 }
 
-/// Calls the function that does it all; what that throws is one line and an exit status.
+/// Calls the main function; an exception becomes one line and an exit status.
 template <class Run>
 int RunProgram(const char* name, const Run& run) {
   try {

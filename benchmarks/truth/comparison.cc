@@ -11,12 +11,12 @@ namespace {
 
 using Mode = ComparisonOptions::Mode;
 
-/// As the rangers' own: said again here, so that a mistake there would show.
+/// Same as the rangers' own function, but written independently so that a mistake there would show.
 bool StopsRanger(Stg::Model* candidate, const Stg::Model* finder, const void*) {
   return !candidate->IsRelated(finder) && !(candidate->vis.ranger_return < 0.0);
 }
 
-/// Bearing of one of `count` beams over a field of view, ends included.
+/// Bearing of one of `count` beams over a field of view, including its ends.
 Real BearingOf(double fov, unsigned count, unsigned i) {
   return count < 2 ? 0 : Real{fov} * (Real(i) / Real(count - 1) - 0.5L);
 }
@@ -83,7 +83,7 @@ void Comparison::TakeBefore(Watched* watched) {
         sensor.angle_noise != 0 || sensor.range_noise != 0 || sensor.range_noise_const != 0;
     before.clearance = scene_.Clearance(before.from, before.range);
     if (options_.mode == Mode::kFresh && before.count > 0) {
-      // What each ray meets: the readings alone don't say.
+      // Traces each ray for the model that it hits, which readings do not contain.
       before.seen.resize(before.count);
       Stg::Pose pose = watched->ranger->GetGlobalPose() + watched->ranger->GetGeom().pose;
       pose = pose + sensor.pose;
@@ -103,7 +103,7 @@ void Comparison::Report(const Watched& watched) {
   reading.ranger = watched.ranger;
   for (size_t i = 0; i < std::min(sensors.size(), watched.sensors.size()); i++) {
     const Before& before = watched.sensors[i];
-    // A controller may have changed the sensor, or it has not looked yet.
+    // A controller may have changed the sensor, or it has no reading yet.
     if (sensors[i].ranges.size() != before.count) continue;
     if (before.noisy) {
       noisy_readings_ += before.count;
@@ -122,8 +122,8 @@ void Comparison::Report(const Watched& watched) {
 
 void Comparison::ReportBeams(const Reading& common, const Before& before,
                              const Stg::ModelRanger::Sensor& sensor) {
-  // Far below any error that matters, and more than rounding of a pose to double can do: the ray
-  // that was traced again is the sensor's.
+  // Far smaller than any relevant error, but greater than the rounding error of a pose: within it,
+  // the traced ray is that of the sensor.
   constexpr double kSame = 1e-7;
   Reading reading = common;
   for (unsigned i = 0; i < before.count; i++) {
@@ -142,8 +142,8 @@ void Comparison::ReportBeams(const Reading& common, const Before& before,
   }
 }
 
-/// Linear between the two beams on either side: what somebody would do who takes the beams for the
-/// whole picture. No hit counts as the maximum range, in readings and truth alike.
+/// Linear interpolation between the two neighbouring beams, as by a user who takes the beams for
+/// the whole picture. No hit counts as the maximum range, in readings and truth.
 void Comparison::ReportBetween(const Reading& common, const Before& before,
                                const Stg::ModelRanger::Sensor& sensor) {
   if (before.count < 2 || before.fov == 0 || !std::isfinite(before.range)) return;

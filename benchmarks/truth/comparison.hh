@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Runs along with a world and compares what its range sensors read with the truth.
+// Compares the readings of a world's range sensors with the truth while the world runs.
 //
-// A sensor looks at the beginning of a step, before anything moves; its reading is there at the end
-// of the step, when bodies are elsewhere. So the truth is taken before each step.
+// A sensor samples at the beginning of a step, before anything moves; its reading is available at
+// the end of the step, when bodies have moved. So the truth is computed before each step.
 
 #ifndef STAGE_BENCHMARKS_TRUTH_COMPARISON_HH
 #define STAGE_BENCHMARKS_TRUTH_COMPARISON_HH
@@ -18,32 +18,33 @@ namespace truth {
 
 struct ComparisonOptions {
   enum class Mode {
-    kFresh,   ///< readings of this step against the truth of this step
-    kHeld,    ///< whatever the sensor holds, old or new, against the truth of this step
-    kBetween  ///< fresh ones, interpolated between beams, against the truth between the beams
+    kFresh,   ///< readings of this step compared with the truth of this step
+    kHeld,    ///< current readings of any age compared with the truth of this step
+    kBetween  ///< new readings, interpolated between beams, compared with the truth there
   };
   Mode mode = Mode::kFresh;
-  unsigned bearings = 0;  ///< kBetween: so many, evenly over the field of view
+  unsigned bearings = 0;  ///< kBetween: number of rays, evenly over the field of view
   bool once = false;      ///< only the first readings of each ranger
 };
 
 class Comparison {
  public:
-  /// Subscribes to all rangers of the world, so that they work without controllers too. The world
-  /// must outlive this; models may be added meanwhile, but not deleted.
+  /// Subscribes to all rangers of the world, so that they also work without controllers. The world
+  /// must outlive this object; models may be added but not deleted.
   Comparison(Stg::World* world, const ComparisonOptions& options,
              std::function<void(const Reading&)> report);
 
-  /// One step of the world. `compare`: whether to report on its readings. True: the world is done.
+  /// Makes one step of the world, and reports on its readings if `compare` is set. Returns true if
+  /// the world is done.
   bool Step(bool compare);
 
-  /// Readings that were not compared, because noise is added to them.
+  /// Number of readings that were not compared because noise is added to them.
   uint64_t noisy_readings() const { return noisy_readings_; }
-  /// Every ranger has had a reading compared.
+  /// True if a reading of every ranger has been compared.
   bool HasReportedAll() const;
 
  private:
-  /// A sensor before the step.
+  /// State of a sensor before the step.
   struct Before {
     Viewpoint from;
     double fov = 0, range = 0;
@@ -54,8 +55,8 @@ class Comparison {
   };
   struct Watched {
     Stg::ModelRanger* ranger = nullptr;
-    bool updated = false;       // in this step
-    bool reported = false;      // at least once
+    bool updated = false;       // updated in this step
+    bool reported = false;      // updated at least once
     Stg::usec_t looked_at = 0;  // time of the last update
     std::vector<Before> sensors;
   };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// One reading of a range sensor beside what an exact sensor would have read.
+// A reading of a range sensor, and the reading that an exact sensor would have.
 
 #ifndef STAGE_BENCHMARKS_TRUTH_READING_HH
 #define STAGE_BENCHMARKS_TRUTH_READING_HH
@@ -12,38 +12,38 @@
 namespace truth {
 
 enum class Verdict {
-  kHit,          ///< both hit something, and the same thing as far as is known
+  kHit,          ///< both hit something; the same model as far as known
   kNothing,      ///< neither hits anything
   kMissed,       ///< only the truth hits something
-  kFalse,        ///< only the reading does
+  kFalse,        ///< only the reading hits something
   kWrongObject,  ///< they hit different models
-  kBetween       ///< worked out from two neighbouring beams: no hit counts as the maximum range
+  kBetween       ///< interpolated between two beams; no hit counts as the maximum range
 };
 
 struct Reading {
   Stg::usec_t time = 0;  ///< at the end of the step
-  Stg::usec_t age = 0;   ///< since the sensor looked
+  Stg::usec_t age = 0;   ///< since the sensor sampled
   const Stg::ModelRanger* ranger = nullptr;
   unsigned sensor = 0, sample = 0;
   Viewpoint from;
   double bearing = 0;
   double range = 0;  ///< the sensor's maximum
-  double value = 0;  ///< what the sensor says
+  double value = 0;  ///< reading of the sensor
   bool between = false;
   Hit truth;
   Real clearance = 0;                ///< from the sensor to the nearest outline
-  const Stg::Model* seen = nullptr;  ///< what the sensor saw, if that is known
+  const Stg::Model* seen = nullptr;  ///< model that the sensor hit, if known
   bool seen_is_known = false;
 
   Verdict verdict() const;
-  /// |value - truth|; NaN where it makes no sense: unless interpolated, both have to be hits.
+  /// |value - truth|; NaN unless both are hits or the reading is interpolated.
   double error() const;
 };
 
 const char* NameOf(Verdict verdict);
 bool IsRobot(const Stg::Model& model);
 
-/// The columns of a CSV file, and a reading's line; neither with an end of line.
+/// The columns of a CSV file, and the line of a reading; both without end of line.
 std::string CsvHeader();
 std::string CsvLine(const Reading& reading);
 

@@ -26,7 +26,7 @@ Point ToGlobal(const Frame& frame, Real x, Real y) {
           frame.at.y + x * frame.sine + y * frame.cosine};
 }
 
-/// A frame that is given in another one.
+/// Converts a frame that is relative to another one.
 Frame Chained(const Frame& outer, const Stg::Pose& inner) {
   const Real c = std::cos(Real{inner.a}), s = std::sin(Real{inner.a});
   return {ToGlobal(outer, inner.x, inner.y), outer.cosine * c - outer.sine * s,
@@ -42,9 +42,9 @@ Box BoxOf(const Point& a, const Point& b) {
   return {{std::min(a.x, b.x), std::min(a.y, b.y)}, {std::max(a.x, b.x), std::max(a.y, b.y)}};
 }
 
-/// How far along the ray it meets the edge from a to b, ends included; infinite if it does not. An
-/// end's side of the ray is worked out from the end alone, so a ray cannot slip through between two
-/// edges that share it.
+/// Distance along the ray to the edge from a to b, including its ends; infinite if they do not
+/// meet. The side of an end depends on that end only, so no ray slips between two edges that share
+/// it.
 Real DistanceAlong(const Ray& ray, const Point& a, const Point& b) {
   const auto along = [&](const Point& p) {
     return ray.direction.x * (p.x - ray.origin.x) + ray.direction.y * (p.y - ray.origin.y);
@@ -54,7 +54,7 @@ Real DistanceAlong(const Ray& ray, const Point& a, const Point& b) {
   };
   const Real side_a = side(a), side_b = side(b), along_a = along(a), along_b = along(b);
   if ((side_a > 0 && side_b > 0) || (side_a < 0 && side_b < 0)) return HUGE_VALL;
-  if (side_a == side_b) {  // both 0: the edge is on the ray's line
+  if (side_a == side_b) {  // both 0: the edge lies on the ray's line
     const Real first = std::min(along_a, along_b), last = std::max(along_a, along_b);
     return last < 0 ? HUGE_VALL : std::max<Real>(first, 0);
   }
@@ -84,7 +84,7 @@ void Scene::Take(const Stg::World& world) {
   bodies_.clear();
   const std::set<Stg::Model*> all = world.GetAllModels();
   std::vector<const Stg::Model*> models(all.begin(), all.end());
-  // Not by address: where outlines coincide, the order decides which one is found.
+  // Does not depend on addresses: where outlines coincide, the order decides which is found.
   std::sort(models.begin(), models.end(),
             [](const auto* a, const auto* b) { return a->GetId() < b->GetId(); });
   for (const Stg::Model* model : models)
@@ -142,14 +142,14 @@ void Scene::Add(const Stg::Model& model) {
   bodies_.push_back(body);
 }
 
-// ---- looking at it ------------------------------------------------------------------------------
+// ---- queries ------------------------------------------------------------------------------------
 
 bool Scene::Stops(const Body& body, const Stg::Model& finder) {
   return !body.model->IsRelated(&finder) && !(body.model->vis.ranger_return < 0);
 }
 
-/// Heights are compared in double, as it is a question of equality and not of precision: a sensor
-/// at the very height of a body's top sees it.
+/// Heights are compared in double, because equality matters and not precision: a sensor at exactly
+/// the height of a body's top sees it.
 static bool Contains(const Stg::Bounds& heights, double lift, double z) {
   return !(z < heights.min + lift || z > heights.max + lift);
 }
@@ -169,7 +169,8 @@ Hit Scene::Cast(const Viewpoint& from, Real bearing, double range) const {
       const Edge& edge = shape.edges[e];
       if (!Contains(shape.heights[edge.block], body.lift, from.z)) return;
       const Real distance = DistanceAlong(local, edge.a, edge.b);
-      // Not <=: where nothing is hit the range stands, and a hit at its very end is none.
+      // Not <=: without a hit, the result is the range, and a hit exactly at the range does not
+      // count.
       if (distance < hit.distance) hit = {body.model, distance, IncidenceOn(local, edge.a, edge.b)};
     });
   });

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What is in a world at one moment, as exact geometry: the outlines of all bodies where they are.
-// Written without the library's grid and ray walk, whose results are compared with it: it takes the
-// models' poses and polygons, and computes everything else itself.
+// The exact geometry of a world at one moment: the outlines of all bodies. It is independent of the
+// library's grid and ray walk, whose results are compared with it: it takes only poses and polygons
+// of models and computes everything else itself.
 
 #ifndef STAGE_BENCHMARKS_TRUTH_SCENE_HH
 #define STAGE_BENCHMARKS_TRUTH_SCENE_HH
@@ -15,31 +15,32 @@
 
 namespace truth {
 
-/// Where a sensor's rays begin.
+/// Start of a sensor's rays.
 struct Viewpoint {
-  const Stg::Model* finder = nullptr;  ///< rays pass its whole tree
+  const Stg::Model* finder = nullptr;  ///< rays pass through its whole tree
   Point origin;
-  double z = 0;  ///< of all rays
+  double z = 0;  ///< height of all rays
   Real heading = 0;
 };
 
-/// The point of an outline that a ray meets first.
+/// The first point of an outline that a ray meets.
 struct Hit {
   const Stg::Model* model = nullptr;  ///< null: nothing within the range
   Real distance = 0;                  ///< metres; the range if nothing is hit
-  Real incidence = 0;                 ///< between ray and outline: 0 along it, pi/2 square to it
+  Real incidence = 0;                 ///< angle between ray and outline: 0 along it, pi/2
+                                      ///< perpendicular
 };
 
 class Scene {
  public:
-  /// Takes all bodies as they are now. What has not changed since the last call is kept.
+  /// Copies all bodies at their current poses; unchanged ones are kept from the last call.
   void Take(const Stg::World& world);
 
-  /// What a range sensor would find that is exact: the nearest outline of a body that is not of the
-  /// finder's tree, has no negative ranger_return and whose heights contain z, ends included.
+  /// The reading of an exact range sensor: the nearest outline of a body outside the finder's tree
+  /// that has no negative ranger_return and whose heights contain z, including the ends.
   Hit Cast(const Viewpoint& from, Real bearing, double range) const;
 
-  /// How far the nearest such outline is, in any direction; at most `limit`.
+  /// Distance to the nearest such outline in any direction; at most `limit`.
   Real Clearance(const Viewpoint& from, Real limit) const;
 
  private:
@@ -48,7 +49,7 @@ class Scene {
     uint32_t block;
   };
   struct Shape {
-    std::vector<std::vector<Stg::point_t>> points;  // to notice changes
+    std::vector<std::vector<Stg::point_t>> points;  // detects changes
     std::vector<Stg::Bounds> heights;
     std::vector<Edge> edges;
     Box box;
@@ -59,7 +60,7 @@ class Scene {
     const Shape* shape;
     Point at;  // of its frame
     Real cosine, sine;
-    double lift;  // to be added to the heights of its blocks
+    double lift;  // added to the heights of its blocks
     Box box;
   };
 
@@ -68,12 +69,12 @@ class Scene {
   static void Make(const Stg::Model& model, Shape* shape);
   static bool Stops(const Body& body, const Stg::Model& finder);
 
-  std::map<uint32_t, Shape> shapes_;  // by the models' numbers
+  std::map<uint32_t, Shape> shapes_;  // by model id
   std::vector<Body> bodies_;
   BoxTree tree_;
 };
 
-/// Where the rays of one of the ranger's sensors begin.
+/// Start of the rays of one of the ranger's sensors.
 Viewpoint ViewpointOf(const Stg::ModelRanger& ranger, const Stg::ModelRanger::Sensor& sensor);
 
 }  // namespace truth

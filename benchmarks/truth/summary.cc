@@ -11,7 +11,7 @@ namespace truth {
 
 namespace {
 
-// Borders of bins: a value belongs to the bin that begins at the greatest border not above it.
+// Bounds of bins: a value belongs to the bin with the greatest bound that does not exceed it.
 constexpr double kRanges[] = {0, 0.5, 1, 2, 4, 8, 16};      // metres
 constexpr double kIncidences[] = {0, 5, 15, 30, 60};        // degrees
 constexpr double kStarts[] = {0, 1, 5};                     // cells

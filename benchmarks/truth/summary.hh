@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Many readings in few figures: how many hits are lost or made up, and how large the errors are,
-// for all readings and for groups of them.
+// Summarizes many readings: the fractions of missed and false hits, and the size of errors, for all
+// readings and for groups.
 
 #ifndef STAGE_BENCHMARKS_TRUTH_SUMMARY_HH
 #define STAGE_BENCHMARKS_TRUTH_SUMMARY_HH
@@ -16,8 +16,8 @@
 
 namespace truth {
 
-/// The value that a share of the sorted values lies below or at: the smallest one of which at least
-/// that share of all are not greater. 0 of none.
+/// The quantile of the sorted values: the smallest value such that at least this fraction of all
+/// values do not exceed it; 0 if there are none.
 double Percentile(const std::vector<float>& sorted, double fraction);
 
 class Tally {
@@ -31,13 +31,13 @@ class Tally {
   uint64_t readings_ = 0, true_hits_ = 0, missed_ = 0, false_ = 0, wrong_object_ = 0,
            object_unknown_ = 0;
   double signed_sum_ = 0;
-  std::vector<float> errors_;  // seven digits of an error are plenty
+  std::vector<float> errors_;  // seven digits of an error suffice
 };
 
-/// A group is a way to sort readings into bins; a reading is in one bin of each group at most.
+/// A group sorts readings into bins; a reading is in at most one bin of each group.
 class Summary {
  public:
-  /// `cell`: the width of the world's cells, by which nearness counts.
+  /// `cell` is the width of the world's cells, in which distances are measured.
   explicit Summary(double cell) : cell_(cell) {}
 
   void Add(const Reading& reading);
@@ -46,7 +46,7 @@ class Summary {
     std::string group, bin;
     Tally tally;
   };
-  /// Group by group, "all" first; only bins that have readings.
+  /// The bins that have readings, group by group, "all" first.
   std::vector<Bin>& bins();
 
  private:
@@ -55,7 +55,7 @@ class Summary {
 
   double cell_;
   std::vector<Bin> bins_;
-  std::map<std::pair<Group, int64_t>, size_t> index_;  // by group and the bin's place in it
+  std::map<std::pair<Group, int64_t>, size_t> index_;  // by group and index of the bin
 };
 
 }  // namespace truth

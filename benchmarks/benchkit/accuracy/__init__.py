@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The pieces of benchmarks/accuracy."""
+"""Parts of the program benchmarks/accuracy."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the raw results say: pure functions, no files, no programs."""
+"""Analysis of the raw results: pure functions that use neither files nor programs."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from benchkit.inference import holm, t_test
 
 # ---- errors and speeds --------------------------------------------------------------------------
 
-NOTHING = 1e-6  # metres: errors below that are all the same to everybody
+NOTHING = 1e-6  # metres; smaller errors count as this one, because no user can tell them apart
 
 
 def pareto_front(points: Sequence[tuple[float, float]]) -> list[bool]:
-    """For each (speed, error): is no other point as fast and as exact, and better in one of them?
-    Errors below NOTHING count as that."""
+    """For each (speed, error), tells whether it is on the Pareto front: no other point is at
+    least as good in both and better in one. Errors below NOTHING count as NOTHING."""
     points = [(speed, max(error, NOTHING)) for speed, error in points]
 
     def beats(a: tuple[float, float], b: tuple[float, float]) -> bool:
@@ -34,8 +34,8 @@ MEDIANS = ("bias", "p50", "p95", "p99", "over_0.001", "over_0.01", "over_0.05", 
 
 
 def merge_bins(rows: Sequence[dict[str, str]]) -> dict[str, float]:
-    """One bin of several populations: counts added up, the median of percentiles and shares, the
-    greatest maximum."""
+    """Merges a bin of several populations: sums of counts, medians of percentiles and fractions,
+    the greatest maximum."""
     merged: dict[str, float] = {name: sum(float(row[name]) for row in rows) for name in COUNTS}
     measured = [row for row in rows if float(row["errors"]) > 0]
     for name in MEDIANS:
@@ -46,9 +46,9 @@ def merge_bins(rows: Sequence[dict[str, str]]) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Speed:
-    """Of the repeats of one timed run."""
+    """The repeats of one timed run."""
 
-    median: float  # r_ACC: robots times simulated seconds for each second
+    median: float  # r_ACC: robots times simulated seconds per real second
     least: float
     most: float
     ms_per_step: float
@@ -67,7 +67,7 @@ class Speed:
 # ---- trajectories and scores --------------------------------------------------------------------
 
 def arc(speed: float, turn: float, seconds: float) -> tuple[float, float]:
-    """Where a robot is that set out along x and has driven at constant speed and turn rate."""
+    """Position of a robot that started along x and drives at constant speed and turn rate."""
     if turn == 0:
         return speed * seconds, 0.0
     radius = speed / turn
@@ -75,34 +75,34 @@ def arc(speed: float, turn: float, seconds: float) -> tuple[float, float]:
 
 
 def nearest_neighbour_distance(x: np.ndarray, y: np.ndarray) -> float:
-    """The mean over all robots of how far the nearest other one is."""
+    """Mean distance of a robot to its nearest neighbour."""
     apart = np.hypot(x[:, None] - x[None, :], y[:, None] - y[None, :])
     np.fill_diagonal(apart, np.inf)
     return float(apart.min(axis=1).mean())
 
 
 def visited_area(x: np.ndarray, y: np.ndarray, side: float = 0.5) -> float:
-    """Of the squares of the plane that some robot was in, in square metres."""
+    """Total area, in square metres, of the squares of width `side` that robots have visited."""
     squares = set(zip(np.floor(x.ravel() / side).astype(int).tolist(),
                       np.floor(y.ravel() / side).astype(int).tolist()))
     return len(squares) * side * side
 
 
 def drift(x: np.ndarray, y: np.ndarray, other_x: np.ndarray, other_y: np.ndarray) -> np.ndarray:
-    """The median over robots of how far apart they are in two runs, for each time."""
+    """Median over the robots of their distance between two runs, for each time."""
     return np.median(np.hypot(x - other_x, y - other_y), axis=1)
 
 
 @dataclass(frozen=True)
 class ScoreRow:
-    """One setting's score beside the finest setting's, seed by seed."""
+    """A setting's scores compared with those of the finest setting, seed by seed."""
 
     label: str
     score: float  # mean over the seeds
     difference: float  # mean of the differences from the finest
-    spread: float  # standard deviation between seeds, of the finest
-    probability: float  # corrected; NaN for the finest itself
-    stalled: float  # share of robots that are blocked at the end
+    spread: float  # standard deviation of the finest setting's scores over the seeds
+    probability: float  # corrected for multiple tests; NaN for the finest setting
+    stalled: float  # fraction of robots that are blocked at the end
 
     @property
     def distinguishable(self) -> bool:
@@ -111,8 +111,8 @@ class ScoreRow:
 
 def score_rows(finest: dict[int, float], others: Sequence[tuple[str, dict[int, float], float]]
                ) -> list[ScoreRow]:
-    """`finest` and `others` (label, scores, stalled share): the scores by seed. Only seeds that
-    both have count."""
+    """Compares `others` (label, scores, stalled fraction) with `finest`. Scores are given by
+    seed; only common seeds count."""
     spread = statistics.stdev(finest.values()) if len(finest) > 1 else math.nan
     paired = [[scores[s] - finest[s] for s in sorted(set(scores) & set(finest))]
               for _, scores, _ in others]
@@ -123,11 +123,11 @@ def score_rows(finest: dict[int, float], others: Sequence[tuple[str, dict[int, f
             in zip(others, paired, corrected)]
 
 
-# ---- which setting to take ----------------------------------------------------------------------
+# ---- recommendation -----------------------------------------------------------------------------
 
 @dataclass(frozen=True)
 class Candidate:
-    """A setting with all that was measured of it, by name; what was not measured is missing."""
+    """A setting with its measured figures by name. Figures that were not measured are missing."""
 
     label: str
     speed: float
@@ -136,7 +136,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Limit:
-    """A figure has to be at most so much."""
+    """An upper limit of a figure."""
 
     figure: str
     most: float
@@ -144,25 +144,26 @@ class Limit:
 
     def holds(self, candidate: Candidate) -> bool:
         value = candidate.figures.get(self.figure, math.nan)
-        return value <= self.most  # false of NaN: what was not measured is not good enough
+        return value <= self.most  # false for NaN: a setting that was not measured is not
+                                   # recommended
 
 
 def recommend(candidates: Sequence[Candidate], limits: Sequence[Limit]) -> Candidate | None:
-    """The fastest that keeps all limits; of equally fast ones the first. None: no one does."""
+    """The fastest candidate within all limits, the first of several; None if there is none."""
     good = [c for c in candidates if all(limit.holds(c) for limit in limits)]
     return max(good, key=lambda c: c.speed, default=None)
 
 
 def lost_share(figures: dict[str, float], names: Sequence[str] = ("missed", "false",
                                                                   "wrong_object")) -> float:
-    """Readings that are wrong altogether, as a share of all."""
+    """Fraction of readings that are entirely wrong."""
     readings = figures.get("readings", 0)
     return sum(figures[name] for name in names) / readings if readings else math.nan
 
 
 def group_by(rows: Iterable[dict[str, str]], key: Callable[[dict[str, str]], object]
              ) -> dict[object, list[dict[str, str]]]:
-    """In the order of first appearance."""
+    """Groups rows by key, in order of first appearance."""
     groups: dict[object, list[dict[str, str]]] = {}
     for row in rows:
         groups.setdefault(key(row), []).append(row)

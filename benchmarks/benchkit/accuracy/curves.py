@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Pictures of what was measured."""
+"""Plots of the results."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .analysis import NOTHING, pareto_front
 
 pyplot = load_pyplot()
 
-FLOOR = NOTHING  # smaller errors are drawn there, as a logarithmic axis has no 0
+FLOOR = NOTHING  # smaller errors are drawn here, because a logarithmic axis has no 0
 COLOURS = {"cell": "#1f6fb4", "exact": "#c8451b", "": "#1f6fb4"}
 MARKERS = {"cell": "o", "exact": "s", "": "o"}
 GREY = "#b5b5b5"
@@ -24,26 +24,26 @@ GREY = "#b5b5b5"
 
 @dataclass(frozen=True)
 class Marker:
-    """One setting in a picture."""
+    """A setting's point in a plot."""
 
     label: str
     series: str  # ray model, or empty
     speed: float
     error: float
-    least: float  # speed of the repeats
+    least: float  # speeds of the repeats
     most: float
 
 
-# Where a text may stand beside its point, in points: the best places first. Curves rise to the
-# right, so below on the right and above on the left are usually free.
+# Positions of a label relative to its point, in points, the best first. Curves rise to the right,
+# so there is usually space below right and above left.
 PLACES = ((7, -11), (-7, 4), (7, 4), (-7, -11), (0, 9), (0, -17), (12, -22), (-12, 14), (12, 14),
           (-12, -22), (0, 22), (0, -30), (25, -34), (-25, 26))
 
 
 def place_labels(figure: object, axes: object, points: Sequence[tuple[float, float, str, str]],
                  line: Sequence[tuple[float, float]] = ()) -> None:
-    """Texts beside their points (x, y, text, colour), each where it covers no other text, no point
-    and nothing of the line, as far as there is such a place."""
+    """Places labels (x, y, text, colour) beside their points, avoiding other labels, points and
+    the line where possible."""
     renderer = figure.canvas.get_renderer()
     spots = [tuple(p) for p in axes.transData.transform([(x, y) for x, y, _, _ in points])]
     corners = [tuple(p) for p in axes.transData.transform(list(line))] if line else []
@@ -74,8 +74,8 @@ def place_labels(figure: object, axes: object, points: Sequence[tuple[float, flo
 
 def trade(path: Path, title: str, panels: Sequence[tuple[str, Sequence[Marker]]],
           lines: Sequence[Sequence[tuple[str, float]]] = ()) -> None:
-    """Speed against error, a panel for each measure of error. `lines`: for each panel, errors of
-    which no speed is known, with their names."""
+    """Plots speed against error, a panel per measure of error. `lines` has for each panel named
+    errors whose speed is unknown."""
     figure, all_axes = pyplot.subplots(1, len(panels), figsize=(6.4 * len(panels), 5.4),
                                        squeeze=False, layout="constrained")
     figure.get_layout_engine().set(rect=(0, 0.07, 1, 0.93))
@@ -119,7 +119,7 @@ def draw_panel(figure: object, axes: object, drawn: Sequence[Marker],
     if min(m.error for m in drawn) < FLOOR:
         axes.axhline(FLOOR, color=GREY, linewidth=0.8, linestyle=":",
                      label=f"drawn here: anything below {metres(FLOOR)}")
-    figure.canvas.draw()  # so that texts have places
+    figure.canvas.draw()  # leaves space for labels
     for name, value in lines:
         axes.axhline(value, color="#7a4fa3", linewidth=1, linestyle=(0, (1, 1)))
         axes.annotate(name, (0.01, value), (0, 3), textcoords="offset points", fontsize=7,
@@ -140,8 +140,8 @@ def set_trade_axes(axes: object, speeds: Sequence[float], errors: Sequence[float
 
 
 def styles(labels: Sequence[str]) -> dict[str, dict[str, object]]:
-    """How to draw lines called "SETTING" or "SETTING, ray model": colours tell settings apart, and
-    dashes and squares the model exact from the other."""
+    """Styles of lines named "SETTING" or "SETTING, ray model": colours distinguish settings;
+    dashes and squares mark the exact ray model."""
     settings = list(dict.fromkeys(label.partition(", ")[0] for label in labels))
     colours = pyplot.get_cmap("viridis")
     found = {}
@@ -155,8 +155,8 @@ def styles(labels: Sequence[str]) -> dict[str, dict[str, object]]:
 
 def bins(path: Path, title: str, panels: Sequence[tuple[str, Sequence[str], Sequence[
         tuple[str, Sequence[float]]]]], what: str = "error, 95th percentile") -> None:
-    """Errors of groups: a panel (name, bins, lines) for each way to group; a line has a name and
-    its values, NaN where there are none."""
+    """Plots errors of groups: a panel (name, bins, lines) per group. A line has a name and a
+    value per bin, NaN for none."""
     figure, all_axes = pyplot.subplots(1, len(panels), figsize=(max(4.2 * len(panels), 6), 4.8),
                                        squeeze=False, layout="constrained", sharey=True)
     figure.get_layout_engine().set(rect=(0, 0.08, 1, 0.92))
@@ -183,8 +183,8 @@ def bins(path: Path, title: str, panels: Sequence[tuple[str, Sequence[str], Sequ
 
 def drifts(path: Path, title: str, moved: str, panels: Sequence[tuple[str, Sequence[tuple[
         str, Sequence[float], Sequence[float]]]]]) -> None:
-    """How far runs drift from the finest one: a panel for each task, a line (name, times, metres)
-    for each setting. `moved`: the name of the line that is the finest setting itself."""
+    """Plots how far runs drift from the finest one: a panel per task, a line (name, times,
+    metres) per setting. `moved` names the line of the finest setting with moved starts."""
     figure, all_axes = pyplot.subplots(1, len(panels), figsize=(6.2 * len(panels), 5.2),
                                        squeeze=False, layout="constrained", sharey=True)
     for axes, (name, lines) in zip(all_axes[0], panels):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What is to be run, and the rows that come out. A job that has its rows is not run again."""
+"""Jobs of the benchmark and their result rows. A job that has its rows is not repeated."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from .settings import Plan, Setting, Sweep
 SETTING = ["cell", "ray_model", "samples", "interval_ms", "step_ms", "hits", "threads"]
 FIGURES = [*analysis.COUNTS, *analysis.MEDIANS, "max"]
 TASKS = {"disperse": "disperse", "wander": "wander"}  # and their controllers
-# Shares of a run's length at which trajectories are compared.
+# Fractions of a run's length at which trajectories are compared.
 DRIFT_SHARES = (0.05, 0.125, 0.25, 0.5, 1.0)
-# Metres per second and radians per second of the robot that drives in the open.
+# Speeds in m/s and rad/s of the robot that drives without obstacles.
 COMMANDS = ((0.2, 0.2), (0.4, 0.5), (0.4, 1.5), (0.6, 1.0), (1.0, 0.3))
 NUDGE = 1e-6  # metres
 SPEED_COLUMNS = ["scene", *SETTING, "repeat", "robots", "seconds", "r_acc", "ms_per_step",
@@ -40,15 +40,15 @@ DRIVE_COLUMNS = [*SETTING, "speed", "turn", "seconds", "error_p50", "error_p95",
 
 @dataclass(frozen=True)
 class Job:
-    """`timed` ones have the machine to themselves."""
+    """Jobs that are `timed` run alone."""
 
     name: str
-    weight: float  # about how many seconds
+    weight: float  # approximate duration in seconds
     table: str
     key: tuple[tuple[str, object], ...]
     run: Callable[[], list[dict[str, object]]]
     timed: bool = False
-    first: bool = False  # others need what it leaves behind
+    first: bool = False  # other jobs need its results
 
 
 def key_of(**columns: object) -> tuple[tuple[str, object], ...]:
@@ -56,12 +56,12 @@ def key_of(**columns: object) -> tuple[tuple[str, object], ...]:
 
 
 class Benchmark:
-    """All jobs of a plan, and the tables that they fill."""
+    """All jobs of a plan and the tables of their results."""
 
     def __init__(self, plan: Plan, programs: Programs, sweeps: dict[str, Sweep], folder: Path,
                  scratch: Path) -> None:
         self.plan, self.programs, self.sweeps, self.scratch = plan, programs, sweeps, scratch
-        self._kept = folder / "work"  # poses of the finest settings, for runs that are continued
+        self._kept = folder / "work"  # poses of the finest settings, for resumed benchmarks
         self._numbers = iter(range(10 ** 9))
         self._lock = threading.Lock()
         self._warm: set[int] = set()
@@ -88,7 +88,7 @@ class Benchmark:
     # ---- speed ----
 
     def _speed_settings(self) -> list[tuple[str, Setting]]:
-        """Scenes and settings; none twice."""
+        """Scenes and settings without duplicates."""
         wanted: dict[tuple[str, Setting], None] = {}
         for knob, sweep in self.sweeps.items():
             scenes = self.plan.robots if knob == "cells" else self.plan.knob_scenes
@@ -98,7 +98,8 @@ class Benchmark:
         return list(wanted)
 
     def _speed_jobs(self) -> Iterator[Job]:
-        # Repeats take turns, so that a drift of the machine's speed meets all settings.
+        # Repeats alternate between settings, so that a drift of the machine's speed affects all of
+        # them.
         for repeat in range(self.plan.repeats):
             for scene, setting in self._speed_settings():
                 key = key_of(scene=scene, **setting.columns(), repeat=repeat)
@@ -122,7 +123,7 @@ class Benchmark:
         return run
 
     def _warm_up(self, world: Path, setting: Setting) -> None:
-        """PoCL compiles its kernels when they first run; that is no part of the speed."""
+        """Lets PoCL compile its kernels before the measurement."""
         if setting.hits and setting.hits not in self._warm:
             self.programs.speed(world, 0.5, setting)
             self._warm.add(setting.hits)
@@ -134,8 +135,8 @@ class Benchmark:
         yield from self._truth_jobs("cells", plan.robots, "disperse", ["--still"])
         yield from self._truth_jobs("samples", plan.knob_scenes, "disperse",
                                     ["--still", "--between", str(plan.bearings)])
-        # From 2 s on every sensor has looked, and robots drive. Seven goes into none of the
-        # intervals, so that readings of all ages are met.
+        # After 2 s, every sensor has a reading and robots drive. Seven divides none of the
+        # intervals, so readings of all ages occur.
         yield from self._truth_jobs("interval", plan.knob_scenes, "wander",
                                     ["--held", "--from", f"{min(2, plan.moving_seconds / 2):g}",
                                      "--seconds", f"{plan.moving_seconds:g}", "--every", "7"])
@@ -160,7 +161,7 @@ class Benchmark:
                     for bin_ in summary["groups"]]
         return run
 
-    # ---- driving in the open ----
+    # ---- driving without obstacles ----
 
     def _drive_jobs(self) -> Iterator[Job]:
         for setting in self.sweeps["step"].settings:
@@ -214,7 +215,7 @@ class Benchmark:
             sweep = self.sweeps[knob]
             for task in TASKS:
                 for seed in range(1, self.plan.score_seeds + 1):
-                    # The finest one first: the others are compared with it.
+                    # The finest setting comes first, because others are compared with it.
                     others = [s for s in sweep.settings if s != sweep.finest]
                     for setting in [sweep.finest, *others]:
                         yield self._score_job(sweep, task, seed, setting, 0.0)
@@ -250,7 +251,7 @@ class Benchmark:
                                            "0.5", "--seed", str(seed), "--nudge", f"{nudge:.9f}"])
 
     def _finest_poses(self, sweep: Sweep, task: str, seed: int) -> Poses:
-        """Run once, and kept for as long as the benchmark is not finished."""
+        """Poses of the finest setting, computed once and kept until the benchmark is complete."""
         path = self._kept / f"{sweep.knob}-{task}-{seed}.npz"
         if not path.exists():
             poses = self._run_task(task, seed, sweep.finest, 0.0)
@@ -264,12 +265,12 @@ class Benchmark:
     # ---- running ----
 
     def jobs(self) -> list[Job]:
-        """All of the plan."""
+        """All jobs of the plan."""
         return [*self._speed_jobs(), *self._error_jobs(), *self._drive_jobs(),
                 *self._contact_jobs(), *self._score_jobs()]
 
     def run(self, workers: int) -> int:
-        """Runs what is left to do; how many jobs that were."""
+        """Runs the remaining jobs and returns their number."""
         left = [job for job in self.jobs() if not self.tables[job.table].has(dict(job.key))]
         progress = Progress(total=sum(job.weight / (1 if job.timed else workers) for job in left))
         self._kept.mkdir(parents=True, exist_ok=True)
@@ -290,13 +291,13 @@ class Benchmark:
             progress.clear()
         for file in self._kept.glob("*.npz"):
             file.unlink()
-        if not any(self._kept.iterdir()):  # other files are not of the benchmark
+        if not any(self._kept.iterdir()):  # other files do not belong to the benchmark
             self._kept.rmdir()
         return len(left)
 
 
 def finish(pending: list["concurrent.futures.Future[None]"]) -> None:
-    """Waits for all; if one fails, or somebody breaks it off, those that wait are not begun."""
+    """Waits for all. After a failure or an interrupt, pending jobs are cancelled."""
     try:
         for future in concurrent.futures.as_completed(pending):
             future.result()

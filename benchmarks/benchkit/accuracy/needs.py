@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What users need a simulator for, and what that asks of each knob: stated limits, so that the
-recommendation follows from what was measured.
+"""Typical uses of a simulator and the accuracy that each requires of a knob. Fixed limits let the
+recommendation follow from the measurements.
 
-The figures that limits speak of are made by results.Results.candidates(); lengths are metres.
+results.Results.candidates() computes the figures that limits name. Lengths are in metres.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from .analysis import Limit
 
 @dataclass(frozen=True)
 class Need:
-    """By knob, the limits that a setting has to keep; the fastest that does is recommended."""
+    """Limits by knob. The fastest setting within the limits is recommended."""
 
     name: str
     why: str

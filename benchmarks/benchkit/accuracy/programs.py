@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The three programs that the benchmark runs, and what they know."""
+"""The three programs that the benchmark runs, and the capabilities of their build."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ class Programs:
         self.models = RAY_MODELS if self.has_ray_models else RAY_MODELS[:1]
 
     def opencl_device(self) -> str:
-        """The CPU's, which is where lists of different lengths are tried; empty: there is none."""
+        """The OpenCL device of the CPU, used to compare hit lists of different lengths; empty if
+        there is none."""
         done = run_command([str(self.stage), "--opencl=list"])
         devices = [line.strip() for line in done.stdout.splitlines()]
         return next((line for line in devices if line.startswith("cpu")), "")
@@ -40,7 +41,7 @@ class Programs:
         return self._run([self.stage, "--version"]).stdout.strip()
 
     def speed(self, world: Path, seconds: float, setting: Setting) -> dict[str, object]:
-        """A timed run of the stage program: its statistics and its state hash."""
+        """Runs the stage program and returns its statistics with the state hash."""
         options, environment = ["--threads", str(setting.threads)], {}
         if setting.hits:
             options += ["--opencl=cpu", "--opencl-always"]
@@ -51,7 +52,7 @@ class Programs:
         return {**done.stats, "state_hash": done.state_hash}
 
     def truth(self, world: Path, options: list[str], seed: int) -> dict[str, object]:
-        """What ray_truth says."""
+        """Runs ray_truth and returns its output."""
         with tempfile.NamedTemporaryFile(suffix=".json") as summary:
             self._run([self.ray_truth, *options, "--seed", str(seed), "--quiet", "--json",
                        summary.name, world])
@@ -71,7 +72,7 @@ class Programs:
 
 
 class Poses:
-    """Where the robots of a run were: times[t]; x, y, a (heading), stalled [t, robot]."""
+    """Poses of the robots in a run: times[t]; x, y, a (heading) and stalled, each [t, robot]."""
 
     def __init__(self, times: np.ndarray, x: np.ndarray, y: np.ndarray, a: np.ndarray,
                  stalled: np.ndarray) -> None:
@@ -79,7 +80,7 @@ class Poses:
 
     @staticmethod
     def read(path: Path) -> "Poses":
-        """A table of pose_log: all robots of one time, then those of the next."""
+        """Reads a table of pose_log, which lists all robots time by time."""
         table = np.loadtxt(path, delimiter=",", skiprows=1, usecols=(0, 2, 3, 4, 5), ndmin=2)
         robots = int(np.count_nonzero(table[:, 0] == table[0, 0]))
         grid = table.reshape(-1, robots, 5)

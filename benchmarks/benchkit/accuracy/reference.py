@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Stage 4.3 against exact geometry, where its measurements of the scene `boxes` are at hand.
+"""Compares Stage 4.3 with exact geometry, if measurements of the scene `boxes` are available.
 
-The folder STAGE_SHARED_DIR/reference/boxes holds a world and the readings that Stage 4.3 took in
-it. Its errors are compared here with the same truth as this program's in the same scene.
+The folder STAGE_SHARED_DIR/reference/boxes has a world and the readings of Stage 4.3 in it. Their
+errors are compared with those of this program in the same scene, by the same exact geometry.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ TITLE = "Stage 4.3, published reference scene, not this scene"
 
 
 def folder() -> Path | None:
-    """Of the scene, if it is there."""
+    """The folder of the scene, or None if it does not exist."""
     shared = os.environ.get("STAGE_SHARED_DIR")
     path = Path(shared or "") / "reference" / "boxes"
     found = shared and (path / "case.world").exists() and (path / "expected.csv").exists()
@@ -31,7 +31,7 @@ def folder() -> Path | None:
 
 
 def stage_readings(path: Path) -> dict[tuple[str, int, int], list[float]]:
-    """By robot, ranger and sensor; nothing moves, so the first time will do."""
+    """Readings by robot, ranger and sensor. Nothing moves, so the first time suffices."""
     readings: dict[tuple[str, int, int], list[float]] = {}
     with open(path, encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
@@ -42,7 +42,7 @@ def stage_readings(path: Path) -> dict[tuple[str, int, int], list[float]]:
 
 
 def summary(pairs: list[tuple[float, float, float]]) -> dict[str, float]:
-    """Of (reading, truth, maximum range)."""
+    """Summarizes the errors of tuples (reading, truth, maximum range)."""
     errors = [abs(reading - truth) for reading, truth, most in pairs
               if reading < most and truth < most]
     return {"readings": len(pairs),
@@ -54,13 +54,13 @@ def summary(pairs: list[tuple[float, float, float]]) -> dict[str, float]:
 
 
 def compare(programs: Programs, scratch: Path) -> list[tuple[str, dict[str, float]]]:
-    """Rows of the table: Stage 4.3, and each of our ray models in the same scene. Empty where the
-    measurements are not at hand."""
+    """Rows of the table: Stage 4.3, and each ray model in the same scene. Empty if the
+    measurements are not available."""
     source = folder()
     if source is None:
         return []
     text = (source / "case.world").read_text(encoding="utf-8")
-    # The controller that wrote the readings down is not ours to load.
+    # The world's controller, which recorded the readings, is not part of this project.
     text = substitute(r'ctrl "dump[^"]*"', "", text, "case.world")
     text = re.sub(r"^threads .*$", "", text, flags=re.MULTILINE)
     rows = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The report: tables and pictures of the results, and what follows from them."""
+"""The report: tables, plots and conclusions."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 
 def length(metres: float | None) -> str:
-    """Three digits, in a unit that suits."""
+    """Formats a length with three digits in a suitable unit."""
     if metres is None or math.isnan(metres):
         return "–"
     size = abs(metres)
@@ -64,7 +64,7 @@ def number(value: float | None) -> str:
 
 
 def speed_cells(results: Results, scene: str, setting: Setting) -> list[str]:
-    """Columns r_ACC, ms/step, memory."""
+    """Columns r_ACC, ms/step and memory."""
     speed = results.speed(scene, setting)
     if not speed:
         return ["–", "–", "–"]
@@ -197,12 +197,12 @@ class Report:
                 + table(header, rows) + self._groups_of(scene))
 
     def _reference_lines(self) -> list[list[tuple[str, float]]]:
-        """For the two panels: Stage 4.3's errors."""
+        """Errors of Stage 4.3 for the two panels."""
         return [[(f"{title}: {length(figures[name])}", figures[name])
                  for title, figures in self.reference[:1]] for name in ("p50", "p95")]
 
     def _groups_of(self, scene: str) -> str:
-        """Where errors come from, at a small, a middling and a large cell size."""
+        """Sources of errors with small, medium and large cells."""
         cells = sorted({s.cell for s in self.results.sweeps["cells"].settings})
         aside = len(cells) // 6
         chosen = sorted({cells[aside], cells[len(cells) // 2], cells[-1 - aside]})
@@ -272,7 +272,7 @@ class Report:
         return "\n".join(parts)
 
     def _ages(self, scene: str) -> str:
-        """Errors by the age of the readings, of the longest interval."""
+        """Errors by the age of the readings, with the longest interval."""
         setting = self.results.sweeps["interval"].settings[-1]
         names = self.results.bins("interval", scene, "age")
         bins = [(n, self.results.figures("interval", scene, setting, "age", n)) for n in names]
@@ -382,7 +382,7 @@ class Report:
         return ("\n" + self.picture(name, f"Drift: {KNOBS[knob]}")
                 + (f"\n{extra}" if knob == "cells" else ""))
 
-    # ---- Stage 4.3, and what the words mean ----
+    # ---- Stage 4.3 and glossary ----
 
     def stage_4(self) -> str:
         if not self.reference:
@@ -415,8 +415,8 @@ class Report:
 
 
 def detectable(seeds: int) -> float:
-    """The least mean of paired differences that a test at 5 % tells from 0, in standard deviations
-    of these differences."""
+    """The smallest mean of paired differences that a test at 5 % distinguishes from 0, in
+    standard deviations of the differences."""
     low, high = 0.0, 100.0
     pattern = [1.0 if i % 2 else -1.0 for i in range(seeds)]
     if seeds < 2:

@@ -26,7 +26,7 @@ def key_of(setting: Setting) -> tuple[str, ...]:
 
 
 class Results:
-    """What was measured. Asking for what was not gives None or nothing."""
+    """The results. Queries for figures that were not measured return None or an empty list."""
 
     def __init__(self, plan: Plan, sweeps: dict[str, Sweep], tables: dict[str, Table]) -> None:
         self.plan, self.sweeps = plan, sweeps
@@ -49,14 +49,14 @@ class Results:
         return Speed.of(rows) if rows else None
 
     def overall_speed(self, knob: str, setting: Setting) -> float:
-        """The geometric mean over the knob's scenes; NaN if one is missing."""
+        """Geometric mean over the knob's scenes; NaN if one is missing."""
         speeds = [self.speed(scene, setting) for scene in self.scenes(knob)]
         known = [s.median for s in speeds if s and s.median > 0]
         return statistics.geometric_mean(known) if known and len(known) == len(speeds) else math.nan
 
     def unequal_hashes(self) -> list[str]:
-        """What should be equal and is not: repeats of a run, and runs that differ in the length of
-        lists or in threads alone."""
+        """Lists state hashes that differ but must be equal: those of repeats, and of runs that
+        differ only in list length or threads."""
         found = []
         for (scene, setting), rows in self._speed.items():
             if len({row["state_hash"] for row in rows}) > 1:
@@ -68,7 +68,7 @@ class Results:
         return found
 
     def hashes(self, knob: str, scene: str) -> set[str]:
-        """Of all settings of the knob."""
+        """State hashes of all settings of the knob."""
         speeds = [self.speed(scene, s) for s in self.sweeps[knob].settings]
         return {h for speed in speeds if speed for h in speed.hashes}
 
@@ -76,13 +76,13 @@ class Results:
 
     def figures(self, knob: str, scene: str, setting: Setting, group: str = "all",
                 bin_name: str | None = None) -> dict[str, float] | None:
-        """Of one bin of readings; by default the group's only one."""
+        """Figures of one bin of readings, by default of the only bin of the group."""
         names = [bin_name] if bin_name else self.bins(knob, scene, group)
         rows = self._error.get((knob, scene, key_of(setting), group, names[0])) if names else None
         return analysis.merge_bins(rows) if rows else None
 
     def bins(self, knob: str, scene: str, group: str) -> list[str]:
-        """Their names, in the order of ray_truth."""
+        """Names of the bins in the order of ray_truth."""
         names = {key[4] for key in self._error
                  if key[0] == knob and key[1] == scene and key[3] == group}
         return sorted(names, key=bin_order)
@@ -90,8 +90,8 @@ class Results:
     # ---- driving, scores ----
 
     def drive(self, setting: Setting) -> dict[str, float] | None:
-        """Off the true arc: the median of the commands' medians, the median of their 95th
-        percentiles and the greatest error of all."""
+        """Distance from the true arc: median of the commands' medians, median of their 95th
+        percentiles, and maximum."""
         rows = self._drive.get(key_of(setting))
         if not rows:
             return None
@@ -100,7 +100,7 @@ class Results:
                 "max": max(float(r["error_max"]) for r in rows)}
 
     def contact(self, cell: float) -> dict[str, float] | None:
-        """Gaps between robots and the walls that have stopped them; negative: they overlap."""
+        """Gaps between robots and the walls that stopped them; negative if they overlap."""
         row = self._contact.get(f"{cell:g}")
         return {name: float(row[f"gap_{name}"]) for name in ("least", "p50", "p95", "most")
                 } if row else None
@@ -109,7 +109,7 @@ class Results:
         return self._score.get((knob, task, key_of(setting), nudged), [])
 
     def _compared(self, knob: str, task: str) -> list[tuple[str, list[Row]]]:
-        """Settings other than the finest, and the finest with its starts moved."""
+        """All settings except the finest, and the finest with moved starts."""
         sweep = self.sweeps[knob]
         found = [(NUDGED, self._scores(knob, task, sweep.finest, True))]
         found += [(s.label(knob), self._scores(knob, task, s, False)) for s in sweep.settings
@@ -117,7 +117,7 @@ class Results:
         return [(label, rows) for label, rows in found if rows]
 
     def finest_scores(self, knob: str, task: str) -> dict[int, float]:
-        """By seed."""
+        """Scores by seed."""
         rows = self._scores(knob, task, self.sweeps[knob].finest, False)
         return {int(row["seed"]): float(row["score"]) for row in rows}
 
@@ -129,7 +129,7 @@ class Results:
         return analysis.score_rows(finest, others) if finest else []
 
     def drifts(self, knob: str, task: str) -> list[tuple[str, list[float], list[float]]]:
-        """Label, times, metres: the median over seeds."""
+        """Label, times and metres of each setting: medians over the seeds."""
         times = [share * self.plan.score_seconds for share in DRIFT_SHARES]
         return [(label, times, [statistics.median(float(r[f"drift_{share:g}"]) for r in rows)
                                 for share in DRIFT_SHARES])
@@ -138,7 +138,7 @@ class Results:
     # ---- recommendations ----
 
     def candidates(self, knob: str, scenes: Sequence[str] | None = None) -> list[Candidate]:
-        """All settings of the knob, each with its worst figures among the scenes."""
+        """All settings of the knob, each with its worst figures over the scenes."""
         scenes = list(scenes or self.scenes(knob))
         changed = self._changed_scores(knob)
         found = []
@@ -175,8 +175,9 @@ class Results:
         return worst
 
     def _changed_scores(self, knob: str) -> dict[str, int]:
-        """By label, how many tasks' scores differ from the finest setting's: so much that it can be
-        told from chance, or by more than the spread between seeds, as few seeds tell little."""
+        """By label, the number of tasks whose score differs from that of the finest setting
+        significantly, or by more than the spread between seeds, because a test with few seeds
+        has little power."""
         if not any(self.finest_scores(knob, task) for task in TASKS):
             return {}
         changed = {self.sweeps[knob].finest.label(knob): 0}
@@ -188,7 +189,7 @@ class Results:
 
 
 def bin_order(name: str) -> tuple[float, str]:
-    """By the first number in the name; "from 4 m" comes after all that begin below 4."""
+    """Sorts by the first number in the name; "from 4 m" follows all bins that begin below 4."""
     for word in name.split():
         try:
             return float(word), name

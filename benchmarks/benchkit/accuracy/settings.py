@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The knobs, their positions, and how much of it all a run of the benchmark measures."""
+"""The knobs, their settings, and the extent of the benchmark."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ KNOBS = {
 
 @dataclass(frozen=True)
 class Setting:
-    """One position of all knobs. What is 0 is left as the world or the program has it."""
+    """A value for each knob. 0 means the default of the world or program."""
 
     cell: float = 0.02  # metres
     ray_model: str = "cell"
-    samples: int = 0  # of each laser
-    interval: int = 100  # of the sensors, milliseconds
+    samples: int = 0  # per laser
+    interval: int = 100  # milliseconds between readings of a sensor
     step: int = 100  # milliseconds
-    hits: int = 0  # in a ray's list; 0: no OpenCL
+    hits: int = 0  # length of a hit list; 0: no OpenCL
     threads: int = 1
 
     def label(self, knob: str) -> str:
-        """What to call it among the settings of one knob."""
+        """Name among the settings of one knob."""
         return {
             "cells": f"{self.cell:g} m, {self.ray_model}",
             "samples": f"{self.samples} samples" if self.samples else "samples as they come",
@@ -40,7 +40,7 @@ class Setting:
         }[knob]
 
     def columns(self) -> dict[str, object]:
-        """As they stand in the CSV files."""
+        """The values for the CSV files."""
         return {"cell": f"{self.cell:g}", "ray_model": self.ray_model, "samples": self.samples,
                 "interval_ms": self.interval, "step_ms": self.step, "hits": self.hits,
                 "threads": self.threads}
@@ -54,7 +54,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Plan:
-    """How much is measured."""
+    """The extent of the benchmark."""
 
     name: str
     cells: tuple[float, ...]
@@ -63,12 +63,12 @@ class Plan:
     steps: tuple[int, ...]
     hits: tuple[int, ...] = (1, 2, 4, 8)
     threads: tuple[int, ...] = (1, 2)
-    robots: dict[str, int] = field(default_factory=dict)  # of each scene
-    repeats: int = 3  # of each timed run
-    seconds: float = 15  # simulated, of each timed run
-    truth_seeds: int = 2  # populations whose readings are compared with the truth
-    moving_seconds: float = 10  # simulated, for the age of readings
-    bearings: int = 1441  # of the dense fan between the beams
+    robots: dict[str, int] = field(default_factory=dict)  # per scene
+    repeats: int = 3  # per timed run
+    seconds: float = 15  # simulated seconds per timed run
+    truth_seeds: int = 2  # number of populations whose readings are compared with the truth
+    moving_seconds: float = 10  # simulated seconds for errors by age of the readings
+    bearings: int = 1441  # rays of the dense fan that samples between the beams
     score_seeds: int = 5
     score_robots: int = 24
     score_seconds: float = 40
@@ -96,7 +96,7 @@ PLANS = {
 
 @dataclass(frozen=True)
 class Sweep:
-    """The settings of one knob, all others left alone, and the finest of them."""
+    """The settings of one knob, with the others fixed, and the finest of them."""
 
     knob: str
     settings: tuple[Setting, ...]
@@ -104,13 +104,13 @@ class Sweep:
 
 
 def base_of(models: tuple[str, ...]) -> Setting:
-    """What the other knobs are left at while one is turned: the best ray model that there is, so
-    that what is seen is the knob's own error."""
+    """The fixed settings of the other knobs: the best available ray model, so that only the
+    knob's own error is measured."""
     return Setting(ray_model=models[-1])
 
 
 def sweeps(plan: Plan, models: tuple[str, ...], cores: int, opencl: bool) -> dict[str, Sweep]:
-    """By knob. `models`: the ray models that the program knows."""
+    """Sweeps by knob. `models` are the ray models that the program supports."""
     base = base_of(models)
     by_knob = {
         "cells": [Setting(cell=c, ray_model=m) for m in models for c in plan.cells],

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""World files for one setting of the knobs: the same scene whatever the setting.
+"""World files for a setting of the knobs. The scene does not depend on the setting.
 
-A scene is a list of robots and what stands about them, drawn from a seed. The definitions of
-sensors and robots are those of worlds/*.inc, with the knobs' values put in.
+A scene consists of robots and their surroundings, generated from a seed. Definitions of sensors and
+robots are those of worlds/*.inc with the values of the knobs.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from benchkit.machine import ROOT
 from .settings import Setting
 
 WORLDS = ROOT / "worlds"
-ROOM = 20.0  # metres: the inside of the room of boxes
-# Metres: robots that are to spread start in a square of that size, free of boxes.
+ROOM = 20.0  # metres; inner width of the room with boxes
+# Metres. Robots of the dispersal task start in a square of this size without boxes.
 START_CORNER = 6.5
-# Robots that are scored start so far apart that not even the largest cells make them touch.
+# Metres between the starts of scored robots: even the largest cells do not make them touch.
 START_PITCH = 1.05
 BODY = 0.13  # metres: radius of a swarmer
 
 
 class WorldError(Exception):
-    """A world cannot be written; one line says why."""
+    """The world cannot be written; the text gives the reason in one line."""
 
 
 def substitute(pattern: str, replacement: str, text: str, where: str) -> str:
-    """All places of the text that match; there has to be one."""
+    """Replaces all matches; there must be at least one."""
     result, count = re.subn(pattern, replacement, text, flags=re.MULTILINE)
     if count == 0:
         raise WorldError(f"{where}: found nothing that matches '{pattern}', which is where a "
@@ -41,7 +41,7 @@ def substitute(pattern: str, replacement: str, text: str, where: str) -> str:
 
 
 def definitions(setting: Setting) -> str:
-    """Sensors and robots with the knobs' values."""
+    """Sensors and robots with the values of the knobs."""
     sensors = (WORLDS / "sensors.inc").read_text(encoding="utf-8")
     if setting.samples:
         sensors = substitute(r"samples (180|350)$", f"samples {setting.samples}", sensors,
@@ -55,7 +55,7 @@ def definitions(setting: Setting) -> str:
 def header(setting: Setting) -> str:
     lines = [f"resolution {setting.cell:g}", f"interval_sim {setting.step}", "speedup -1"]
     if setting.ray_model != "cell":
-        # Not said for the default, so that programs without this property load the file, too.
+        # The default is not written, so that programs without this property also load the file.
         lines.append(f'ray_model "{setting.ray_model}"')
     return "\n".join(lines) + "\n" + definitions(setting)
 
@@ -69,7 +69,7 @@ class Rectangle:
         self.x, self.y, self.degrees, self.width, self.depth = x, y, degrees, width, depth
 
     def gap(self, x: float, y: float) -> float:
-        """From the point to the rectangle; 0 inside."""
+        """Distance from the point to the rectangle; 0 inside."""
         a = math.radians(self.degrees)
         dx, dy = x - self.x, y - self.y
         along = abs(dx * math.cos(a) + dy * math.sin(a)) - self.width / 2
@@ -82,7 +82,7 @@ class Rectangle:
 
 
 def random_boxes(dice: random.Random, count: int) -> list[Rectangle]:
-    """Anywhere in the room but in the corner where robots may start; they may overlap."""
+    """Boxes at random places except the start corner of the robots; they may overlap."""
     boxes: list[Rectangle] = []
     while len(boxes) < count:
         box = Rectangle(dice.uniform(-ROOM / 2 + 1, ROOM / 2 - 1),
@@ -104,7 +104,7 @@ def room_walls() -> list[Rectangle]:
 
 def robots_in_room(dice: random.Random, count: int, obstacles: list[Rectangle]
                    ) -> list[tuple[float, float, float]]:
-    """Anywhere that is free, some of them close to something."""
+    """Random free poses, some of them close to an obstacle."""
     robots: list[tuple[float, float, float]] = []
     for _ in range(count * 10_000):
         if len(robots) == count:
@@ -119,7 +119,7 @@ def robots_in_room(dice: random.Random, count: int, obstacles: list[Rectangle]
 
 
 def robots_in_corner(dice: random.Random, count: int) -> list[tuple[float, float, float]]:
-    """In rows in the free corner, each moved a little."""
+    """Poses in rows in the free corner, each displaced a little."""
     side = math.ceil(math.sqrt(count))
     if side * START_PITCH > START_CORNER:
         raise WorldError(f"{count} robots do not fit into the starting corner")
@@ -149,7 +149,7 @@ SIZES = {"cave": (64, 64, "explorer"), "hospital": (540, 220, "swarmer")}
 
 @functools.lru_cache(maxsize=None)
 def placed_robots(series: str, robots: int, seed: int) -> str:
-    """Lines of robots that stand clear of walls and of one another even with cells of 0.5 m."""
+    """Lines of robots that are clear of walls and of each other even with cells of 0.5 m."""
     done = subprocess.run([ROOT / "tools/populate", series, str(robots), "--seed", str(seed),
                            "--resolution", "0.5"], capture_output=True, text=True, check=False)
     if done.returncode != 0:
@@ -158,7 +158,7 @@ def placed_robots(series: str, robots: int, seed: int) -> str:
 
 
 def plan_scene(series: str, robots: int, seed: int) -> str:
-    """The floor plan of tools/populate's series, with its robots."""
+    """The floor plan of a series of tools/populate, with its robots."""
     width, height, _ = SIZES[series]
     bitmap = WORLDS / "bitmaps" / f"{series}.png"
     return (f'floorplan( name "{series}" size [{width} {height} 0.8] bitmap "{bitmap}" )\n'
@@ -178,7 +178,7 @@ def scene_world(scene: str, robots: int, seed: int, setting: Setting, controller
 
 @dataclass(frozen=True)
 class Approach:
-    """A square robot that drives straight at a long wall; metres and radians."""
+    """A square robot that drives straight at a long wall; in metres and radians."""
 
     x: float
     y: float
@@ -187,11 +187,11 @@ class Approach:
     wall_y: float
     wall_heading: float  # across the wall, away from the robot
 
-    BODY = 0.2  # the robot's side
+    BODY = 0.2  # the side of the robot
     THICKNESS = 0.2
 
     def gap(self, x: float, y: float, heading: float) -> float:
-        """Between the wall's face and the robot, when that has come there; negative: inside."""
+        """Distance between the wall's face and a robot at this pose; negative if it is inside."""
         along, half = (math.cos(self.wall_heading), math.sin(self.wall_heading)), self.BODY / 2
         c, s = math.cos(heading), math.sin(heading)
         corners = [(x + u * half * c - v * half * s, y + u * half * s + v * half * c)
@@ -201,7 +201,8 @@ class Approach:
 
 
 def approaches(count: int, seed: int) -> list[Approach]:
-    """In all directions, at all places within a cell, at up to 50 degrees to the wall."""
+    """Approaches in all directions, from all places within a cell, at up to 50 degrees to the
+    wall."""
     dice = random.Random(seed)
     found = []
     for i in range(count):
@@ -215,7 +216,8 @@ def approaches(count: int, seed: int) -> list[Approach]:
 
 
 def contact_world(setting: Setting, wanted: list[Approach]) -> str:
-    """Each robot before its wall. Steps are short, so that cells decide where it is stopped."""
+    """Places each robot before its wall. Steps are short, so that the cells decide where it
+    stops."""
     lines = [f"resolution {setting.cell:g}", "interval_sim 10", "speedup -1"]
     for i, a in enumerate(wanted):
         lines.append(f'model( name "wall{i}" size [{Approach.THICKNESS} 8 1] '
@@ -227,7 +229,7 @@ def contact_world(setting: Setting, wanted: list[Approach]) -> str:
 
 
 def drive_world(step: int) -> str:
-    """One robot in the open that takes commands in every step."""
+    """A single robot without obstacles that takes commands in every step."""
     return (f"interval_sim {step}\nspeedup -1\n"
             f'position( name "driver" update_interval {step} drive "diff" '
             "size [0.2 0.2 0.2] velocity_bounds [-2 2 0 0 0 0 -180 180] )\n")

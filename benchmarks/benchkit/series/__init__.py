@@ -1,2 +1,3 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the benchmark programs share: running the stage program, keeping and judging its figures."""
+"""Shared parts of the benchmark programs: running the stage program, storing and judging its
+figures."""

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the raw figures say: medians and spreads, comparisons, averages, memory, differences.
+"""Analysis of the raw figures: medians and spreads, comparisons, averages, memory, different
+results.
 
-All spreads are the least and the greatest of the repeats. Comparisons are made within a repeat,
-whose runs lie close together in time, and the median of them is taken afterwards.
+Spreads are minimum and maximum of the repeats. Comparisons are made within a repeat, whose runs are
+close together in time; then the median of the repeats is taken.
 """
 
 from __future__ import annotations
@@ -17,22 +18,22 @@ from benchkit.inference import Summary, quotient, summary
 from benchkit.series.breakeven import BreakEven, Point, break_even
 from benchkit.series.records import COMPILE, MEASURE, PHASES, Record
 
-LARGE = 100  # robots: from here on populations count for the averages, as in the paper
+LARGE = 100  # minimum number of robots of the populations that averages include, as in the paper
 
 
 @dataclass(frozen=True)
 class HashDifference:
-    """Runs that ought to have computed the same, and did not."""
+    """Runs whose state hashes should be equal but differ."""
 
     world: str
     population: int
     simulated_seconds: float
-    hashes: dict[str, list[str]]  # state hash: the backends that gave it
+    hashes: dict[str, list[str]]  # for each state hash, the backends that computed it
 
 
 @dataclass(frozen=True)
 class Loss:
-    """A point where OpenCL was slower than the host."""
+    """A population for which OpenCL was slower than the host."""
 
     world: str
     population: int
@@ -60,7 +61,7 @@ def in_order(label: str) -> tuple:
 
 
 class Series:
-    """The finished runs of a series, to be asked about."""
+    """Queries about the finished runs of a series."""
 
     def __init__(self, records: list[Record]) -> None:
         self.records = records
@@ -78,7 +79,7 @@ class Series:
         self.bases = [label for label in ("host1", "hostN") if label in self.backends]
 
     def repeats(self, *backends: str) -> tuple[int, int]:
-        """Of the point that has the fewest, and the most; without backends, of all."""
+        """Minimum and maximum number of repeats of a population, for the given backends or all."""
         counts = [len(runs) for key, runs in self._runs.items()
                   if not backends or key[2] in backends]
         return min(counts, default=0), max(counts, default=0)
@@ -88,7 +89,7 @@ class Series:
         return [record for runs in self._runs.values() for record in runs.values()]
 
     def populations(self, world: str, *backends: str) -> list[int]:
-        """That all of these backends were measured with; without backends, all that any was."""
+        """Populations measured with all of these backends; without backends, with any."""
         sets = [{key[1] for key in self._runs if key[0] == world and key[2] == backend}
                 for backend in backends]
         if not sets:
@@ -96,7 +97,7 @@ class Series:
         return sorted(set.intersection(*sets))
 
     def runs(self, world: str, population: int, backend: str) -> dict[int, Record]:
-        """By repeat."""
+        """Runs by repeat."""
         return self._runs.get((world, population, backend), {})
 
     def figure(self, world: str, population: int, backend: str,
@@ -107,18 +108,18 @@ class Series:
         return self.figure(world, population, backend, lambda record: getattr(record, name))
 
     def has(self, name: str) -> bool:
-        """Whether any run has that figure."""
+        """True if any run has this figure."""
         return any(not math.isnan(getattr(record, name)) for record in self.measured)
 
     @property
     def scopes(self) -> str:
-        """What the energy figures cover."""
+        """The scopes of the energy figures."""
         found = {r.scope or "unknown" for r in self.measured if not math.isnan(r.r_epss)}
         return "/".join(sorted(found))
 
     def ratios(self, world: str, population: int, backend: str, base: str,
                name: str = "r_acc") -> list[float]:
-        """The figure over that of the base, in each repeat that both have."""
+        """Ratios of the figure to that of the base, for each repeat of both."""
         mine, theirs = self.runs(world, population, backend), self.runs(world, population, base)
         values = [quotient(getattr(mine[i], name), getattr(theirs[i], name))
                   for i in sorted(mine.keys() & theirs.keys())]
@@ -129,7 +130,7 @@ class Series:
         return summary(self.ratios(world, population, backend, base, name))
 
     def losses(self) -> list[Loss]:
-        """Wherever OpenCL did not pay."""
+        """Populations for which OpenCL did not pay."""
         found = []
         for base in self.bases:
             for backend in self.accelerated:
@@ -143,17 +144,18 @@ class Series:
     # Averages over large populations.
 
     def large_populations(self, world: str) -> list[int]:
-        """Those of LARGE robots and more that every backend has, so that averages compare."""
+        """Populations of at least LARGE robots that every backend has, so that averages are
+        comparable."""
         return [n for n in self.populations(world, *self.backends) if n >= LARGE]
 
     def average(self, world: str, backend: str, name: str = "r_acc") -> Summary | None:
-        """The mean over the large populations, each of them counting the same."""
+        """Mean over the large populations, with equal weights."""
         return self._over_large(world, backend, statistics.fmean,
                                 lambda n, i: getattr(self.runs(world, n, backend)[i], name))
 
     def average_relative(self, world: str, backend: str, base: str,
                          name: str = "r_acc") -> Summary | None:
-        """The geometric mean over the large populations: the one that suits ratios."""
+        """Geometric mean over the large populations, which suits ratios."""
         def ratio(population: int, repeat: int) -> float:
             return quotient(getattr(self.runs(world, population, backend)[repeat], name),
                             getattr(self.runs(world, population, base)[repeat], name))
@@ -161,7 +163,7 @@ class Series:
 
     def _over_large(self, world: str, backend: str, mean: Callable[[list[float]], float],
                     value: Callable[[int, int], float], base: str = "") -> Summary | None:
-        """Of the means of those repeats that have all large populations."""
+        """Summarizes the means of the repeats that have all large populations."""
         populations = self.large_populations(world)
         labels = [backend, base] if base else [backend]
         complete = [set(self.runs(world, n, label)) for n in populations for label in labels]
@@ -175,18 +177,18 @@ class Series:
     # Break-even, phases, memory, compiling.
 
     def break_even(self, world: str, device: str, base: str) -> BreakEven | None:
-        """Of the device against the host; None if too little was measured."""
+        """Break-even of the device against the host; None if too little was measured."""
         points = []
         for population in self.populations(world, device, base):
             rays = self.column(world, population, device, "rays_per_step")
-            # Both ran the same steps, so r_ACC compares as the time of a step does.
+            # Both ran the same steps, so ratios of r_ACC are ratios of the step time.
             ratios = self.ratios(world, population, device, base)
             if rays is not None and rays.median > 0:
                 points.append(Point(rays.median, population, tuple(ratios)))
         return break_even(points)
 
     def phases(self, world: str, population: int, backend: str) -> dict[str, float]:
-        """Milliseconds of a step, medians; "other" is what the phases leave of its time."""
+        """Median milliseconds per step of each phase; "other" is the rest of the step."""
         found = {}
         for phase in PHASES:
             value = self.column(world, population, backend, f"{phase}_ms")
@@ -196,7 +198,7 @@ class Series:
         return found
 
     def memory_per_robot(self, world: str, backend: str) -> float | None:
-        """KiB for each robot more, between the smallest and the greatest population."""
+        """KiB per additional robot, between the smallest and the largest population."""
         populations = self.populations(world, backend)
         if len(populations) < 2:
             return None
@@ -207,7 +209,7 @@ class Series:
         return (ends[1].median - ends[0].median) * 1024 / (populations[-1] - populations[0])
 
     def compiling(self, device: str) -> tuple[Record | None, Summary | None]:
-        """The run with the empty kernel cache, and the seconds that warm runs took to compile."""
+        """The run with an empty kernel cache, and the seconds that warm runs spent compiling."""
         cold = [record for record in self.good
                 if record.purpose == COMPILE and record.backend == device]
         warm = summary(record.compile_seconds for record in self.good
@@ -215,12 +217,13 @@ class Series:
         return (cold[-1] if cold else None), warm
 
     def start_up_share(self) -> Summary | None:
-        """Of the time of the program, what is not spent in steps: the meter measures it, too."""
+        """Fraction of the program's time that is not spent in steps; the meter covers it as
+        well."""
         return summary(1 - record.wall_seconds / record.process_seconds
                        for record in self.measured)
 
     def failures(self) -> list[Record]:
-        """Runs that gave no figures, and were not done again with success."""
+        """Failed runs that were not repeated successfully."""
         done = {record.key for record in self.good}
         last = {record.key: record for record in self.records if not record.ok}
         return [record for place, record in last.items() if place not in done]

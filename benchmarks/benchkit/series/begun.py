@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Runs that were begun and never came back, as when each of them makes the board restart.
+"""Keeps a list of runs that were begun but did not end, for example because they crashed the board.
 
-A series that is started at boot would begin such a run for ever; so it is noted on the disk.
+A series started at boot would repeat such a run forever, so the list is kept on disk.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ MOST_ATTEMPTS = 3
 
 
 class Begun:
-    """How often each run was begun without coming to an end."""
+    """Counts for each run how often it was begun without ending."""
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / BEGUN_FILE
@@ -25,23 +25,23 @@ class Begun:
             noted = json.loads(self._path.read_text(encoding="utf-8"))
             self._attempts = {str(key): int(count) for key, count in noted.items()}
         except (OSError, ValueError, TypeError, AttributeError):
-            self._attempts = {}  # no file, or one that the power failed in
+            self._attempts = {}  # no file, or damaged by a power failure
 
     def attempts(self, key: Key) -> int:
         return self._attempts.get(name_of(key), 0)
 
     def begin(self, key: Key) -> None:
-        """Before a run."""
+        """Call before a run."""
         self._attempts[name_of(key)] = self.attempts(key) + 1
         self._write()
 
     def end(self, key: Key) -> None:
-        """After a run, whatever came of it."""
+        """Call after a run, whether it succeeded or not."""
         del self._attempts[name_of(key)]
         self._write()
 
     def _write(self) -> None:
-        """On the disk, whole, when it returns."""
+        """The file is complete on disk when this returns."""
         if not self._attempts:
             self._path.unlink(missing_ok=True)
             return

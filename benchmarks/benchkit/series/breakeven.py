@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""At how many rays a step a device becomes faster than the host.
+"""Finds the number of rays per step from which on a device is faster than the host.
 
-Between measured populations the logarithm of host time over device time is taken to be linear in
-the logarithm of the rays: exact for power laws. What lies outside of the range is not guessed.
+Between measured populations, the logarithm of host time over device time is interpolated linearly
+in the logarithm of the rays, which is exact for power laws. There is no extrapolation.
 """
 
 from __future__ import annotations
@@ -29,10 +29,11 @@ class BreakEven:
     """The result. -inf stands for "below the range", +inf for "none in the range"."""
 
     rays: float
-    low: float  # of the interval; NaN if there is only one repeat
+    low: float  # lower bound of the interval; NaN if there is only one repeat
     high: float
     robots: float  # NaN unless `rays` is finite
-    crossings: int  # how often the two curves cross: more than once is noise, or no simple story
+    crossings: int  # number of crossings of the two curves; more than one means noise or a complex
+                    # dependency
     range_low: float
     range_high: float
     wins: tuple[float, ...]  # rays of the points where the device was faster
@@ -43,9 +44,9 @@ class BreakEven:
 
 
 def crossing(log_rays: np.ndarray, advantages: np.ndarray) -> np.ndarray:
-    """For each row of advantages: log of the rays from which on the device stays faster.
+    """For each row of advantages, the logarithm of the rays from which on the device stays faster.
 
-    -inf: it always was. +inf: it is not at the greatest number of rays.
+    -inf: it is always faster. +inf: it is not faster at the greatest number of rays.
     """
     rows, points = advantages.shape
     slower = advantages <= 0
@@ -63,7 +64,7 @@ def crossing(log_rays: np.ndarray, advantages: np.ndarray) -> np.ndarray:
 
 def interval(log_rays: np.ndarray, logs: list[np.ndarray], middles: np.ndarray
              ) -> tuple[float, float]:
-    """Bounds of the break-even, in rays."""
+    """Bounds of the break-even in rays."""
     if not has_scatter(logs):
         return math.nan, math.nan
     low, high = bounds(crossing(log_rays, resampled(logs, middles)))
@@ -71,12 +72,12 @@ def interval(log_rays: np.ndarray, logs: list[np.ndarray], middles: np.ndarray
 
 
 def rays_of(logarithm: float) -> float:
-    """The infinities stay what they are: they stand for what is outside of the range."""
+    """Infinities are kept: they mean that the break-even is outside the measured range."""
     return float(logarithm) if math.isinf(logarithm) else math.exp(logarithm)
 
 
 def break_even(points: list[Point]) -> BreakEven | None:
-    """None unless there are two points at least."""
+    """Returns None if there are fewer than two points."""
     points = sorted((point for point in points if point.ratios), key=lambda point: point.rays)
     if len(points) < 2:
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A series from its command line to its report: the parts put together."""
+"""Executes a series, from the command line to the report."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ from meters.clock import Clock
 
 SEED = 1
 RAW_FILE = "raw.csv"
-# A backend that fails so often in a row is not there, and would only cost time.
+# Consecutive failures after which a backend is considered missing and skipped.
 MOST_FAILURES = 3
 
 DONE, FAILED, REFUSED, UNFINISHED, INTERRUPTED = 0, 1, 2, 3, 130
 
 
 class CampaignError(Exception):
-    """What stops a series before it begins, in one line."""
+    """The reason in one line why a series cannot begin."""
 
 
 class Campaign:
-    """Does the runs of a plan, keeps their records, and says what happens."""
+    """Executes the runs of a plan, stores their records and reports progress."""
 
     def __init__(self, plan: Plan, raw: RawFile, do: Callable[..., Record],
                  progress: Progress) -> None:
@@ -51,12 +51,12 @@ class Campaign:
         self._raw = raw
         self._do = do
         self._progress = progress
-        self._failures: Counter[str] = Counter()  # in a row, by backend
+        self._failures: Counter[str] = Counter()  # consecutive failures by backend
         self._told: set[tuple] = set()  # differences of hashes
 
     def run(self, end: float | None) -> bool:
-        """Until all runs are done, or the next is not expected to end before `end`, a reading of
-        time.monotonic(). True if all are done."""
+        """Executes runs until all are done or the next one would end after `end`, a value of
+        time.monotonic(). Returns True if all are done."""
         history = History(self._raw.records)
         done = sum(record.ok for record in self._raw.records)
         while True:
@@ -70,7 +70,7 @@ class Campaign:
             self._progress.show(
                 done, done + len(left), f"{job.purpose} {job.world} {job.population} "
                 f"{job.backend.label} repeat {job.repeat}", sum(took for _, took in left))
-            # Generous: only a run that hangs meets this limit.
+            # A generous limit, which only runs that hang exceed.
             record = self._do(job, 120 + 20 * seconds)
             self._raw.append(record)
             history.add(record)
@@ -98,7 +98,7 @@ class Campaign:
 
 
 def write_report(folder: Path, records: list[Record]) -> int:
-    """Report and plots of what there is; the exit status that the figures deserve."""
+    """Writes report and plots of the finished runs; returns the exit status."""
     series = Series(records)
     if not series.measured:
         print("series: nothing has been measured yet, so there is no report", file=sys.stderr)
@@ -134,7 +134,7 @@ def report_only(options: argparse.Namespace) -> int:
 
 
 def run_campaign(options: argparse.Namespace, progress: Progress) -> int:
-    """Goes on with a series, or begins it; the exit status."""
+    """Begins or continues a series; returns the exit status."""
     end = time.monotonic() + 60 * options.time_limit if options.time_limit else None
     if not options.stage.is_file():
         raise CampaignError(f"there is no program {options.stage}: `tools/run worlds/cave.world "
@@ -178,7 +178,7 @@ def run_campaign(options: argparse.Namespace, progress: Progress) -> int:
 
 
 def interrupt(_signal: int, _frame: object) -> None:
-    """Ends as Ctrl-C does."""
+    """Ends the program like Ctrl-C."""
     raise KeyboardInterrupt
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The energy meter, if there is one. Meters are in the sub-package `power`, which is optional."""
+"""The energy meter, if there is one. Meters are in the optional package `meters`."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Protocol, Sequence
 
 
 class EnergyError(Exception):
-    """Why there is no such meter, in one line."""
+    """The reason in one line why there is no such meter."""
 
 
 class Reading(Protocol):
-    """What a meter says of the time between its start and its stop."""
+    """The result of a meter for the time between start and stop."""
 
     joules: float | None
     watts: float | None
@@ -24,18 +24,18 @@ class Reading(Protocol):
 
 
 class Meter(Protocol):
-    """See the package `power`."""
+    """The interface of the package `meters`."""
 
     def start(self) -> None:
-        """Begins a run."""
+        """Begins a measurement."""
 
     def stop(self) -> Reading:
-        """Ends it."""
+        """Ends the measurement."""
 
 
 @dataclass
 class NoReading:
-    """No energy."""
+    """A reading without energy."""
 
     joules: float | None = None
     watts: float | None = None
@@ -46,17 +46,17 @@ class NoReading:
 
 
 class NoMeter:
-    """Measures nothing, and says so."""
+    """A meter that measures nothing and says so."""
 
     def start(self) -> None:
-        """Nothing to start."""
+        """Does nothing."""
 
     def stop(self) -> NoReading:
         return NoReading()
 
 
 class GuardedMeter:
-    """A meter whose failures cost the energy figures of a run, and nothing else."""
+    """Wraps a meter: if it fails, a run lacks energy figures but does not fail."""
 
     def __init__(self, meter: Meter, failures: tuple[type[Exception], ...]) -> None:
         self._meter = meter
@@ -80,11 +80,12 @@ class GuardedMeter:
 
 
 def open_energy_meter(choice: str) -> Meter:
-    """The meter that `choice` names; with "auto" the best one, or none."""
+    """Opens the meter called `choice`; for "auto" the best one, or none."""
     if choice == "none":
         return NoMeter()
     try:
-        # Only now: measuring without energy has to work where the meters cannot be loaded.
+        # Imported late, because series without energy must work where the meters cannot be
+        # imported.
         power = importlib.import_module("meters")
     except ImportError as error:
         if choice == "auto":
@@ -99,7 +100,7 @@ def open_energy_meter(choice: str) -> Meter:
 
 
 def try_meter(meter: Meter) -> Reading:
-    """A first reading, which tells the meter's name and its scope."""
+    """Takes a first reading, which gives the meter's name and scope."""
     meter.start()
     reading = meter.stop()
     if not reading.meter:
@@ -108,7 +109,7 @@ def try_meter(meter: Meter) -> Reading:
 
 
 def notes_text(reading: Reading) -> str:
-    """The notes in one text; a meter may give a text or several."""
+    """Joins the notes of a meter, which may be one text or several."""
     notes = reading.notes
     if not notes:
         return ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What readers see instead of the short names of backends."""
+"""Readable names of backends."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import re
 
 from benchkit.series.analysis import Series
 
-# The only figures of the paper that this project has.
+# The figures of the paper.
 PAPER = "Jones et al."
-PAPER_FASTER = 1.82  # "up to 82 % faster": r_ACC with OpenCL over that without, at most
-PAPER_ENERGY = 0.70  # "30 % less energy": r_EPSS with OpenCL over that without, at best
-PAPER_ROBOTS = 100  # about here its GPU began to win
+PAPER_FASTER = 1.82  # "up to 82 % faster": greatest ratio of r_ACC with OpenCL to that without
+PAPER_ENERGY = 0.70  # "30 % less energy": best ratio of r_EPSS with OpenCL to that without
+PAPER_ROBOTS = 100  # approximate number of rays from which on its GPU was faster
 
 
 def short_device(device: str) -> str:
-    """`KIND NAME (PLATFORM)` of --stats, as short as it stays clear."""
+    """Shortens `KIND NAME (PLATFORM)` of --stats without loss of clarity."""
     found = re.fullmatch(r"(gpu|cpu|accelerator) (.*) \((.*?)\)", device)
     if not found:
         return device
@@ -25,7 +25,7 @@ def short_device(device: str) -> str:
 
 
 def backend_name(series: Series, label: str) -> str:
-    """For legends and tables."""
+    """Name for legends and tables."""
     record = next((r for r in series.measured if r.backend == label), None)
     if label.startswith("host"):
         threads = int(record.threads) if record else 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Does a job: runs the program with the energy meter around it, and makes the record."""
+"""Executes a job: runs the program with the energy meter and makes the record."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from benchkit.store import one_line
 
 @dataclass(frozen=True)
 class Circumstances:
-    """What all runs of a series have in common; the names are columns of a record."""
+    """Common facts of all runs of a series; the names are columns of a record."""
 
     commit: str
     program: str
@@ -33,17 +33,17 @@ class Circumstances:
 
 @dataclass(frozen=True)
 class Measurer:
-    """Runs the program and keeps none of its figures: that is the store's business."""
+    """Runs the program and returns records; the store keeps them."""
 
     stage: Path
     worlds: Worlds
     circumstances: Circumstances
     meter: Meter
-    heat: HeatWatch | None = None  # both with --board
+    heat: HeatWatch | None = None  # both only with --board
     begun: Begun | None = None
 
     def do(self, job: Job, time_limit: float | None) -> Record:
-        """The record of a run; if it failed, its `error` says why."""
+        """Returns the record of a run; after a failure, its `error` is the reason."""
         if self.heat is None or self.begun is None:
             return self._do(job, time_limit)
         if self.begun.attempts(job.key) >= MOST_ATTEMPTS:
@@ -62,7 +62,7 @@ class Measurer:
         return replace(record, **heat)  # type: ignore[arg-type]
 
     def _known(self, job: Job) -> dict:
-        """The columns of a record that are known before the run."""
+        """Columns of a record that are known before the run."""
         load_average = round(os.getloadavg()[0], 2)
         return {
             **vars(self.circumstances), "date": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
@@ -107,7 +107,7 @@ class Measurer:
 
 
 def energy_figures(job: Job, reading: Reading) -> dict:
-    """The columns of a record that come from the meter."""
+    """Columns of a record that come from the meter."""
     if job.purpose != MEASURE:
         return {}
     if reading.meter == "none":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How near --opencl, which finds the faster path by itself, comes to the fastest backend."""
+"""Compares --opencl, which chooses the faster path itself, with the fastest fixed backend."""
 
 from __future__ import annotations
 
@@ -14,25 +14,26 @@ from benchkit.inference import bounds, has_scatter, resampled
 
 @dataclass(frozen=True)
 class Nearness:
-    """r_ACC of --opencl over that of the fastest other backend, within repeats."""
+    """Ratio of r_ACC of --opencl to that of the fastest other backend, within repeats."""
 
     ratio: float  # the median
-    low: float  # of its interval; NaN if there is only one repeat
+    low: float  # lower bound of the confidence interval; NaN if there is only one repeat
     high: float
 
 
 @dataclass(frozen=True)
 class NearnessOfWorld:
-    """A world's populations, and the geometric mean over these."""
+    """A world's populations, and the geometric mean over them."""
 
     points: dict[int, Nearness]
-    fastest: dict[int, str]  # the other backend
+    fastest: dict[int, str]  # the fastest other backend
     mean: Nearness
 
 
 def fastest_other(series: Series, world: str, population: int) -> str | None:
-    """Of those that have a repeat in common with --opencl, by the median of r_ACC. It is chosen by
-    the figures that it is then compared by: where two are equally fast, the lucky one is."""
+    """The backend with the greatest median r_ACC that has a repeat in common with --opencl. It
+    is chosen by the figures that it is compared by, so of two equally fast backends the luckier
+    one wins."""
     speeds = {}
     for backend in series.backends:
         speed = series.column(world, population, backend, "r_acc")
@@ -42,7 +43,7 @@ def fastest_other(series: Series, world: str, population: int) -> str | None:
 
 
 def nearness(series: Series, world: str) -> NearnessOfWorld | None:
-    """None if --opencl was not measured, or nothing else."""
+    """Returns None unless --opencl and another backend were measured."""
     fastest = {n: other for n in series.populations(world, "auto")
                if (other := fastest_other(series, world, n))}
     if not fastest:

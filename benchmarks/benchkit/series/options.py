@@ -17,7 +17,7 @@ POPULATIONS = {
     "cave": (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000),
     "hospital": (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000),
 }
-MOST_ROBOTS = 100_000  # of tools/populate
+MOST_ROBOTS = 100_000  # world series of tools/populate
 MOST_THREADS = 1024  # of the stage program
 
 DESCRIPTION = """\
@@ -64,7 +64,7 @@ exit status
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """Reports a wrong command line in one line."""
+    """Reports an invalid command line in one line."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"{self.prog}: {message} (--help explains)\n")
@@ -78,7 +78,7 @@ def whole(text: str, least: int, most: int, what: str) -> int:
 
 
 def positive(what: str):
-    """A reader of numbers above 0."""
+    """Returns a parser of positive numbers."""
     def read(text: str) -> float:
         try:
             value = float(text)
@@ -91,7 +91,7 @@ def positive(what: str):
 
 
 def simulated(text: str) -> float:
-    """Whole steps, which take 0.1 s each in these worlds."""
+    """Rounds to whole steps, which take 0.1 s in these worlds."""
     value = positive("a time in seconds")(text)
     if abs(value * 10 - round(value * 10)) > 1e-6 or value > 1e6:
         raise argparse.ArgumentTypeError(f"'{text}' is not a multiple of 0.1 s (a step) up to 1e6")
@@ -99,7 +99,7 @@ def simulated(text: str) -> float:
 
 
 def world_list(text: str) -> list[str]:
-    """Worlds of tools/populate, each once."""
+    """Parses names of world series, without duplicates."""
     worlds = list(dict.fromkeys(text.split(",")))
     for world in worlds:
         if world not in POPULATIONS:
@@ -109,7 +109,7 @@ def world_list(text: str) -> list[str]:
 
 
 def population_list(text: str) -> tuple[str, tuple[int, ...]]:
-    """[WORLD=]N,N,...: the world ("" for all) and its populations."""
+    """Parses [WORLD=]N,N,...: the world ("" for all) and its populations."""
     world, equals, numbers = text.rpartition("=")
     if equals and world not in POPULATIONS:
         raise argparse.ArgumentTypeError(
@@ -170,14 +170,14 @@ def read_command_line(words: list[str] | None = None) -> argparse.Namespace:
 
 
 def chosen_worlds(options: argparse.Namespace) -> dict[str, tuple[int, ...]]:
-    """The populations of each world; what is said of one world outweighs what is said of all."""
+    """The populations of each world; values for one world take precedence over those for all."""
     given = dict(options.populations)
     return {world: given.get(world) or given.get("") or POPULATIONS[world]
             for world in options.worlds}
 
 
 def backend_named(label: str) -> Backend:
-    """Raises ValueError with a line that says what is wrong."""
+    """Raises ValueError with the reason in one line."""
     kind, _, detail = label.partition(":")
     if label in ("host1", "hostN"):
         threads = 1 if label == "host1" else usable_cores()
@@ -193,7 +193,7 @@ def backend_named(label: str) -> Backend:
 
 
 def chosen_backends(given: str | None, devices: tuple[Device, ...]) -> tuple[Backend, ...]:
-    """Those asked for, or all that make sense on this machine."""
+    """The requested backends, or all that make sense on this machine."""
     if given is not None:
         labels = given.split(",")
     else:

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Which run comes next, and how long it will take: both follow from the runs that are finished.
+"""Decides which run comes next and how long it will take, from the finished runs.
 
-The outermost loop is that over the repeats, so a series that is cut off has all points once before
-any point twice, and the repeats of a point lie far apart in time. The innermost loop is that over
-the backends, in an order that changes with each repeat and each point: a drift of the machine meets
-them all alike, and so does what a run leaves behind for the next one, such as a hot processor.
+The outermost loop is over the repeats. So an interrupted series has all points once before any
+point twice, and the repeats of a point are far apart in time. The innermost loop is over the
+backends, in an order that changes with each repeat and point. So a drift of the machine affects all
+backends equally, and so does the state that a run leaves behind, such as a hot processor.
 """
 
 from __future__ import annotations
@@ -18,31 +18,31 @@ from typing import Iterator
 from benchkit.series.runs import Backend, Job
 from benchkit.series.records import COMPILE, MEASURE, WARM_UP, Key, Record
 
-STEP = 0.1  # simulated seconds of a step in the worlds of tools/populate
+STEP = 0.1  # simulated seconds per step in the worlds of tools/populate
 LEAST_STEPS = 20
-MOST_STEPS = 20_000  # more shows nothing new
-SHORT_RUN_SECONDS = 1.0  # on average over the backends
-LONG_SECONDS = 600.0  # simulated, as in the paper
-# A shorter warm-up says too little about the machine's speed.
+MOST_STEPS = 20_000  # more steps give no further insight
+SHORT_RUN_SECONDS = 1.0  # average over the backends
+LONG_SECONDS = 600.0  # simulated seconds, as in the paper
+# Shorter warm-ups do not predict the machine's speed.
 WARM_UP_SECONDS = 0.1
 MOST_WARM_UPS = 4
-# What starting the program and loading a world takes where no run has told yet.
+# Assumed seconds for starting the program and loading a world, until runs have measured it.
 USUAL_OVERHEAD = 0.3
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What a series consists of."""
+    """The definition of a series."""
 
-    worlds: dict[str, tuple[int, ...]]  # populations, the smallest first
+    worlds: dict[str, tuple[int, ...]]  # populations in ascending order
     backends: tuple[Backend, ...]
     repeats: int
     form: str
-    fixed_seconds: float | None  # simulated, the same for all runs; None: as many as fit
+    fixed_seconds: float | None  # simulated seconds of all runs; None: as many as the time allows
 
 
 class History:
-    """The runs so far, sorted by what planning asks about."""
+    """The finished runs, indexed for planning."""
 
     def __init__(self, records: list[Record]) -> None:
         self._runs: dict[tuple, list[Record]] = defaultdict(list)
@@ -50,7 +50,7 @@ class History:
         self._overheads: dict[tuple, dict[int, float]] = defaultdict(dict)
         self._durations: dict[tuple, float] = {}
         self._done: dict[Key, Record] = {}
-        self.failed: set[Key] = set()  # in this call; earlier failures deserve another chance
+        self.failed: set[Key] = set()  # in this call; earlier failures are tried again
         for record in records:
             if record.ok:
                 self.add(record)
@@ -73,17 +73,17 @@ class History:
         return self._done.get(key)
 
     def is_over(self, key: Key) -> bool:
-        """Whether the run has been done or has failed."""
+        """True if the run has succeeded or failed."""
         return key in self._done or key in self.failed
 
     def duration(self, world: str, population: int) -> float | None:
-        """Simulated seconds of the runs of this point, if there are any."""
+        """Simulated seconds of the runs of this point, or None."""
         return self._durations.get((world, population))
 
     def step_seconds(self, world: str, backend: str, population: int) -> float | None:
-        """Real seconds that a step will take, from the nearest smaller populations.
+        """Estimates real seconds per step from the nearest smaller populations.
 
-        The rise between the last two goes on, or else time is taken to grow with the robots.
+        Continues the slope between the last two, or else assumes a time proportional to the robots.
         """
         known = self._steps.get((world, backend), {})
         if not known or population in known:
@@ -100,7 +100,7 @@ class History:
         return known[last] * (population / last) ** slope
 
     def overhead(self, world: str, backend: str, population: int) -> float:
-        """Real seconds of a run that are not spent in steps, from the nearest population."""
+        """Real seconds of a run outside its steps, from the nearest population."""
         known = self._overheads.get((world, backend))
         if not known:
             return USUAL_OVERHEAD
@@ -108,20 +108,20 @@ class History:
 
 
 def step_time(records: list[Record]) -> float:
-    """Of measured runs if there are any, or else of the longest warm-up."""
+    """Step time of the measured runs, or else of the longest warm-up."""
     measured = [r.step_seconds for r in records if r.purpose == MEASURE]
     return statistics.median(measured) if measured else \
         max(records, key=lambda r: r.steps).step_seconds
 
 
 def two_digits(number: float) -> int:
-    """Rounded to two significant digits, as long as these are whole steps."""
+    """Rounds to two significant digits, if these are whole steps."""
     scale = 10 ** max(0, math.floor(math.log10(number)) - 1)
     return round(number / scale) * scale
 
 
 def simulated_seconds(plan: Plan, history: History, world: str, population: int) -> float | None:
-    """Of all runs of a point. None as long as nothing is known about the speed."""
+    """Simulated seconds of all runs of a point; None until the speed is known."""
     if plan.fixed_seconds is not None:
         return plan.fixed_seconds
     chosen = history.duration(world, population)
@@ -136,7 +136,7 @@ def simulated_seconds(plan: Plan, history: History, world: str, population: int)
 
 
 def preparations(plan: Plan, history: History) -> Iterator[Job]:
-    """Compiling with an empty cache, then warming up."""
+    """Runs that compile with an empty cache, then warm-ups."""
     first_world = next(iter(plan.worlds))
     steps = LEAST_STEPS * STEP
     if plan.fixed_seconds is not None:
@@ -158,8 +158,8 @@ def preparations(plan: Plan, history: History) -> Iterator[Job]:
 
 
 def balanced_order(backends: tuple[Backend, ...], turn: int) -> tuple[Backend, ...]:
-    """The order of a turn. In as many turns as there are backends (twice as many if that is odd)
-    each of them is as often at each place, and follows each other one as often.
+    """Order of the backends in a turn. Over as many turns as backends (twice as many if that is
+    odd), each backend has each position equally often, and follows each other one equally often.
 
     Source: E. J. Williams, Experimental designs balanced for the estimation of residual effects of
     treatments, 1949.
@@ -171,7 +171,7 @@ def balanced_order(backends: tuple[Backend, ...], turn: int) -> tuple[Backend, .
 
 
 def measurements(plan: Plan, history: History) -> Iterator[tuple[Job, float]]:
-    """Measured runs in their order; the seconds of short ones are a guess until they are next."""
+    """Measured runs in order. The seconds of short runs are estimates until they are next."""
     for repeat in range(1, plan.repeats + 1):
         turn = repeat - 1
         for world, populations in plan.worlds.items():
@@ -185,17 +185,17 @@ def measurements(plan: Plan, history: History) -> Iterator[tuple[Job, float]]:
 
 
 def remaining(plan: Plan, history: History) -> list[tuple[Job, float]]:
-    """The runs to be done, in order, each with the real seconds that it may take."""
+    """The remaining runs in order, each with its expected real seconds."""
     jobs = [(job, expected_seconds(history, job)) for job in preparations(plan, history)]
     jobs += measurements(plan, history)
     return [(job, seconds) for job, seconds in jobs if not history.is_over(job.key)]
 
 
 def expected_seconds(history: History, job: Job) -> float:
-    """Real seconds that a run may take."""
+    """Expected real seconds of a run."""
     label = job.backend.label
     step = history.step_seconds(job.world, label, job.population)
     running = SHORT_RUN_SECONDS if step is None else step * job.simulated_seconds / STEP
     if job.purpose == COMPILE:
-        running = 2.0  # compilers take about that long
+        running = 2.0  # compilers take about this long
     return running + history.overhead(job.world, label, job.population)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The plots of a report: PNG files, 800 pixels wide, a panel for each world."""
+"""The plots of a report: PNG files of 800 pixels width, with a panel per world."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ PHASE_COLOURS = [BLUE, ORANGE, SKY, GREEN, PURPLE, YELLOW, GREY]
 
 
 def styles(series: Series) -> dict[str, dict]:
-    """Colour, marker and line of each backend."""
+    """Colour, marker and line style of each backend."""
     chosen = {"host1": (BLACK, "o", "-"), "hostN": (BLUE, "s", "-"), "auto": (PURPLE, "X", "--")}
     devices = [label for label in series.backends if label in series.devices]
     others = [label for label in series.hosts if label not in chosen]
@@ -46,7 +46,7 @@ def styles(series: Series) -> dict[str, dict]:
 
 
 def panels(series: Series, title: str) -> Iterator[tuple["Figure", "Axes", str]]:
-    """A panel for each world, one below the other."""
+    """A panel for each world, stacked vertically."""
     pyplot = load_pyplot(STYLE)
     rows = len(series.worlds)
     figure, axes = pyplot.subplots(rows, 1, figsize=(WIDTH, PANEL * rows), squeeze=False)
@@ -56,7 +56,7 @@ def panels(series: Series, title: str) -> Iterator[tuple["Figure", "Axes", str]]
 
 
 def plain_ticks(axis: "Axes", name: str) -> None:
-    """1000, not 10³, on logarithmic axes, and enough numbers where they span little."""
+    """Labels logarithmic axes with 1000, not 10³, and adds ticks to short ranges."""
     from matplotlib.ticker import (FuncFormatter, LogLocator,  # pylint: disable=C0415
                                    NullFormatter)
     low, high = getattr(axis, f"get_{name}lim")()
@@ -70,22 +70,22 @@ def plain_ticks(axis: "Axes", name: str) -> None:
 
 
 def save(figure: "Figure", path: Path, legend_rows: int = 0) -> Path:
-    """With room below for a legend of so many rows."""
+    """Saves a figure with space below for a legend of `legend_rows` rows."""
     height = figure.get_size_inches()[1]
     figure.tight_layout(rect=(0, (0.1 + 0.22 * legend_rows) / height if legend_rows else 0, 1, 1))
-    # No software version inside: equal figures give equal files.
+    # Without the software version, equal figures give equal files.
     figure.savefig(path, metadata={"Software": None})
     load_pyplot().close(figure)
     return path
 
 
 def save_with_legend(figure: "Figure", path: Path, columns: int) -> Path:
-    """One legend for all panels, below them, where it hides nothing."""
+    """Saves with one legend for all panels, below them."""
     entries: dict[str, object] = {}
     for axis in figure.axes:
         for handle, label in zip(*axis.get_legend_handles_labels()):
             entries.setdefault(label, handle)
-    names = sorted(entries, key=lambda name: name.startswith(PAPER))  # what is ours comes first
+    names = sorted(entries, key=lambda name: name.startswith(PAPER))  # our own lines come first
     rows = math.ceil(len(entries) / columns)
     figure.set_figheight(figure.get_size_inches()[1] + 0.1 + 0.22 * rows)
     figure.legend([entries[name] for name in names], names, loc="lower center", ncol=columns,
@@ -94,7 +94,7 @@ def save_with_legend(figure: "Figure", path: Path, columns: int) -> Path:
 
 
 def draw_line(axis: "Axes", points: list[tuple[int, Summary]], look: dict, name: str) -> None:
-    """Medians as a line, least to greatest as a band and as bars."""
+    """Draws medians as a line, and minimum to maximum as a band with bars."""
     robots = [n for n, _ in points]
     medians = [value.median for _, value in points]
     below = [value.median - value.least for _, value in points]
@@ -107,10 +107,10 @@ def draw_line(axis: "Axes", points: list[tuple[int, Summary]], look: dict, name:
 
 def draw_world(axis: "Axes", series: Series, world: str, labels: list[str],
                value: Callable[[int, str], Summary | None]) -> None:
-    """A line for each backend over the populations, which are on a logarithmic axis."""
+    """Draws a line per backend over the populations, with a logarithmic axis."""
     looks = styles(series)
     for i, label in enumerate(labels):
-        # Lines that coincide can be told apart: later markers are smaller.
+        # Later markers are smaller, so that coinciding lines can be distinguished.
         looks[label]["markersize"] = max(4.0, 7.5 - 1.2 * i)
         found = [(n, value(n, label)) for n in series.populations(world, label)]
         points = [(n, v) for n, v in found if v is not None]
@@ -123,7 +123,7 @@ def draw_world(axis: "Axes", series: Series, world: str, labels: list[str],
 
 def plot_against_population(series: Series, path: Path, column: str, title: str,
                             label: str) -> Path:
-    """A figure with its unit against the population, both axes logarithmic."""
+    """Plots a figure against the population with logarithmic axes."""
     for figure, axis, world in panels(series, title):
         draw_world(axis, series, world, series.backends,
                    functools.partial(series.column, world, name=column))
@@ -134,7 +134,7 @@ def plot_against_population(series: Series, path: Path, column: str, title: str,
 
 
 def plot_relative(series: Series, path: Path, base: str, column: str) -> Path:
-    """OpenCL over the host, with what the paper published."""
+    """Plots OpenCL relative to the host, with the published values of the paper."""
     faster = column == "r_acc"
     what = "r_ACC" if faster else "r_EPSS"
     name = backend_name(series, base)
@@ -152,7 +152,7 @@ def plot_relative(series: Series, path: Path, base: str, column: str) -> Path:
 
 
 def draw_paper(axis: "Axes", value: float, words: str) -> None:
-    """What the paper published, as lines that nobody takes for ours."""
+    """Draws a published value of the paper as a line in another style."""
     axis.axhline(value, color=PAPER_COLOUR, linestyle=(0, (6, 3)), linewidth=1.2,
                  label=f"{PAPER} (Exynos, Mali GPU): {words}")
     axis.axvline(PAPER_ROBOTS, color=PAPER_COLOUR, linestyle=":", linewidth=1.4,
@@ -164,7 +164,7 @@ def draw_paper(axis: "Axes", value: float, words: str) -> None:
 
 
 def plot_averages(series: Series, path: Path, column: str, label: str) -> Path:
-    """Bars: the mean over the large populations, and how many times host1's that is."""
+    """Plots bars of the mean over the large populations, with the ratio to host1."""
     looks = styles(series)
     for figure, axis, world in panels(series, f"mean over the populations of {LARGE} robots "
                                               "and more"):
@@ -189,12 +189,12 @@ def plot_averages(series: Series, path: Path, column: str, label: str) -> Path:
 
 
 def wrapped(name: str) -> str:
-    """In two lines, to leave room for the bars."""
+    """Splits a name into two lines, which leaves space for the bars."""
     return name.replace(", ", ",\n").replace(" (auto)", "\n(auto)")
 
 
 def phase_populations(series: Series, world: str) -> list[int]:
-    """One of about LARGE robots and the greatest that all backends have."""
+    """A population of about LARGE robots, and the greatest that all backends have."""
     populations = series.populations(world, *series.backends)
     if not populations:
         return []
@@ -203,7 +203,7 @@ def phase_populations(series: Series, world: str) -> list[int]:
 
 
 def plot_phases(series: Series, path: Path) -> Path:
-    """Stacked bars: where the time of a step goes."""
+    """Plots the phases of a step as stacked bars."""
     pyplot = load_pyplot(STYLE)
     rows = [(world, n) for world in series.worlds for n in phase_populations(series, world)]
     height = 0.3 + len(rows) * (0.9 + 0.33 * len(series.backends))
@@ -226,7 +226,7 @@ def plot_phases(series: Series, path: Path) -> Path:
 
 
 def plot_all(series: Series, folder: Path) -> dict[str, Path]:
-    """All plots that there are figures for, by the name of their subject."""
+    """All plots for which there are figures, by name."""
     made = {
         "r_acc": plot_against_population(
             series, folder / "r_acc.png", "r_acc", "simulation speed",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The record of a run: a line of the raw file, which is never changed."""
+"""The record of a run: a line of the raw file, which is only appended to."""
 
 from __future__ import annotations
 
@@ -12,26 +12,27 @@ from benchkit.store import StoreError, Table, line_of, one_line, read_rows
 
 NAN = math.nan
 
-WARM_UP = "warm-up"  # fills caches; in the short form also shows how fast the machine is
-COMPILE = "compile"  # with an empty kernel cache
+WARM_UP = "warm-up"  # fills caches; in the short form it also predicts the machine's speed
+COMPILE = "compile"  # compiles with an empty kernel cache
 MEASURE = "measure"
 
 
-# What tells runs apart: purpose, world, population, backend, repeat.
+# Identifies a run: purpose, world, population, backend, repeat.
 Key = tuple[str, str, int, str, int]
 
 
 @dataclass(frozen=True)
 class Record:
-    """One run of the program. A figure that there is none of is NaN, an empty field of the file."""
+    """One run of the program. Figures that do not exist are NaN, which is an empty field of the
+    file."""
 
-    # What was run, and on what.
+    # The run and its machine.
     commit: str
     program: str  # fingerprint of the program's files
     machine: str
     system: str
-    date: str  # with the time of day, UTC
-    form: str  # short, long, or the simulated seconds that the user gave
+    date: str  # date and time, UTC
+    form: str  # short, long, or the simulated seconds given by the user
     purpose: str  # WARM_UP, COMPILE or MEASURE
     world: str
     population: int
@@ -39,23 +40,23 @@ class Record:
     repeat: int  # from 1
     seed: int
     simulated_seconds: float
-    error: str = ""  # why there are no figures
+    error: str = ""  # the reason why there are no figures
     notes: str = ""
-    # What came out.
+    # Results.
     device: str = ""
     threads: float = NAN
     steps: float = NAN
-    wall_seconds: float = NAN  # of the steps alone
-    load_seconds: float = NAN  # of loading the world, compiling kernels included
-    process_seconds: float = NAN  # from the program's start to its end
-    r_acc: float = NAN  # simulated robot seconds for each real second
-    r_epss: float = NAN  # joules for each simulated robot second
+    wall_seconds: float = NAN  # of the steps only
+    load_seconds: float = NAN  # of loading the world, including compilation of kernels
+    process_seconds: float = NAN  # from start to end of the program
+    r_acc: float = NAN  # simulated robot-seconds per real second
+    r_epss: float = NAN  # joules per simulated robot-second
     joules: float = NAN
     watts: float = NAN
     metered_seconds: float = NAN
     meter: str = ""
-    scope: str = ""  # what the meter covers: rail, package, GPU, system, assumed
-    gather_ms: float = NAN  # phases: milliseconds for each step
+    scope: str = ""  # scope of the meter: rail, package, GPU, system, assumed
+    gather_ms: float = NAN  # phases, in milliseconds per step
     prefilter_ms: float = NAN
     trace_ms: float = NAN
     move_ms: float = NAN
@@ -68,15 +69,16 @@ class Record:
     steps_on_device: float = NAN
     mb_sent_per_step: float = NAN
     mb_fetched_per_step: float = NAN
-    load_average: float = NAN  # of the machine, just before the run
+    load_average: float = NAN  # of the machine, right before the run
     state_hash: str = ""
-    # With --board: the chip around the run.
+    # State of the chip during the run, only with --board.
     celsius_before: float = NAN
     celsius_after: float = NAN
     celsius_most: float = NAN
-    cooling_seconds: float = NAN  # waited before the run
-    clock_least: float = NAN  # of the fastest core at each look, relative to its greatest
-    throttled: str = ""  # what slowed the chip down
+    cooling_seconds: float = NAN  # seconds waited before the run
+    clock_least: float = NAN  # mean clock of the fastest core over the samples, relative to its
+                              # maximum
+    throttled: str = ""  # causes that slowed the chip down
 
     @property
     def key(self) -> Key:
@@ -93,7 +95,7 @@ class Record:
 
 PHASES = ("gather", "prefilter", "trace", "move", "callbacks", "energy")
 BOARD_COLUMNS = [field.name for field in fields(Record)]
-# Files of a series without --board, older ones among them, have fewer.
+# Files of series without --board have fewer columns; so do older files.
 COLUMNS = BOARD_COLUMNS[:BOARD_COLUMNS.index("celsius_before")]
 READERS: dict[str, Callable[[str], Any]] = {
     "int": int, "str": str, "float": lambda text: float(text) if text else NAN,
@@ -109,7 +111,7 @@ def to_row(record: Record) -> dict[str, object]:
 
 
 def from_row(row: dict[str, str]) -> Record:
-    """Raises ValueError if the row is not one of ours."""
+    """Raises ValueError if the row is invalid."""
     return Record(**{field.name: READERS[str(field.type)](row[field.name])
                      for field in fields(Record) if field.name in row})
 
@@ -126,20 +128,20 @@ def records_of(path: Path, rows: Iterable[dict[str, str]]) -> list[Record]:
 
 
 def read_records(path: Path) -> tuple[list[Record], int]:
-    """The finished runs, and the length in bytes of what is whole: more than that was cut off."""
+    """Returns the finished runs, and the number of bytes before an incomplete last line."""
     columns = BOARD_COLUMNS if is_of_board(path) else COLUMNS
     rows, ends = read_rows(path, columns)
     return records_of(path, (dict(zip(columns, row)) for row in rows)), ends[-1] if ends else 0
 
 
 def is_of_board(path: Path) -> bool:
-    """Whether a file has the columns that --board adds."""
+    """True if a file has the columns that --board adds."""
     with open(path, encoding="utf-8", errors="replace") as file:
         return file.readline() == line_of(BOARD_COLUMNS)
 
 
 class RawFile:
-    """The file, held by this process alone until it is closed."""
+    """The file, locked by this process until it is closed."""
 
     def __init__(self, path: Path, board: bool = False) -> None:
         if path.exists() and path.stat().st_size and is_of_board(path) != board:
@@ -161,15 +163,15 @@ class RawFile:
         self._table.close()
 
 
-# What all runs of a folder have in common, and what --mix allows to differ.
+# Columns that are equal for all runs of a folder, unless --mix allows a difference.
 NEVER_MIXED = {"form": "form", "seed": "seed", "meter": "meter"}
 MIXED_ON_REQUEST = {"commit": "commit", "program": "build of the program", "machine": "machine"}
 
 
 def check_same(records: list[Record], now: dict[str, object], mix: bool) -> None:
-    """Refuses to put runs of another kind among those of the folder.
+    """Refuses to add runs of another kind to those of the folder.
 
-    `now` has the columns of the runs to come; one that is missing is not compared.
+    `now` has the columns of the new runs; missing columns are not compared.
     """
     for column, name in {**NEVER_MIXED, **MIXED_ON_REQUEST}.items():
         there = sorted({str(getattr(record, column)) for record in records if record.ok}

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The report of a series: Markdown with tables and the plots, losing cases included."""
+"""The report of a series: Markdown with tables and plots, including the cases in which OpenCL is
+slower."""
 
 from __future__ import annotations
 
@@ -20,14 +21,14 @@ REPORT_FILE = "report.md"
 
 
 def values(series: Series, column: str) -> list[str]:
-    """Different values of a text column."""
+    """Distinct values of a text column."""
     return sorted({str(getattr(record, column)) for record in series.measured})
 
 
-# What was measured.
+# Measured runs and machines.
 
 def machine_rows(series: Series, facts: list[dict]) -> list[tuple[str, str]]:
-    """What is known about the machines; of the raw file alone if the facts are lost."""
+    """Facts about the machines, or only those in the raw file if the others are lost."""
     rows = [("machine", "; ".join(values(series, "machine")))]
     for fact in facts:
         virtual = ", virtual machine" if fact.get("virtual") else ""
@@ -60,14 +61,14 @@ def measured_section(series: Series, facts: list[dict]) -> list[str]:
 
 
 def repeats_text(series: Series, *backends: str) -> str:
-    """Without backends, of all."""
+    """Number of repeats of the given backends, or of all."""
     fewest, most = series.repeats(*backends)
     number_text = str(most) if fewest == most else f"{fewest} to {most}"
     return f"{number_text} repeat{'' if number_text == '1' else 's'}"
 
 
 def form_text(series: Series) -> str:
-    """The form, and how many seconds were simulated."""
+    """The form of the series and the simulated seconds."""
     seconds = [record.simulated_seconds for record in series.measured]
     span = f"{min(seconds):g} to {max(seconds):g}" if min(seconds) < max(seconds) else \
         f"{seconds[0]:g}"
@@ -85,7 +86,7 @@ def meter_text(series: Series) -> str:
 
 
 def warnings(series: Series) -> list[str]:
-    """What a reader must know before any figure."""
+    """Warnings to be read before the figures."""
     found = []
     for difference in differences(series.records):
         hashes = "; ".join(f"`{state}`: {', '.join(labels)}"
@@ -124,10 +125,10 @@ def too_few_repeats(series: Series) -> list[str]:
             "spreads say little." for label in few]
 
 
-# What came out.
+# Results.
 
 def column_tables(series: Series, column: str, unit: str) -> list[str]:
-    """For each world a table of the figure: populations by backends."""
+    """A table of the figure for each world: populations by backends."""
     lines = []
     for world in series.worlds:
         rows = []
@@ -170,7 +171,7 @@ def energy_section(series: Series, plots: dict[str, Path]) -> list[str]:
 
 
 def relative_section(series: Series, plots: dict[str, Path]) -> list[str]:
-    """OpenCL over the host, for speed and energy."""
+    """OpenCL relative to the host, in speed and energy."""
     lines = ["## OpenCL relative to the host", ""]
     if not series.accelerated or not series.bases:
         return lines + ["Nothing to compare: runs with OpenCL and on the host are needed.", ""]
@@ -202,7 +203,7 @@ def relative_tables(series: Series, base: str, column: str, what: str) -> list[s
 
 
 def loss_lines(series: Series) -> list[str]:
-    """Where OpenCL did not pay, said in words."""
+    """Describes the cases in which OpenCL did not pay."""
     losses = series.losses()
     lines = ["### Where OpenCL loses", ""]
     if not losses:
@@ -260,12 +261,12 @@ def bound_text(value: float, below: str, above: str) -> str:
 
 
 def rough(value: float) -> str:
-    """Interpolated figures are not as exact as measured ones."""
+    """Rounds an interpolated figure, which is less exact than measured ones."""
     return number(float(f"{value:.3g}"))
 
 
 def break_even_text(found: BreakEven | None) -> tuple[str, str, str]:
-    """Rays, interval and robots, in words where there are no numbers."""
+    """Rays, interval and robots as text, also for results outside the measured range."""
     if found is None:
         return "too few populations", "", ""
     bounds = ""
@@ -303,7 +304,7 @@ def break_even_section(series: Series) -> list[str]:
 
 
 def auto_lines(series: Series) -> list[str]:
-    """Where the program itself saw the break-even, and how much that cost."""
+    """The break-even that the program itself found, and the cost of finding it."""
     if "auto" not in series.backends:
         return []
     rows = []
@@ -328,7 +329,7 @@ def auto_lines(series: Series) -> list[str]:
 
 
 def share_text(share: Summary | None) -> str:
-    """Percent, with the least and the greatest."""
+    """Percentage with minimum and maximum."""
     return f"{share.median:.0%} ({share.least:.0%} to {share.greatest:.0%})" if share else ""
 
 
@@ -371,7 +372,7 @@ def memory_section(series: Series, plots: dict[str, Path]) -> list[str]:
 
 
 def memory_text(kib_per_robot: float | None) -> str:
-    """Loading a world may take more than its robots do."""
+    """If loading needs more memory than the robots, their share cannot be measured."""
     if kib_per_robot is None:
         return ""
     return number(kib_per_robot) if kib_per_robot > 0 else "hidden by the peak of loading"
@@ -394,7 +395,7 @@ def compile_section(series: Series) -> list[str]:
 
 
 def same_results_lines(series: Series) -> list[str]:
-    """How many comparisons of hashes the statement rests on."""
+    """States how many hashes were compared."""
     points = {(r.commit, r.world, r.population, r.seed, r.simulated_seconds) for r in series.good}
     wrong = len(differences(series.records))
     what = f"{len(points)} combinations of world, population and simulated seconds"
@@ -404,7 +405,7 @@ def same_results_lines(series: Series) -> list[str]:
 
 
 def heat_section(series: Series) -> list[str]:
-    """With --board: how hot the chip got, and what slowed it down."""
+    """Temperatures and causes of slow-downs, only with --board."""
     watched = [r for r in series.measured if not math.isnan(r.cooling_seconds) or r.throttled]
     if not watched:
         return []
@@ -452,7 +453,7 @@ def report_text(series: Series, facts: list[dict], plots: dict[str, Path],
 
 
 def read_facts(folder: Path) -> list[dict]:
-    """Of the machines that runs of the folder were made on."""
+    """Facts about the machines of the runs in the folder."""
     try:
         return json.loads((folder / MACHINE_FILE).read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -460,7 +461,7 @@ def read_facts(folder: Path) -> list[dict]:
 
 
 def add_facts(folder: Path, fact: dict) -> None:
-    """Notes a machine, once. (The memory that PoCL states changes from call to call.)"""
+    """Adds a machine unless it is listed. The memory that PoCL reports varies and is ignored."""
     facts = read_facts(folder)
     if fact["identity"] not in [known.get("identity") for known in facts]:
         text = json.dumps([*facts, fact], indent=2)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""One run of the stage program, and the record of it. Nothing is tried twice."""
+"""Executes one run of the stage program and makes its record. Failed runs are not repeated."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from benchkit.programs import Outcome, RunError, populate
 from benchkit.series.records import NAN, PHASES, Key
 
-# Empty kernel caches, by driver: PoCL, NVIDIA, Mesa, Intel. {} is a fresh folder.
+# Empty kernel caches, by driver: PoCL, NVIDIA, Mesa, Intel. {} is a new folder.
 NO_KERNEL_CACHE = {
     "POCL_CACHE_DIR": "{}", "CUDA_CACHE_DISABLE": "1", "CUDA_CACHE_PATH": "{}",
     "MESA_SHADER_CACHE_DISABLE": "true", "NEO_CACHE_PERSISTENT": "0",
@@ -19,7 +19,7 @@ NO_KERNEL_CACHE = {
 
 @dataclass(frozen=True)
 class Backend:
-    """A way to trace the rays, and the options of the program that choose it."""
+    """A way to trace rays, with the options of the program that select it."""
 
     label: str  # host1, hostN, host:THREADS, cl:DEVICE or auto
     options: tuple[str, ...]
@@ -31,7 +31,7 @@ class Backend:
 
 @dataclass(frozen=True)
 class Job:
-    """A run to be done."""
+    """A run that is to be executed."""
 
     purpose: str
     world: str
@@ -60,7 +60,7 @@ class Worlds:
 
 
 def check_outcome(job: Job, outcome: Outcome) -> None:
-    """A run that quietly did something else is no measurement."""
+    """Rejects a run in which the program silently used another backend."""
     stats, opencl = outcome.stats, outcome.stats["opencl"]
     if stats["robots"] != job.population:
         raise RunError(f"{stats['robots']} robots were simulated, expected {job.population}")
@@ -76,7 +76,7 @@ def check_outcome(job: Job, outcome: Outcome) -> None:
 
 
 def figures_of(outcome: Outcome) -> dict:
-    """The columns of a record that come from the program."""
+    """Columns of a record that come from the program."""
     stats, opencl = outcome.stats, outcome.stats["opencl"] or {}
     steps = stats["steps"]
     figures = {
