@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Energy meters: what a run of a program costs in joules, as far as this machine can tell.
+"""Energy meters: measure the joules that a run of a program costs, as far as this machine can.
 
     with open_meter("auto").measuring() as measurement:
         ...
     print(measurement.reading.joules)
 
-Meters are named by specs, which `tools/power --help` and benchmarks/power.md explain. A meter that
-cannot be had raises MeterError when it is opened; from then on it never fails a run, but gives a
-Reading without a figure that says why.
+Meters are named by specs, which `tools/power --help` and benchmarks/power.md explain. Opening a
+meter that is not available raises MeterError. Once open, a meter never fails a run; if it cannot
+measure, it returns a Reading without a figure, with the reason.
 """
 
 from .reading import SCOPES, Meter, MeterError, MeterInfo, Reading

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Time, and things done again and again in time. Tests put another clock in its place."""
+"""Clocks and periodic actions. Tests replace the clock."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import threading
 import time
 from typing import Callable
 
-HANG_SECONDS = 5.0  # a sensor that takes longer to be read is given up
+HANG_SECONDS = 5.0  # limit for reading a sensor, which may hang
 
 
 class Repeater:
-    """Does something at once, then every so often in a thread, and once more at the end.
+    """Performs an action immediately, then periodically in a thread, and once more at the end.
 
-    The first and the last time happen in the thread too, so that a sensor whose read never returns
-    cannot hold up the run. The action must not raise.
+    The first and last time run in the thread as well, so that a sensor whose read never returns
+    cannot block the run. The action must not raise.
     """
 
     def __init__(self, period: float, action: Callable[[], None],
@@ -24,18 +24,18 @@ class Repeater:
         self._hang_seconds = hang_seconds
         self._first_done = threading.Event()
         self._stopping = threading.Event()
-        # A daemon, so that a read that hangs cannot hold up the end of the program either.
+        # A daemon thread, so that a read that hangs cannot block the end of the program.
         self._thread = threading.Thread(target=self._work, name="energy meter", daemon=True)
 
     def start(self) -> bool:
-        """Whether the first action ended in time."""
+        """Returns whether the first action ended in time."""
         self._thread.start()
         return self._first_done.wait(self._hang_seconds)
 
     def stop(self) -> bool:
-        """Whether the last action ended in time; the thread has ended then, too."""
+        """Returns whether the last action ended in time; the thread has then ended as well."""
         self._stopping.set()
-        # Where the first action never ended, this one has had its time.
+        # If the first action has not ended by now, waiting again is useless.
         self._thread.join(self._hang_seconds if self._first_done.is_set() else 0)
         return not self._thread.is_alive()
 
@@ -50,26 +50,26 @@ class Repeater:
 
 
 class Clock:
-    """The time of the machine, in seconds."""
+    """The clocks of the machine, in seconds."""
 
     def monotonic(self) -> float:
-        """Of intervals: never set, stands still while the machine sleeps."""
+        """For intervals: is never set, and stands still while the machine sleeps."""
         return time.monotonic()
 
     def epoch(self) -> float:
-        """Since 1970, as loggers have it."""
+        """Time since 1970, as in the files of loggers."""
         return time.time()
 
     def suspended(self) -> float:
-        """For which the machine has slept since it was started."""
+        """Time that the machine has slept since it was started."""
         if not hasattr(time, "CLOCK_BOOTTIME"):
             return 0.0
         return time.clock_gettime(time.CLOCK_BOOTTIME) - time.clock_gettime(time.CLOCK_MONOTONIC)
 
     def sleep(self, seconds: float) -> None:
-        """Wait."""
+        """Waits."""
         time.sleep(seconds)
 
     def repeat(self, period: float, action: Callable[[], None]) -> Repeater:
-        """Something to be started that does the action every so often."""
+        """Returns an object that, once started, performs the action periodically."""
         return Repeater(period, action)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Logs of an external logger: lines of time, volts and amps (or the drop across a shunt).
+"""Logs of an external logger: lines of time, volts and amps (or the voltage across a shunt).
 
-The log may still be written while a run is measured, by a logger at this machine or over a shared
-folder; or be read later, for an interval that is known.
+A logger on this machine or in a shared folder may still be writing the log during a run. A log can
+also be read later, for a known interval.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from .reading import Energy, Meter, MeterError
 
 MOST_GAP = 1.0  # seconds between two lines of the interval
 MOST_WATTS = 100_000.0
-MOST_CLOCK_STEP = 0.05  # seconds by which the machine's clock may be set in a run
-PATIENCE = 3.0  # seconds that a logger may take to write out its last lines
+MOST_CLOCK_STEP = 0.05  # maximum adjustment of the machine's clock during a run, in seconds
+PATIENCE = 3.0  # seconds to wait for a logger's last lines
 PATIENCE_STEP = 0.25
 COLUMNS = ("time", "volts", "amps")
 
 
 class LogEndsEarly(MeterError):
-    """The log does not reach the end of the interval: more of it may come."""
+    """The log does not reach the end of the interval yet; more lines may follow."""
 
 
 @dataclass(frozen=True)
@@ -38,19 +38,20 @@ class Row:
 
 @dataclass(frozen=True)
 class Log:
-    """A file, and how to read it."""
+    """A file with its format."""
 
     path: Path
-    offset: float = 0.0  # seconds, from the file's times to the epoch's
+    offset: float = 0.0  # seconds to add to the file's times for times since 1970
     shunt: float | None = None  # ohms; None if the third column is amps
 
     def integrate(self, start: float, stop: float) -> tuple[float, int]:
-        """The joules from start to stop (seconds since the epoch), and how many lines gave them.
+        """Returns the joules from start to stop (seconds since 1970), and the number of lines
+        between them.
 
-        Raises MeterError with file and line where the log does not tell.
+        Raises MeterError with file and line if the log does not cover the interval or is invalid.
         """
         joules, samples = 0.0, 0
-        before: tuple[Row, float] | None = None  # with its watts
+        before: tuple[Row, float] | None = None  # a row and its watts
         previous: Row | None = None
         for row in self._rows():
             if row.time > start:
@@ -72,7 +73,7 @@ class Log:
 
     def _area(self, left: tuple[Row, float], right: tuple[Row, float], start: float,
               stop: float) -> float:
-        """Joules of a segment as far as it lies in the interval."""
+        """Joules of the part of a segment within the interval."""
         (row0, watts0), (row1, watts1) = left, right
         length = row1.time - row0.time
         if length > MOST_GAP:
@@ -86,7 +87,7 @@ class Log:
         return middle * (end - begin)
 
     def _rows(self) -> Iterator[Row]:
-        """The lines of data, their times checked. A last line without its end is left out."""
+        """The data lines, with valid times. An incomplete last line is skipped."""
         order, last = None, -math.inf
         with self.path.open(encoding="utf-8-sig", errors="replace", newline="\n") as file:
             for number, line in enumerate(file, 1):
@@ -94,7 +95,7 @@ class Log:
                 if not text or text.startswith("#"):
                     continue
                 if not line.endswith("\n"):
-                    return  # still being written: "12." may become "12.5"
+                    return  # incomplete: "12." may become "12.5"
                 cells = cells_of(text)
                 if order is None:
                     order = self._column_order(number, cells)
@@ -107,7 +108,8 @@ class Log:
                 yield row
 
     def _column_order(self, line: int, cells: list[str]) -> tuple[int, int, int]:
-        """From the first line. A header of other names than ours just stands for three columns."""
+        """Reads the columns from the first line. A header with unknown names means the usual
+        three columns."""
         names = [cell.strip('"').lower() for cell in cells]
         third = "drop" if self.shunt is not None else "amps"
         wanted = COLUMNS[:2] + (third,)
@@ -148,13 +150,13 @@ class Log:
 
 
 def cells_of(text: str) -> list[str]:
-    """A line's cells, which one kind of sign parts: so decimal commas are not taken for it."""
+    """The cells of a line. Only one kind of separator splits it, so that decimal commas do not."""
     separator = next((sign for sign in ";\t," if sign in text), None)
     return [cell.strip() for cell in text.split(separator)]
 
 
 def is_number(text: str) -> bool:
-    """Whether Python takes it for a float; NaN and infinities are."""
+    """True if Python parses the text as a float, including NaN and infinities."""
     try:
         float(text)
     except ValueError:
@@ -173,7 +175,7 @@ class CsvMeter(Meter):
         self._epoch = 0.0
 
     def state(self) -> str:
-        """"usable" if there is such a file."""
+        """"usable" if the file exists."""
         try:
             with self._log.path.open("rb"):
                 return "usable"
@@ -200,7 +202,7 @@ class CsvMeter(Meter):
 
 
 def parse_log(argument: str) -> Log:
-    """The log of the spec "csv:ARGUMENT": FILE[@EPOCH_OFFSET][?shunt=OHMS]."""
+    """Opens the log of the spec "csv:ARGUMENT": FILE[@EPOCH_OFFSET][?shunt=OHMS]."""
     name, question, option = argument.partition("?shunt=")
     shunt = None
     if question:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Small files of sysfs: one value each. Every OSError names its file."""
+"""Small files of sysfs with one value each. Every OSError names its file."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from pathlib import Path
 
 
 def read_text(path: Path) -> str:
-    """The file's text without the white space at its ends."""
+    """The file's text without surrounding white space."""
     try:
         return path.read_text(encoding="utf-8", errors="replace").strip()
     except OSError as error:
-        error.filename = error.filename or str(path)  # read() itself does not name it
+        error.filename = error.filename or str(path)  # an error of read() has no file name
         raise
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write to a file that is there."""
+    """Writes to an existing file."""
     try:
         with path.open("r+", encoding="utf-8") as file:
             file.write(text + "\n")

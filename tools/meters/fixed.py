@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Meters that measure nothing but time: none at all, and a power that somebody assumed."""
+"""Meters that only measure time: one without energy, and one with an assumed power."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MOST_WATTS = 1e6
 
 
 class NoMeter(Meter):
-    """For runs whose energy is of no interest."""
+    """For runs whose energy does not matter."""
 
     method = "none"
 
@@ -24,7 +24,7 @@ class NoMeter(Meter):
 
 
 class ConstantMeter(Meter):
-    """Multiplies the time by a power that was given, not measured."""
+    """Multiplies the time by an assumed power."""
 
     method = "assumed"
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Sensors of power and energy that Linux' hwmon subsystem shows in /sys/class/hwmon.
+"""Power and energy sensors of Linux's hwmon subsystem in /sys/class/hwmon.
 
-A chip is a folder hwmonN with a file `name`. Its channel K has some of energyK_input (µJ),
-powerK_average and powerK_input (µW), and a label. The INA3221 has none of these, but the voltage
-inK_input (mV) and current currK_input (mA) of each of its three channels.
+A chip is a folder hwmonN with a file `name`. Its channel K has a label and some of energyK_input
+(µJ), powerK_average and powerK_input (µW). The INA3221 instead has the voltage inK_input (mV) and
+current currK_input (mA) of each of its three channels.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from .tracks import MOST_GAP
 FOLDER = Path("sys/class/hwmon")
 MICRO = 1e-6
 MOST_WATTS = 20_000.0
-UPDATE_SECONDS = 1.0  # where the driver does not say, as careful a guess as we can make
+UPDATE_SECONDS = 1.0  # a conservative guess for drivers that do not report it
 INA3221_CHANNELS = (1, 2, 3)
-# Drivers whose channels are more than a rail of some board.
+# Drivers whose channels cover a whole GPU, not only a rail of a board.
 GPU_CHIPS = ("amdgpu", "i915", "nouveau", "xe")
 
 
@@ -33,15 +33,15 @@ class Channel:
 
     folder: Path
     chip: str
-    label: str  # from the label file, or else "power1", "energy1", "in1"
+    label: str  # content of the label file, or else "power1", "energy1", "in1"
     number: int
 
     def file(self, what: str) -> Path:
-        """Such as .../hwmon3/power1_input for "power{}_input"."""
+        """Path of a file of this channel, such as .../hwmon3/power1_input for "power{}_input"."""
         return self.folder / what.format(self.number)
 
     def scope(self) -> str:
-        """What it covers; unless we know better, only a rail."""
+        """The scope of the channel: a rail, unless more is known about the chip."""
         if self.chip in GPU_CHIPS:
             return "GPU"
         if self.chip == "power_meter" or (self.chip, self.label) == ("corsairpsu", "power total"):
@@ -52,7 +52,7 @@ class Channel:
         return "rail"
 
     def sensor(self) -> Sensor:
-        """An energy counter where there is one that can be read."""
+        """Prefers an energy counter if it can be read."""
         energy = self.file("energy{}_input")
         if energy.exists() and (can_be_read(energy) or not self.power_file().exists()):
             return counter(f"{self.chip}/{self.label}", lambda: read_whole_number(energy),
@@ -68,28 +68,29 @@ class Channel:
                      update_seconds=seconds, most_gap=max(MOST_GAP, seconds))
 
     def power_file(self) -> Path:
-        """The average, which misses nothing between two samples, unless it drags on too long."""
+        """Prefers the average, which misses nothing between two samples, unless its interval is
+        too long."""
         average, momentary = self.file("power{}_average"), self.file("power{}_input")
         if average.exists() and (self.average_seconds() <= MOST_GAP or not momentary.exists()):
             return average
         return momentary
 
     def average_seconds(self) -> float:
-        """Over which powerK_average averages."""
+        """Interval that powerK_average covers."""
         return seconds_in(self.file("power{}_average_interval"))
 
     def update_seconds(self) -> float:
-        """From one of the chip's values to the next."""
+        """Interval between updates of the chip's values."""
         return seconds_in(self.folder / "update_interval")
 
     def _read_product(self) -> float:
-        """mV times mA is µW."""
+        """Power in µW: mV times mA."""
         return (read_whole_number(self.file("in{}_input"))
                 * read_whole_number(self.file("curr{}_input")))
 
 
 def seconds_in(path: Path) -> float:
-    """The interval in a file of milliseconds, if the driver has it and it makes sense."""
+    """Reads an interval in milliseconds; returns the default if the file is missing or has 0."""
     try:
         return read_whole_number(path) / 1000 or UPDATE_SECONDS
     except (OSError, ValueError):
@@ -97,7 +98,7 @@ def seconds_in(path: Path) -> float:
 
 
 def can_be_read(path: Path) -> bool:
-    """Whether it can, now."""
+    """True if the file can be read now."""
     try:
         read_text(path)
     except OSError:
@@ -106,7 +107,7 @@ def can_be_read(path: Path) -> bool:
 
 
 def find_channels(root: Path) -> list[Channel]:
-    """All channels of all chips. Batteries are left out: their power may be the charger's."""
+    """All channels of all chips except batteries, whose power may be that of the charger."""
     folders = sorted((root / FOLDER).glob("hwmon*"),
                      key=lambda folder: (len(folder.name), folder.name))
     channels = []
@@ -114,14 +115,15 @@ def find_channels(root: Path) -> list[Channel]:
         try:
             chip = read_text(folder / "name")
         except OSError:
-            continue  # of no use, as nobody can tell what it is
+            continue  # useless without a name
         if not chip.startswith("BAT"):
             channels += channels_of(folder, chip)
     return channels
 
 
 def channels_of(folder: Path, chip: str) -> list[Channel]:
-    """A chip's channels. Energy and power of one number are one channel unless labels differ."""
+    """A chip's channels. Energy and power of one number are one channel unless their labels
+    differ."""
     found: dict[tuple[int, str], Channel] = {}
     for path in sorted(folder.glob("*_*")):  # energy before power
         match = re.fullmatch(r"(energy|power)(\d+)_(input|average)", path.name)
@@ -136,7 +138,7 @@ def channels_of(folder: Path, chip: str) -> list[Channel]:
 
 def add_channel(found: dict[tuple[int, str], Channel], folder: Path, chip: str, kind: str,
                 number: int) -> None:
-    """Add what the files of this kind and number show, unless it is known already."""
+    """Adds the channel of this kind and number unless it is known."""
     stem = f"{kind}{number}"
     try:
         label = read_text(folder / f"{stem}_label")
@@ -148,7 +150,7 @@ def add_channel(found: dict[tuple[int, str], Channel], folder: Path, chip: str, 
 
 
 def find(root: Path, clock: Clock) -> list[SensorMeter]:
-    """A meter for each channel, by specs that each mean one."""
+    """A meter per channel, with unambiguous specs."""
     channels = find_channels(root)
     specs = [f"{channel.chip}/{channel.label}" for channel in channels]
     meters = []
@@ -166,9 +168,9 @@ def make_meter(spec: str, channel: Channel, clock: Clock) -> SensorMeter:
 
 
 def choose(argument: str, root: Path, clock: Clock) -> SensorMeter:
-    """The meter for "hwmon:ARGUMENT": CHIP, CHIP/LABEL, hwmonN, hwmonN/LABEL; or the only one.
+    """The meter for "hwmon:ARGUMENT": CHIP, CHIP/LABEL, hwmonN, hwmonN/LABEL, or the only channel.
 
-    Channels are never added up: one of a chip often contains another.
+    Channels are never added up, because one channel of a chip often includes another.
     """
     spec = f"hwmon:{argument}" if argument else "hwmon"
     channels = find_channels(root)

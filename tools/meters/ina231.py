@@ -14,11 +14,11 @@ from .reading import MeterError, explain
 from .sensors import SensorMeter, power
 
 FOLDER = Path("sys/bus/i2c/drivers/INA231")
-RAILS = {"40": "a15", "41": "memory", "44": "gpu", "45": "a7"}  # by the address on the bus
+RAILS = {"40": "a15", "41": "memory", "44": "gpu", "45": "a7"}  # by address on the bus
 OTHER_NAMES = {"big": "a15", "little": "a7", "mem": "memory"}
 SETTLE_SECONDS = 2.0
 UPDATE_SECONDS = 0.26
-MOST_WATTS = 100.0  # the board's supply is one of 20 W
+MOST_WATTS = 100.0  # far above the board's supply of 20 W
 
 
 @dataclass(frozen=True)
@@ -29,15 +29,15 @@ class Rail:
     name: str
 
     def enable_file(self) -> Path:
-        """"1" while the sensor is on."""
+        """File that contains "1" while the sensor is on."""
         return self.folder / "enable"
 
     def watts(self) -> float:
-        """The present power, if the sensor is on."""
+        """The present power; the sensor must be on."""
         return read_decimal(self.folder / "sensor_W")
 
     def trouble(self) -> str | None:
-        """Why it cannot be used."""
+        """Reason why the sensor cannot be used, or None."""
         try:
             is_on = read_text(self.enable_file()) == "1"
             self.watts()
@@ -49,16 +49,16 @@ class Rail:
 
 
 class Ina231Access:
-    """Switches on the sensors that are off, and off again in the end."""
+    """Switches on the sensors that are off, and off again at the end."""
 
     def __init__(self, rails: list[Rail], clock: Clock) -> None:
         self._rails = rails
         self._clock = clock
-        self._switched_on: list[tuple[Rail, str]] = []  # with what was there before
+        self._switched_on: list[tuple[Rail, str]] = []  # with the value to restore
 
     def open(self) -> None:
-        """Switch on, and wait until the first values are right."""
-        atexit.register(self.close)  # for a program that ends in mid-run
+        """Switches the sensors on, and waits until their first values are valid."""
+        atexit.register(self.close)  # restores the sensors if the program ends during a run
         for rail in self._rails:
             before = read_text(rail.enable_file())
             if before != "1":
@@ -68,7 +68,7 @@ class Ina231Access:
             self._clock.sleep(SETTLE_SECONDS)
 
     def close(self) -> None:
-        """Leave the sensors as they were."""
+        """Restores the original state of the sensors."""
         atexit.unregister(self.close)
         error = None
         while self._switched_on:
@@ -81,16 +81,16 @@ class Ina231Access:
             raise error
 
     def settling(self) -> float:
-        """Seconds that open() would take."""
+        """Seconds that open() takes."""
         try:
             is_on = all(read_text(rail.enable_file()) == "1" for rail in self._rails)
         except OSError:
-            is_on = True  # open() will fail at once
+            is_on = True  # open() fails immediately
         return 0.0 if is_on else SETTLE_SECONDS
 
 
 def find_rails(root: Path) -> list[Rail]:
-    """The sensors, in the order of their addresses."""
+    """The sensors, ordered by address."""
     rails = []
     for folder in sorted((root / FOLDER).glob("*-00??"), key=lambda folder: folder.name[-2:]):
         if folder.name[-2:] in RAILS:

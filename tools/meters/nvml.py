@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""GPUs of NVIDIA, by the management library (NVML) that comes with the driver."""
+"""NVIDIA GPUs, through the management library (NVML) of the driver."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ POWER_AVERAGE_SECONDS = 1.0
 NAME_LENGTH = 96
 
 SUCCESS, NOT_SUPPORTED, FUNCTION_NOT_FOUND = 0, 3, 13
-LOST = (15, 16)  # the GPU fell off the bus, or needs a reset
+LOST = (15, 16)  # the GPU has fallen off the bus or needs a reset
 ERRORS = {
     1: "not initialised", 2: "invalid argument", 3: "not supported", 4: "no permission",
     6: "not found", 8: "external power cables are not connected", 9: "driver not loaded",
@@ -30,7 +30,7 @@ ERRORS = {
 
 
 class NvmlError(OSError):
-    """A call that failed. As an OSError, so that a lost GPU counts as a vanished sensor."""
+    """A failed call. It is an OSError so that a lost GPU counts as a vanished sensor."""
 
     def __init__(self, call: str, code: int) -> None:
         what = ERRORS.get(code, "error")
@@ -43,39 +43,41 @@ class NvmlError(OSError):
 
 
 class Nvml(Protocol):
-    """What we need of NVML. Each call raises NvmlError; all but init need an init before."""
+    """The required functions of NVML. Each raises NvmlError; all but init() require an init()
+    before."""
 
     def init(self) -> None:
-        """Once more; as many calls of shutdown() must follow."""
+        """May be called repeatedly; each call requires one of shutdown()."""
 
     def shutdown(self) -> None:
-        """The end of one init()."""
+        """Ends one init()."""
 
     def count(self) -> int:
-        """Of GPUs."""
+        """Number of GPUs."""
 
     def gpu_name(self, index: int) -> str:
-        """Such as "NVIDIA H200"."""
+        """Name of a GPU, such as "NVIDIA H200"."""
 
     def energy_mj(self, index: int) -> int:
         """Millijoules since the driver was loaded."""
 
     def power_mw(self, index: int) -> int:
-        """Milliwatts, on most GPUs the mean of the last second."""
+        """Milliwatts; on most GPUs, the mean of the last second."""
 
 
 class NvmlLibrary:
-    """The real thing, or any shared library with the same seven functions."""
+    """Implements Nvml with the driver's library or any shared library with the same seven
+    functions."""
 
     def __init__(self, path: str = LIBRARY) -> None:
-        """Raises OSError where the library cannot be loaded."""
+        """Raises OSError if the library cannot be loaded."""
         self._library = ctypes.CDLL(path)
 
     def _call(self, function: str, *arguments: object) -> None:
         try:
             code = getattr(self._library, function)(*arguments)
         except AttributeError:
-            code = FUNCTION_NOT_FOUND  # an old driver
+            code = FUNCTION_NOT_FOUND  # missing in old drivers
         if code != SUCCESS:
             raise NvmlError(function, code)
 
@@ -85,21 +87,21 @@ class NvmlLibrary:
         return handle
 
     def init(self) -> None:
-        """Once more; as many calls of shutdown() must follow."""
+        """May be called repeatedly; each call requires one of shutdown()."""
         self._call("nvmlInit_v2")
 
     def shutdown(self) -> None:
-        """The end of one init()."""
+        """Ends one init()."""
         self._call("nvmlShutdown")
 
     def count(self) -> int:
-        """Of GPUs."""
+        """Number of GPUs."""
         count = ctypes.c_uint()
         self._call("nvmlDeviceGetCount_v2", ctypes.byref(count))
         return count.value
 
     def gpu_name(self, index: int) -> str:
-        """Such as "NVIDIA H200"."""
+        """Name of a GPU, such as "NVIDIA H200"."""
         name = ctypes.create_string_buffer(NAME_LENGTH)
         self._call("nvmlDeviceGetName", self._handle(index), name, ctypes.c_uint(NAME_LENGTH))
         return name.value.decode(errors="replace")
@@ -112,37 +114,37 @@ class NvmlLibrary:
         return energy.value
 
     def power_mw(self, index: int) -> int:
-        """Milliwatts, on most GPUs the mean of the last second."""
+        """Milliwatts; on most GPUs, the mean of the last second."""
         milliwatts = ctypes.c_uint()
         self._call("nvmlDeviceGetPowerUsage", self._handle(index), ctypes.byref(milliwatts))
         return milliwatts.value
 
 
 class NvmlAccess:
-    """Holds NVML initialised during a run, so that the driver keeps the GPU's counters."""
+    """Keeps NVML initialised during a run, so that the driver keeps the GPU's counters."""
 
     def __init__(self, nvml: Nvml) -> None:
         self._nvml = nvml
         self._is_open = False
 
     def open(self) -> None:
-        """Initialise."""
+        """Initialises NVML."""
         self._nvml.init()
         self._is_open = True
 
     def close(self) -> None:
-        """Shut down."""
+        """Shuts NVML down."""
         if self._is_open:
             self._is_open = False
             self._nvml.shutdown()
 
     def settling(self) -> float:
-        """None."""
+        """Seconds that open() takes: none."""
         return 0.0
 
 
 def find(nvml: Nvml | None, clock: Clock) -> list[SensorMeter]:
-    """The sum of the GPUs, and each GPU. No library, no GPU: nothing."""
+    """A meter for the sum of the GPUs, and one per GPU; none without library or GPU."""
     if nvml is None:
         return []
     try:
@@ -158,7 +160,7 @@ def find(nvml: Nvml | None, clock: Clock) -> list[SensorMeter]:
 
 
 def find_initialised(nvml: Nvml, clock: Clock) -> list[SensorMeter]:
-    """As find()."""
+    """Implements find() once NVML is initialised."""
     names: list[str] = []
     sensors: list[Sensor | None] = []
     troubles: list[str | None] = []
@@ -187,7 +189,7 @@ def find_initialised(nvml: Nvml, clock: Clock) -> list[SensorMeter]:
 
 
 def find_sensor(nvml: Nvml, index: int) -> Sensor:
-    """The energy counter of a GPU; its power if it has none (those before Volta)."""
+    """The energy counter of a GPU, or its power if it has none (before Volta)."""
     try:
         nvml.energy_mj(index)
         return counter(f"NVML GPU {index}", lambda: nvml.energy_mj(index), scale=MILLI,

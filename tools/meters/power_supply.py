@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A battery that the machine runs on, as Linux shows it in /sys/class/power_supply.
+"""Batteries that supply the machine, in /sys/class/power_supply of Linux.
 
-Drivers tell power_now (µW), or else current_now (µA) and voltage_now (µV). Some count what flows out
-of the battery as negative. While it is charged, or the mains help, it says nothing of the machine.
+Drivers report power_now (µW), or current_now (µA) and voltage_now (µV). Some count discharge as
+negative. While a battery is charged or the mains help, its power does not show that of the machine.
 """
 
 from __future__ import annotations
@@ -18,12 +18,13 @@ from .sensors import SensorMeter, power
 FOLDER = Path("sys/class/power_supply")
 MICRO = 1e-6
 MOST_WATTS = 1000.0
-UPDATE_SECONDS = 10.0  # fuel gauges average; the kernel does not say over what, so this is a guess
+UPDATE_SECONDS = 10.0  # a guess: the kernel does not report the interval over which fuel gauges
+                       # average
 
 
 @dataclass(frozen=True)
 class Battery:
-    """One battery of the machine."""
+    """A battery of the machine."""
 
     folder: Path
 
@@ -32,7 +33,7 @@ class Battery:
         return self.folder.name
 
     def watts(self) -> float:
-        """The power that flows out. Raises ValueError while none does."""
+        """Discharging power. Raises ValueError while the battery is not discharging."""
         status = read_text(self.folder / "status")
         if status != "Discharging":
             raise ValueError(f"{self.folder / 'status'}: found '{status[:20]}', expected "
@@ -44,7 +45,7 @@ class Battery:
 
 
 def is_battery(folder: Path) -> bool:
-    """Of the machine: a mouse has its own, of the scope Device."""
+    """True for a battery of the machine; that of a device such as a mouse has the scope Device."""
     try:
         if read_text(folder / "type") != "Battery":
             return False
@@ -54,14 +55,14 @@ def is_battery(folder: Path) -> bool:
 
 
 def find(root: Path, clock: Clock) -> list[SensorMeter]:
-    """The sum of the batteries, and each one where there are several."""
+    """A meter for the sum of the batteries, and one per battery if there are several."""
     batteries = [Battery(folder) for folder in sorted((root / FOLDER).glob("*"))
                  if is_battery(folder)]
     if not batteries:
         return []
     if len(batteries) == 1:
         return [make_meter("power_supply", "system", batteries, clock)]
-    # Which of several feeds the machine changes with time; only together they are the system.
+    # The machine switches between its batteries, so only their sum covers the system.
     return [make_meter("power_supply", "system", batteries, clock)] + [
         make_meter(f"power_supply:{one.name}", "rail", [one], clock) for one in batteries]
 
@@ -71,7 +72,7 @@ def make_meter(spec: str, scope: str, batteries: list[Battery], clock: Clock) ->
     sensors = [power(f"battery {one.name}", one.watts, scale=1.0, most_watts=MOST_WATTS,
                      update_seconds=UPDATE_SECONDS) for one in batteries]
     detail = "battery " + " + ".join(one.name for one in batteries)
-    # Gauges are slow and coarse: only by a person's choice.
+    # Gauges are slow and coarse, so they are never chosen automatically.
     return SensorMeter(spec, scope, detail, clock, sensors, automatic=False)
 
 

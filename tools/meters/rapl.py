@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""RAPL, the energy counters inside processors of Intel and AMD, by Linux' powercap files.
+"""RAPL, the energy counters of Intel and AMD processors, through Linux's powercap files.
 
 A zone is a folder /sys/class/powercap/intel-rapl:N (a package, or "psys") or intel-rapl:N:M (a part
-of package N: core, uncore, dram). AMD's processors use the same names. The folders of
-intel-rapl-mmio count the same packages a second time, so they are left alone.
+of package N: core, uncore, dram). AMD's processors use the same names. The folders intel-rapl-mmio
+count the same packages again and are ignored.
 """
 
 from __future__ import annotations
@@ -20,30 +20,30 @@ from .sensors import Sensor, SensorMeter, counter
 FOLDER = Path("sys/class/powercap")
 ZONE = re.compile(r"intel-rapl:\d+(:\d+)*")
 MICRO = 1e-6
-# No zone uses as much: the largest processors of today are specified for 500 W.
+# Upper limit for a zone: today's largest processors are specified for 500 W.
 MOST_WATTS = 2000.0
 UPDATE_SECONDS = 0.001
-LEAST_RANGE = 100.0  # joules; real ranges are 65 kJ and more
+LEAST_RANGE = 100.0  # joules; real ranges are at least 65 kJ
 PSYS_NOTE = "what psys covers depends on the board's maker: compare it with a wall meter"
 
 
 @dataclass(frozen=True)
 class Zone:
-    """A counter of energy."""
+    """An energy counter."""
 
     folder: Path
     name: str  # package-0, package-1-die-0, psys, core, ...
 
     def is_top(self) -> bool:
-        """Whether it is no part of another zone."""
+        """True unless the zone is part of another one."""
         return self.folder.name.count(":") == 1
 
     def is_package(self) -> bool:
-        """Whether it is a whole processor, or one die of several in it."""
+        """True for a whole processor, or one of its dies."""
         return self.name.startswith("package")
 
     def sensor(self) -> Sensor:
-        """Raises OSError or ValueError where the counter's range cannot be had."""
+        """Raises OSError or ValueError if the counter's range is unknown."""
         path = self.folder / "max_energy_range_uj"
         wrap = read_whole_number(path)
         if wrap * MICRO < LEAST_RANGE:
@@ -54,7 +54,7 @@ class Zone:
 
 
 def find(root: Path, clock: Clock) -> list[SensorMeter]:
-    """The sum of the packages, the packages, psys, and the parts of packages."""
+    """Meters for the sum of the packages, each package, psys, and the parts of packages."""
     zones = find_zones(root)
     packages = [zone for zone in zones if zone.is_package()]
     meters = [make_meter("rapl", packages, clock)] if packages else []
@@ -65,19 +65,19 @@ def find(root: Path, clock: Clock) -> list[SensorMeter]:
 
 
 def find_zones(root: Path) -> list[Zone]:
-    """All zones, in the order of their numbers."""
+    """All zones, ordered by number."""
     zones = []
     for folder in (root / FOLDER).glob("*"):
         if ZONE.fullmatch(folder.name):
             try:
                 zones.append(Zone(folder, read_text(folder / "name")))
             except OSError:
-                continue  # without its name nobody can tell what it counts
+                continue  # useless without a name
     return sorted(zones, key=lambda zone: [int(n) for n in zone.folder.name.split(":")[1:]])
 
 
 def make_meter(spec: str, zones: list[Zone], clock: Clock) -> SensorMeter:
-    """A meter of zones of one kind, none of which is a part of another."""
+    """A meter of zones of one kind; parts of other zones are left out."""
     sensors, trouble = [], None
     for zone in without_parts(zones):
         try:
@@ -87,19 +87,19 @@ def make_meter(spec: str, zones: list[Zone], clock: Clock) -> SensorMeter:
     name = zones[0].name
     scope = ("package" if zones[0].is_package() else "system" if name == "psys" else "rail")
     notes = (PSYS_NOTE,) if name == "psys" else ()
-    # psys may count nothing at all, or less than the machine: only by a person's choice.
+    # psys may count nothing, or less than the machine, so it is never chosen automatically.
     return SensorMeter(spec, scope, describe(spec, zones), clock, sensors, trouble=trouble,
                        automatic=name != "psys", notes=notes)
 
 
 def without_parts(zones: list[Zone]) -> list[Zone]:
-    """The zones less those that lie in another one of them: their energy is in that one's."""
+    """Removes zones within another one, whose energy includes theirs."""
     return [zone for zone in zones
             if not any(zone.folder.name.startswith(f"{other.folder.name}:") for other in zones)]
 
 
 def describe(spec: str, zones: list[Zone]) -> str:
-    """What is counted, in words."""
+    """Describes what is counted."""
     if spec == "rapl":
         return "RAPL " + " + ".join(zone.name for zone in zones)
     of_how_many = f" of {len(zones)} packages" if len(zones) > 1 else ""

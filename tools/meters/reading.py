@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What every energy meter has in common: the Meter itself, and the Reading that it gives."""
+"""Common parts of all energy meters: the Meter itself, and its result, a Reading."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from typing import Iterator
 
 from .clock import Clock
 
-# From the widest to the narrowest. "GPU" stands after "package" because a run without a GPU still
-# needs its processor; "assumed" is no measurement, and never chosen unless asked for.
+# From the widest to the narrowest. "GPU" follows "package" because a run without a GPU still needs
+# its processor. "assumed" is no measurement and must be requested explicitly.
 SCOPES = ("system", "package", "GPU", "rail", "assumed")
-MOST_SLEEP = 0.1  # seconds of suspend in a run that still pass for jitter of the clocks
+MOST_SLEEP = 0.1  # seconds of suspend in a run that may be jitter of the clocks
 
 
 class MeterError(Exception):
-    """A meter that cannot be had, in one line."""
+    """The reason in one line why a meter is not available."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """What a meter has to say about one run.
+    """Result of a meter for one run.
 
-    `joules` and `watts` (the mean over the run) are None if there is no figure; the reason is then
-    the first of the notes. `seconds` is the time that the joules cover, or, without a figure, the
-    time from start to stop.
+    `joules` and `watts` (the mean over the run) are None if there is no figure; the first note then
+    gives the reason. `seconds` is the time that the joules cover or, without a figure, the time
+    from start to stop.
     """
 
     joules: float | None
@@ -41,7 +41,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class MeterInfo:
-    """One line of a list of meters: `state` is "usable", or says why the meter is not."""
+    """An entry in a list of meters. `state` is "usable", or the reason why the meter is not."""
 
     spec: str
     name: str
@@ -50,12 +50,12 @@ class MeterInfo:
 
 
 class NoFigure(Exception):
-    """The reason why a run has no figure, in words that fit into a note."""
+    """The reason why a run has no figure, worded as a note."""
 
 
 @dataclass(frozen=True)
 class Energy:
-    """What a meter makes of a run: joules over seconds, from so many samples."""
+    """Measured energy of a run, with its duration and number of samples."""
 
     joules: float
     seconds: float
@@ -64,16 +64,16 @@ class Energy:
 
 
 class Measurement:
-    """What `Meter.measuring` hands out; the reading is there once the block has ended."""
+    """Result of `Meter.measuring`; its reading is set when the block has ended."""
 
     reading: Reading | None = None
 
 
 class Meter:
-    """Measures the energy of a run between start() and stop(), as often as one likes.
+    """Measures the energy of runs, each between start() and stop().
 
-    Neither of the two ever raises: whatever goes wrong becomes a Reading without a figure. Kinds of
-    meters define _begin and _finish, which may raise, and _release, which undoes what _begin did.
+    Neither function raises: any failure becomes a Reading without a figure. Subclasses define
+    _begin and _finish, which may raise, and _release, which undoes _begin.
     """
 
     method = "counter"
@@ -88,27 +88,27 @@ class Meter:
         self._started = self._slept = 0.0
 
     def state(self) -> str:
-        """"usable", or why the meter is not."""
+        """"usable", or the reason why the meter is not."""
         return "usable"
 
     def settling(self) -> float:
-        """Seconds that start() will take until the source is ready."""
+        """Seconds that start() takes until the source is ready."""
         return 0.0
 
     def start(self) -> None:
-        """Begin a run. One that was never stopped is dropped."""
+        """Begins a run, and drops one that was not stopped."""
         if self._running:
             self.stop()
         self._running, self._failure = True, None
         try:
             self._begin()
-        except Exception as error:  # a run must not fail for it
+        except Exception as error:  # a failing meter must not fail the run
             self._failure = explain(error)
         self._slept = self.clock.suspended()
         self._started = self.clock.monotonic()
 
     def stop(self) -> Reading:
-        """End the run."""
+        """Ends the run."""
         if not self._running:
             return self._without_figure("stop() without start(): no figure", 0.0)
         seconds = self.clock.monotonic() - self._started
@@ -118,11 +118,11 @@ class Meter:
         try:
             if self._failure is None:
                 energy = self._finish(seconds)
-        except Exception as error:  # as above
+        except Exception as error:  # a failing meter must not fail the run
             self._failure = explain(error)
         try:
             self._release()
-        except Exception as error:  # as above
+        except Exception as error:  # a failing meter must not fail the run
             self._failure = self._failure or explain(error)
         if self._failure is None and slept > MOST_SLEEP:
             self._failure = f"the machine was suspended for {slept:.1f} s of the run"
@@ -132,7 +132,7 @@ class Meter:
 
     @contextmanager
     def measuring(self) -> Iterator[Measurement]:
-        """Measure what is done in the block of a `with` statement."""
+        """Measures the block of a `with` statement."""
         measurement = Measurement()
         self.start()
         try:
@@ -141,14 +141,14 @@ class Meter:
             measurement.reading = self.stop()
 
     def _begin(self) -> None:
-        """Get ready, settle, and begin to measure last of all."""
+        """Prepares the source, waits until it is ready, and begins to measure last."""
 
     def _finish(self, seconds: float) -> Energy | None:
-        """End the measurement of a run that took so many seconds."""
+        """Ends the measurement of a run that took this many seconds."""
         raise NotImplementedError
 
     def _release(self) -> None:
-        """Undo what _begin did, also if it broke off half-way."""
+        """Undoes _begin, even if that failed half-way."""
 
     def _without_figure(self, note: str, seconds: float) -> Reading:
         return Reading(None, seconds, None, self.scope, self.name, 0, [note], self.method)
@@ -164,7 +164,7 @@ class Meter:
 
 
 def explain(error: Exception) -> str:
-    """An exception in one line."""
+    """Describes an exception in one line."""
     if isinstance(error, PermissionError) and error.filename:
         return f"needs root: {error.filename} can't be {what_failed(error)}"
     if isinstance(error, OSError) and error.filename:
@@ -175,5 +175,5 @@ def explain(error: Exception) -> str:
 
 
 def what_failed(error: OSError) -> str:
-    """"read", or "written" for the errors of files.write_text."""
+    """The verb for an error: "written" for errors of files.write_text, or "read"."""
     return "written" if getattr(error, "writing", False) else "read"

@@ -11,26 +11,28 @@ from .clock import HANG_SECONDS, Clock, Repeater
 from .reading import Energy, Meter, NoFigure, explain
 from .tracks import CounterTrack, PowerTrack, Track
 
-SAMPLING_PERIOD = 0.1  # seconds, of power
-COUNTER_PERIOD = 1.0  # at most: a counter loses nothing between two samples, but may vanish
-WRAP_SAFETY = 4  # samples before the greatest possible power could have wrapped a counter
+SAMPLING_PERIOD = 0.1  # seconds between samples of power
+COUNTER_PERIOD = 1.0  # maximum seconds between samples of a counter; it loses nothing in between,
+                      # but may vanish
+WRAP_SAFETY = 4  # minimum number of samples per range of a counter at the maximum power
 GONE = (errno.ENOENT, errno.ENODEV, errno.ENXIO)
-# A run of so many updates of its source is that much more than its uncertainty at both ends.
+# Runs shorter than this many updates of the source get a note, because of the uncertainty at both
+# ends.
 COARSE_UPDATES = 20
-SLOW_READ = 0.05  # share of the run that its first and last read may take without a note
+SLOW_READ = 0.05  # maximum fraction of the run that its first and last read may take without a note
 
 
 @dataclass(frozen=True)
 class Sensor:
-    """One value that can be read, and what is known of it."""
+    """A readable value and its properties."""
 
     name: str
-    read: Callable[[], float]  # raises OSError, which names a file, or ValueError
+    read: Callable[[], float]  # raises ValueError, or OSError with a file name
     new_track: Callable[[], Track]
-    period: float  # seconds from one sample to the next
-    counts: bool  # joules, rather than watts
-    update_seconds: float  # between the source's own updates, or the time that it averages over
-    may_rest: bool = True  # nothing at all used in a run is no sign of a dead sensor
+    period: float  # seconds between samples
+    counts: bool  # true for joules, false for watts
+    update_seconds: float  # seconds between updates of the source, or that it averages over
+    may_rest: bool = True  # 0 J in a run does not mean that the sensor is defective
 
 
 def counter(name: str, read: Callable[[], float], *, scale: float, most_watts: float,
@@ -51,54 +53,55 @@ def power(name: str, read: Callable[[], float], *, scale: float, most_watts: flo
 
 
 class Access(Protocol):
-    """What must be done before and after sensors are read."""
+    """Actions before and after sensors are read."""
 
     def open(self) -> None:
-        """Get ready; may take its time."""
+        """Prepares the sensors; may take long."""
 
     def close(self) -> None:
-        """Undo open(), also if that broke off half-way or was never called."""
+        """Undoes open(), even if that failed half-way or was never called."""
 
     def settling(self) -> float:
-        """Seconds that open() would take."""
+        """Seconds that open() takes."""
 
 
 class Run:
-    """One run of a SensorMeter: takes a round of all sensors whenever it is told to."""
+    """One run of a SensorMeter: reads all sensors on request."""
 
     def __init__(self, sensors: list[Sensor], clock: Clock) -> None:
         self._sensors = sensors
         self._clock = clock
         self._tracks = [sensor.new_track() for sensor in sensors]
         self._times: tuple[float, float] = (0.0, 0.0)  # of the first and the last round
-        self._slowest_end = [0.0, 0.0]  # how long these two took
+        self._slowest_end = [0.0, 0.0]  # durations of these two
         self._began = clock.monotonic()
-        self._last_error: str | None = None  # of the last round, if it could not be read
+        self._last_error: str | None = None  # why the last round failed, if it did
         self._misses = 0
         self.rounds = 0
-        self.failure: str | None = None  # once there is one, nothing more is read
+        self.failure: str | None = None  # after a failure, nothing is read any more
 
     def take_round(self) -> None:
-        """Read all sensors once. Never raises."""
+        """Reads all sensors once. Never raises."""
         if self.failure is not None:
             return
         try:
             self._take_round()
         except NoFigure as reason:
             self.failure = str(reason)
-        except Exception as error:  # would end the thread unseen
+        except Exception as error:  # otherwise it would end the thread silently
             self.failure = explain(error)
 
     def _take_round(self) -> None:
         before = self._clock.monotonic()
-        values = self._read_all() or self._read_all()  # buses fail now and then; once is forgiven
+        values = self._read_all() or self._read_all()  # retries once, because buses fail
+                                                       # occasionally
         if values is None and self.rounds == 0:
             raise NoFigure(f"{self._last_error} (at the start of the run)")
         if values is None:
             self._misses += 1
             return
         after = self._clock.monotonic()
-        # One time for all sensors: what each is off by is the same at both ends of the run.
+        # All sensors share one time, so that the error of each is the same at both ends of the run.
         time = (before + after) / 2
         for sensor, track, value in zip(self._sensors, self._tracks, values):
             try:
@@ -114,7 +117,7 @@ class Run:
         return self._clock.monotonic() - self._began
 
     def _read_all(self) -> list[float] | None:
-        """None if that failed in a way that may pass."""
+        """Returns None after a failure that may be temporary."""
         values = []
         for sensor in self._sensors:
             try:
@@ -127,7 +130,7 @@ class Run:
         return values
 
     def energy(self) -> Energy:
-        """The result. Raises NoFigure."""
+        """Returns the result. Raises NoFigure."""
         if self.failure is not None:
             raise NoFigure(self.failure)
         if self._last_error is not None:
@@ -158,7 +161,8 @@ class Run:
 
 
 class SensorMeter(Meter):
-    """Adds up sensors. `trouble` says why it cannot be used, where that is known beforehand."""
+    """Adds up sensors. `trouble` is the reason why the meter cannot be used, if known in
+    advance."""
 
     def __init__(self, name: str, scope: str, detail: str, clock: Clock, sensors: list[Sensor],
                  *, access: Access | None = None, trouble: str | None = None,
@@ -175,11 +179,11 @@ class SensorMeter(Meter):
         self.method = "counter" if all(sensor.counts for sensor in sensors) else "sampled"
 
     def state(self) -> str:
-        """"usable", or why the meter is not."""
+        """"usable", or the reason why the meter is not."""
         if self._trouble is not None:
             return self._trouble
         if self._access is not None:
-            return "usable"  # who makes an access looks for trouble
+            return "usable"  # an Access reports problems itself
         for sensor in self._sensors:
             try:
                 sensor.read()
@@ -188,7 +192,7 @@ class SensorMeter(Meter):
         return "usable"
 
     def settling(self) -> float:
-        """Seconds that start() will take until the source is ready."""
+        """Seconds that start() takes until the source is ready."""
         return self._access.settling() if self._access else 0.0
 
     def _begin(self) -> None:
@@ -216,9 +220,9 @@ class SensorMeter(Meter):
         raise NoFigure(f"{self.name} was not read within {HANG_SECONDS:g} s")
 
     def _release(self) -> None:
-        repeater, self._repeater = self._repeater, None  # left where _begin broke off
+        repeater, self._repeater = self._repeater, None  # kept if _begin failed
         if repeater is not None and not repeater.stop():
             self._hung = True
-        # What hangs in a read would most likely hang in this, too.
+        # If a read hangs, closing would most likely hang as well.
         if self._access and not self._hung:
             self._access.close()

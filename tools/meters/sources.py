@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""All sources of power figures: from a spec to a meter."""
+"""All sources of energy figures; finds the meter for a spec."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ SPECS = ("auto, none, rapl[:ZONE], hwmon[:CHIP[/LABEL]], ina231[:RAIL], nvml[:IN
 
 def open_meter(spec: str, root: Path = Path("/"), *, clock: Clock | None = None,
                nvml: Nvml | None = None) -> Meter:
-    """The meter that a spec names. Raises MeterError, in one line, if it cannot be used.
+    """The meter that a spec names. Raises MeterError with one line if it cannot be used.
 
-    Sensors are looked for below `root`. Tests give a clock, and something instead of NVML, which is
-    not used with a root of one's own: it does not live in files.
+    Sensors are searched below `root`. Tests pass a clock and a replacement for NVML, which is not
+    used with another root, because it does not use files.
     """
     clock = clock or Clock()
     kind, colon, argument = spec.partition(":")
@@ -53,21 +53,21 @@ def open_meter(spec: str, root: Path = Path("/"), *, clock: Clock | None = None,
 
 def list_meters(root: Path = Path("/"), *, clock: Clock | None = None,
                 nvml: Nvml | None = None) -> list[MeterInfo]:
-    """What this machine has, usable or not."""
+    """Lists the sources of this machine, usable or not."""
     return [MeterInfo(meter.name, meter.detail, meter.scope, meter.state())
             for meter in list_sources(root, clock=clock, nvml=nvml)]
 
 
 def list_sources(root: Path = Path("/"), *, clock: Clock | None = None,
                  nvml: Nvml | None = None) -> list[SensorMeter]:
-    """The meters that list_meters tells of."""
+    """The meters that list_meters() describes."""
     clock = clock or Clock()
     return (rapl.find(root, clock) + nvml_source.find(find_nvml(root, nvml), clock)
             + ina231.find(root, clock) + hwmon.find(root, clock) + power_supply.find(root, clock))
 
 
 def find_nvml(root: Path, nvml: Nvml | None) -> Nvml | None:
-    """NVML if this machine has it."""
+    """NVML, if this machine has it."""
     if nvml is not None or root != Path("/"):
         return nvml
     try:
@@ -77,7 +77,7 @@ def find_nvml(root: Path, nvml: Nvml | None) -> Nvml | None:
 
 
 def choose_widest(meters: list[SensorMeter]) -> SensorMeter:
-    """The usable meter of the widest scope."""
+    """The usable meter with the widest scope."""
     usable = [meter for meter in meters if meter.automatic and meter.state() == "usable"]
     if not usable:
         troubles = "; ".join(dict.fromkeys(
@@ -87,7 +87,8 @@ def choose_widest(meters: list[SensorMeter]) -> SensorMeter:
                          + "; 'tools/power list' says what one could do")
     scope = min((meter.scope for meter in usable), key=SCOPES.index)
     widest = [meter for meter in usable if meter.scope == scope]
-    # The first of the other sources is the sum of its kind; channels of hwmon may overlap.
+    # Each other kind of source lists its sum first; channels of hwmon may overlap, so they have no
+    # sum.
     if widest[0].name.startswith("hwmon:") and len(widest) > 1:
         raise MeterError(f"meter 'auto': found {len(widest)} of the scope '{scope}', expected a "
                          "choice of " + ", ".join(meter.name for meter in widest))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""From the values of one sensor to the joules of one run."""
+"""Computes the joules of a run from the values of a sensor."""
 
 from __future__ import annotations
 
@@ -8,39 +8,39 @@ from typing import Protocol
 
 from .reading import NoFigure
 
-JUMP_SECONDS = 0.5  # what an update may bring at once, at the most; sources are late now and then
-MOST_GAP = 1.0  # seconds between two samples of power across which we still interpolate
+JUMP_SECONDS = 0.5  # maximum seconds of energy in one update, because sources are sometimes late
+MOST_GAP = 1.0  # maximum seconds between two samples of power for interpolation
 
 
 class Track(Protocol):
-    """Takes the values of a sensor in their order; raises NoFigure at the first impossible one."""
+    """Receives the values of a sensor in order; raises NoFigure at the first impossible one."""
 
     def add(self, time: float, value: float) -> None:
-        """The sensor had this value at this time, in seconds."""
+        """Adds a value and its time in seconds."""
 
     def joules(self) -> float:
-        """The energy from the first value to the last."""
+        """Energy from the first value to the last."""
 
 
 class CounterTrack:
-    """A sensor that counts energy, perhaps modulo `wrap`.
+    """A sensor that counts energy, modulo `wrap` unless it is None.
 
-    Values are in units of `scale` joules. A step back can be a wrap or a reset. It is taken for a
-    wrap if the power that this means is possible; and that needs samples so near to one another
-    that no possible power could have led the counter round a whole range between them.
+    Values are in units of `scale` joules. A decrease is either a wrap or a reset. It counts as a
+    wrap if the resulting power is possible. So samples must be close enough together that no
+    possible power could pass a whole range of the counter between them.
     """
 
     def __init__(self, scale: float, wrap: float | None, most_watts: float,
                  update_seconds: float) -> None:
         self._scale = scale
-        self._wrap = wrap  # in units, not joules
+        self._wrap = wrap  # in units of `scale` joules
         self._most_watts = most_watts
         self._update_seconds = update_seconds
         self._last: tuple[float, float] | None = None
-        self._sum: float = 0  # stays a whole number as long as the values are
+        self._sum: float = 0  # stays an integer if the values are integers
 
     def add(self, time: float, value: float) -> None:
-        """Take the next value."""
+        """Adds a value."""
         if value < 0 or not math.isfinite(value) or (self._wrap and value > self._wrap):
             raise NoFigure(f"read {value * self._scale:.6g} J, which is out of its range")
         if self._last is not None:
@@ -48,7 +48,7 @@ class CounterTrack:
         self._last = (time, value)
 
     def _step(self, seconds: float, old: float, new: float) -> float:
-        # What an update of the source brings at once was used since the update before.
+        # An update includes the energy since the previous update.
         possible = self._most_watts * (seconds + self._update_seconds) / self._scale
         most_step = possible + self._most_watts * JUMP_SECONDS / self._scale
         if self._wrap is None and new < old:
@@ -65,12 +65,13 @@ class CounterTrack:
         return step
 
     def joules(self) -> float:
-        """The energy so far."""
+        """Energy so far."""
         return self._sum * self._scale
 
 
 class PowerTrack:
-    """A sensor of power, in units of `scale` watts; energy is the area under its straight lines."""
+    """A sensor of power in units of `scale` watts. Energy is the integral of the linear
+    interpolation."""
 
     def __init__(self, scale: float, most_watts: float, most_gap: float = MOST_GAP) -> None:
         self._scale = scale
@@ -80,9 +81,9 @@ class PowerTrack:
         self._joules = 0.0
 
     def add(self, time: float, value: float) -> None:
-        """Take the next value."""
+        """Adds a value."""
         watts = value * self._scale
-        if not 0 <= watts <= self._most_watts:  # NaN is neither
+        if not 0 <= watts <= self._most_watts:  # also false for NaN
             raise NoFigure(f"read {watts:.6g} W, expected 0 to {self._most_watts:g} W")
         if self._last is not None:
             seconds = time - self._last[0]
@@ -93,5 +94,5 @@ class PowerTrack:
         self._last = (time, watts)
 
     def joules(self) -> float:
-        """The energy so far."""
+        """Energy so far."""
         return self._joules

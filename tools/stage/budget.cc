@@ -112,7 +112,7 @@ class Search {
   }
 
  private:
-  /// True if the interval is wider than 1 %; timings vary by more than that.
+  /// True if the interval is wider than 1 %, because timings vary by more than that.
   bool IsWide(uint32_t more) const {
     return budget_.scenarios + budget_.scenarios / 100 + 1 < more;
   }

@@ -417,8 +417,8 @@ bool IsWorld(const std::string& file, const std::vector<std::string>& worldfiles
          });
 }
 
-/// Each output needs its own file. A world file as output is refused too: it was taken for a FILE
-/// that was forgotten.
+/// Each output needs its own file. A world file is refused as output too, because it is probably
+/// the world after an option whose FILE was forgotten.
 void CheckOutputs(const Options& options) {
   std::vector<std::pair<int, std::string>> outputs;
   if (!options.stats_file.empty() && options.stats_file != "-")

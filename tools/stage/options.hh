@@ -22,7 +22,7 @@ struct Options {
   Action action = Action::kRun;
   bool replay = false;  ///< the only file is a log instead of a world
   bool no_gui = false;
-  std::string tags;             ///< options for the banner in their order, such as "[GUI disabled]"
+  std::string tags;             ///< options for the banner in order, such as "[GUI disabled]"
   std::string controller_args;  ///< value of --args
   RunOptions run;
   std::string stats_file;  ///< empty: no report; "-": standard output

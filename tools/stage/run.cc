@@ -60,8 +60,8 @@ bool Round(std::vector<LoadedWorld>* worlds) {
 
 int LoadWorlds(const Options& options, std::vector<LoadedWorld>* worlds, World* with_window) {
   for (const std::string& file : options.worldfiles) {
-    // Never deleted: controllers may use models until the process ends, which also frees a million
-    // models fastest.
+    // Never deleted: controllers may use models until the process ends, and ending it is the
+    // fastest way to free a million models.
     World* world = with_window ? std::exchange(with_window, nullptr) : new World;
     worlds->push_back({world, WorldHandle(world), file, 0, {}});
     const bool loaded = world->Load(file);

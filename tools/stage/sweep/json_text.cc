@@ -14,9 +14,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// The JSON library takes UTF-8 alone and no lone surrogates. While it holds a text, the character
-// U+10FF00 + NN stands for the byte 0xNN. Where a text has such a character itself, its four bytes
-// are replaced one by one, so that each text comes back as it was.
+// The JSON library accepts only UTF-8 without lone surrogates. In its texts, the placeholder
+// U+10FF00 + NN represents the byte 0xNN. The bytes of a placeholder that occurs in the original
+// text are themselves replaced, so that every text is restored exactly.
 constexpr uint32_t kFirstPlaceholder = 0x10ff00;
 constexpr size_t kPlaceholderSize = 4;  // bytes
 
@@ -31,8 +31,7 @@ void AppendPlaceholder(unsigned char byte, std::string* to) {
   *to += static_cast<char>(0x80 | (byte & 0x3f));
 }
 
-/// The length of the character at the start of a text; 0 if its first byte is not part of UTF-8
-/// (RFC 3629).
+/// Length of the first character of a text; 0 if it does not start with valid UTF-8 (RFC 3629).
 size_t LengthOfFirst(std::string_view text) {
   const auto byte = [text](size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char lead = byte(0);
@@ -47,7 +46,7 @@ size_t LengthOfFirst(std::string_view text) {
   return overlong || surrogate || too_large ? 0 : length;
 }
 
-/// Any bytes as UTF-8.
+/// Converts any bytes to UTF-8.
 std::string WithPlaceholders(std::string_view text) {
   std::string result;
   while (!text.empty()) {
@@ -73,7 +72,7 @@ std::string WithoutPlaceholders(std::string_view text) {
   return result;
 }
 
-/// The value with each text in it changed, names of members too.
+/// Returns a copy of the value in which every text, including member names, is changed.
 template <typename Change>
 Json Changed(const Json& json, Change change) {
   if (json.is_string()) return change(json.get_ref<const std::string&>());
@@ -88,7 +87,7 @@ Json Changed(const Json& json, Change change) {
   return result;
 }
 
-/// The code of an escape \uXXXX at that place of a JSON text; nothing if there is none.
+/// Code of the escape \uXXXX at this position of a JSON text; nothing if there is none.
 std::optional<uint32_t> EscapeAt(std::string_view text, size_t at) {
   if (text.substr(at, 2) != "\\u" || text.size() < at + 6) return std::nullopt;
   uint32_t code = 0;
@@ -103,8 +102,8 @@ std::optional<uint32_t> EscapeAt(std::string_view text, size_t at) {
 bool IsHigh(uint32_t code) { return code >= 0xd800 && code < 0xdc00; }
 bool IsLow(uint32_t code) { return code >= 0xdc00 && code < 0xe000; }
 
-/// Calls f(length, code) for each part of a JSON text: an escape, with its character, where two
-/// surrogates that belong together are one; or, without a code, something else.
+/// Calls f(text, code) for each unit of a JSON text. Escapes have a code; a pair of surrogates
+/// counts as one escape. Other units are single characters and other escapes, without a code.
 template <typename F>
 void ForEachSet(std::string_view text, F f) {
   for (size_t at = 0, length = 0; at < text.size(); at += length) {
