@@ -12,11 +12,7 @@ uint only_body(__global const ulong* words, const ray_t* ray) {
 
 /* Walks the rays of some groups of fans, one work-item per ray.
  *
- * words: bodies in tiles and region maps, then tile maps and tiles of each layer.
- * groups, fans: groups first_group to end_group - 1, and the fans that they refer to.
- * masks: words of the self-masks, which start at first_mask.
- * hits: per ray of the batch, its body and per_ray words of its hit list: see HitLists in
- * libstage/sensing/prefilter.hh. */
+ * words: bodies in tiles and region maps, then tile maps and tiles of each layer. */
 __kernel void walk_fans(__global const ray_super_t* directory, const uint directory_mask,
                         __global const uint* regions, __global const ulong* words, const int4 box,
                         __global const ray_group_record_t* groups, const uint first_group,

@@ -29,7 +29,7 @@ class CopySource {
  private:
   std::shared_ptr<const WorldImage> image_;
   RunOptions options_;
-  std::shared_ptr<const World> device_;  // never loaded; keeps the device. Null: no device
+  std::shared_ptr<const World> device_;  // never loaded; keeps the device; null: no device
 };
 
 }  // namespace Stg

@@ -32,7 +32,7 @@ def resolve(file: str | os.PathLike[str]) -> str:
 
 
 def advice(path: str) -> str:
-    """What to append to the message about a world file that does not exist; empty if no name is like it."""
+    """Returns a hint for the message about a missing world file; empty if no name is similar."""
     if os.path.exists(path):
         return ""
     import difflib  # rarely needed

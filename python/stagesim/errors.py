@@ -38,7 +38,7 @@ class WorldError(StageError):
         return error
 
     def _with(self, advice: str) -> WorldError:
-        """The same with some advice at its end."""
+        """Returns this error with advice appended."""
         return WorldError(f"{self}{advice}") if advice else self
 
 

@@ -281,8 +281,8 @@ class World:
     def metrics(self) -> dict[str, float | None]:
         """Current values of the world file's metrics and of those set by set_metric(), by name.
 
-        None: no value yet, such as the time to a goal that no robot has reached. reset() and restore()
-        start metrics anew.
+        A metric without a value yet is None, such as the time to a goal that no robot has reached. reset() and
+        restore() start metrics anew.
         """
         return {name: value if math.isfinite(value) else None for name, value in self._core.metrics()}
 

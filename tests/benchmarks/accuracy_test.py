@@ -233,7 +233,7 @@ def room(cell: float = 0.02, height: float = 1, x: float = 0.3, y: float = -0.7,
 
 
 class Comparison:
-    """What ray_truth says of a world."""
+    """A result of ray_truth for a world."""
 
     def __init__(self, text: str, *options: object) -> None:
         with tempfile.TemporaryDirectory() as folder:

@@ -128,7 +128,7 @@ class HeatTest(MeterTestCase):
 
     def test_a_run_that_never_ends_is_given_up(self) -> None:
         def measurer() -> Measurer:
-            """As another start of the machine makes it."""
+            """Makes a Measurer, as after another start of the machine."""
             worlds = mock.Mock(**{"path.side_effect": SystemExit})
             return Measurer(Path("/nowhere/stage"), worlds,
                             Circumstances("c", "p", "m", "s", "short", 1), NoMeter(), self.watch,

@@ -196,7 +196,7 @@ class RaplTest(MeterTestCase):
 
 
 class RunTest(MeterTestCase):
-    """What holds for every meter of sensors."""
+    """Tests that apply to every meter with sensors."""
 
     def test_a_meter_can_be_used_again_and_forgets(self) -> None:
         path = self.zone("0", "package-0")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the tests of the benchmark series share: made-up runs, and a stand-in for the program."""
+"""Helpers for tests of the benchmark series: made-up runs, and a replacement for the program."""
 
 from __future__ import annotations
 

@@ -3,11 +3,14 @@
 """The commands in README and on all pages work, in their order.
 
 Each `stage ...` runs in a folder that looks like the source tree, with the PATH that the page prescribes, without a
-window and only for a moment. `cmake --install` installs into that folder, Python imports the package, and commands of
-the tree (tools/..., build/release/...) must exist. Commands that install packages of the system or of PyPI (apt, pip,
-git) and those of ROS, which tests/ros tests, are not run. tutorial_test.py and guides_test.py compile the code of
-their pages, install_test.py that of README. The full form runs all of README's commands in a bare tree:
-tools/dev/fresh bookworm python3 tests/docs/docs_commands_test.py --full after tools/setup --tools has brought Python."""
+window and only for a moment. `cmake --install` installs into that folder, Python imports the package, and commands
+of the tree (tools/..., build/release/...) must exist. Commands that install packages of the system or of PyPI (apt,
+pip, git) and those of ROS, which tests/ros tests, are not run. tutorial_test.py and guides_test.py compile the code
+of their pages, install_test.py that of README. After tools/setup --tools has installed Python, this runs all of
+README's commands in a bare tree:
+
+    tools/dev/fresh bookworm python3 tests/docs/docs_commands_test.py --full
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The same map in all supported picture formats: tests/data/maps, written by Pillow.
+// Tests one map in all supported picture formats: tests/data/maps, written by Pillow.
 #include <gtest/gtest.h>
 
 #include <cstdint>

@@ -42,7 +42,7 @@ Body MakeBody(double z_min, double z_max, bool visible = true) {
   return body;
 }
 
-/// Which bodies a layer should show.
+/// Selects the bodies that a layer should show.
 struct LayerRule {
   enum Kind { kAll, kAnyHeight, kHeight } kind;
   double z;

@@ -33,7 +33,7 @@ def run_clang(text: str, *options: str) -> subprocess.CompletedProcess:
 
 
 def compile_kernels(version: str, target: str, tail: str = "") -> str:
-    """What Clang has against it; nothing if it is content."""
+    """Returns Clang's errors; empty if it accepts the kernels."""
     done = run_clang(read_kernels() + tail, f"-cl-std={version}", "-target", target, "-Wall", "-Wextra", "-pedantic",
                      "-Wconversion", "-Werror", "-fsyntax-only")
     return done.stderr if done.returncode != 0 else ""
@@ -65,7 +65,7 @@ class KernelLanguageTest(unittest.TestCase):
             self.assertNotEqual(compile_kernels("CL1.1", "spir", check(alignment // 2)), "")
 
     def test_registers(self) -> None:
-        """Of a walk, as a GPU with registers for 32 bits has it: docs/boards.md says what follows from that."""
+        """Checks the number of registers of a walk on a GPU with 32-bit registers, which docs/boards.md discusses."""
         item = "(__builtin_amdgcn_workgroup_id_x() * 64 + __builtin_amdgcn_workitem_id_x())"
         done = run_clang(f"#define get_global_id(dimension) {item}\n" + read_kernels(), "-cl-std=CL1.1", "-target",
                          "amdgcn-amd-amdhsa", "-mcpu=gfx900", "-nogpulib", "-fvisibility=hidden", "-O2", "-S", "-o", "-")

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the tools for other processors and other OpenCL drivers say to mistakes, and how they find things.
+"""Tests how the tools for other processors and OpenCL drivers report mistakes and find their files.
 
 Whole cross builds take minutes and fetch libraries: CONTRIBUTING.md has the commands.
 """

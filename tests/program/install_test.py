@@ -32,7 +32,7 @@ VERSION = "5.0.0"
 
 
 def cache_entry(name: str) -> str:
-    """Of the build whose installation is tested."""
+    """The build whose installation is tested."""
     text = (BINARY_DIR / "CMakeCache.txt").read_text(encoding="utf-8")
     found = re.search(rf"^{name}:\w+=(.*)$", text, re.MULTILINE)
     return found[1] if found else ""

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What nodes for ROS use of Stage: package.xml, by which ROS's tools find the package, and a program
-(ros_client/node.cc) that compiles as C++11 to C++20, with GCC and Clang, against an installation,
-and runs without a window and in one."""
+"""Tests what ROS nodes use of Stage: package.xml, by which ROS's tools find the package, and a program
+(ros_client/node.cc). The program compiles as C++11 to C++20 with GCC and Clang against an installation, and runs
+with and without a window."""
 
 from __future__ import annotations
 

@@ -159,7 +159,7 @@ class SetupFailsTest(unittest.TestCase):
                                                      rf" this one: rm -r {copy}/build\n$")
 
     def without_network(self) -> Iterator[tuple[str, str]]:
-        """What apt prints then, and the reason that is told."""
+        """Yields outputs of apt without network, and the reason that tools/setup must report."""
         yield ("Err:1 http://deb.debian.org/debian bookworm InRelease\n"
                "  Temporary failure resolving 'deb.debian.org'\nReading package lists...",
                "Temporary failure resolving 'deb.debian.org'")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 ROOT = Path(os.environ.get("STAGE_SOURCE_DIR", Path(__file__).resolve().parents[2]))
 
-# Nothing is installed, and apt has package lists; packages in $UNKNOWN are missing from them.
+# No package is installed, and apt has package lists that lack the packages in $UNKNOWN.
 SCRIPT = r"""
 source "$1/tools/setup"
 root=$FOLDER venv=$FOLDER/build/venv

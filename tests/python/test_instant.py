@@ -154,7 +154,7 @@ def test_a_restored_world_tells_of_the_same_instant() -> None:
 
 
 def distances(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Of points from the walls, metres."""
+    """Distances of points from the walls, in metres."""
     return np.abs(np.maximum(np.abs(x), np.abs(y)) - 5)
 
 

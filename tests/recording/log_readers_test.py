@@ -47,7 +47,7 @@ def state_hash(done: subprocess.CompletedProcess[str]) -> str:
 
 
 def readable(data: bytes) -> list[tuple[str, int, bytes]]:
-    """What a reader that starts at the beginning gets, until it comes to the end or gives up."""
+    """Returns the messages that a sequential reader gets before the end of the log or an error."""
     found = []
     try:
         for _, channel, message in NonSeekingReader(io.BytesIO(data), validate_crcs=True).iter_messages(

@@ -170,7 +170,7 @@ extern "C" int Init(Stg::Model* mod, Stg::CtrlArgs*) {
   return 0;
 }
 """
-#: What carries the ranger on the robot: it is put into its section.
+#: Models that carry the ranger on the robot; the ranger is inserted into their section.
 CARRIERS = {
     "rotational actuator":
         'actuator( type "rotational" max_speed 2 min_position -1000 max_position 1000 ctrl "{}" ',

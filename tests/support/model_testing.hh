@@ -63,7 +63,7 @@ inline LoadOutcome TryToLoad(const std::string& text) {
   return TryToLoad(EmptyWorld().get(), text);
 }
 
-/// What `action` writes to standard error, and below, to standard output.
+/// Return what `action` writes to standard error and standard output.
 inline std::string ErrorsOf(const std::function<void()>& action) {
   testing::internal::CaptureStderr();
   action();

@@ -69,7 +69,7 @@ def test_tables_have_the_names(swept: Experiment, tmp_path: Path) -> None:
 
 
 def test_values_of_texts(odd: Path, tmp_path: Path) -> None:
-    """Such names work as values of an axis, in every kind of table and in the report."""
+    """Names with such bytes work as values of an axis, in every kind of table and in the report."""
     results = run(Experiment(odd, {f"{LATIN}.say": [LATIN, "plain"]}, runs=2), out=tmp_path / "out", jobs=1)
     assert results.table()[f"{LATIN}.say"].tolist() == [LATIN, LATIN, "plain", "plain"]
     for ending, package in ((".parquet", "pyarrow"), (".h5", "h5py")):

@@ -39,7 +39,7 @@ def read_command_line() -> argparse.Namespace:
 
 
 def runs_of(options: argparse.Namespace) -> list[Run]:
-    """What is compared."""
+    """The runs to compare."""
     worlds = options.worlds or shipped_worlds()
     runs = [Run(world, options.seconds, model) for world in worlds for model in ("cell", "exact")]
     if not options.worlds:

@@ -14,7 +14,7 @@ SEED = 5
 
 
 class Run(NamedTuple):
-    """So many simulated seconds of a world."""
+    """A world, simulated for some seconds."""
 
     world: str  # from the top of the tree
     seconds: int
@@ -25,12 +25,12 @@ class Run(NamedTuple):
 
 
 def shipped_worlds() -> list[str]:
-    """Those of worlds/."""
+    """The worlds in the folder worlds."""
     return sorted(f"worlds/{path.name}" for path in (ROOT / "worlds").glob("*.world"))
 
 
 def controller_worlds() -> list[str]:
-    """One for each stock controller."""
+    """One world for each stock controller."""
     folder = ROOT / "tests" / "data" / "controllers"
     return sorted(f"tests/data/controllers/{path.name}" for path in folder.glob("*.world"))
 
@@ -61,7 +61,8 @@ def hash_of(stage: Path, run: Run, options: list[str], environment: dict[str, st
 
 def hashes_of(stage: Path, runs: list[Run], options: list[str],
               environment: dict[str, str] | None = None) -> dict[Run, str]:
-    """Of each run, on all processors; the longest runs come first."""
+    """Computes the hash of each run, in parallel on all processors, starting with the longest
+    runs."""
     first = sorted(runs, key=lambda run: -run.seconds)
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         found = pool.map(lambda run: hash_of(stage, run, options, environment), first)

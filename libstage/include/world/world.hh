@@ -94,7 +94,7 @@ struct RunOptions {
   std::vector<std::string> settings;  ///< override world files: see Worldfile::Set()
   bool listed;  ///< the world belongs to the program: UpdateAll(), Run(), QuitAll(),
                 ///< Model::LookupId(), LogEntry::log and the totals of PowerPack include it. Other
-                ///< worlds share nothing
+                ///< worlds share nothing.
 
   RunOptions()
       : threads(0),

@@ -254,9 +254,9 @@ class LaneGroup {
   static constexpr uint32_t kMinFreeLanes = Lanes::kCount / 4;
 
   /// State of a walk within a word of 8 x 8 squares, packed into one number so that a step is one
-  /// addition: the square's bit, plus 128 to keep it positive, and two fields above it with the
-  /// distances of the square from the near side of the word in x and y. A field of 8 means that the
-  /// ray has left the word.
+  /// addition. It has the square's bit, plus 128 to keep it positive, and above it two fields with
+  /// the distances of the square from the near side of the word in x and y. A field of 8 means that
+  /// the ray has left the word.
   static constexpr int kFieldX = 16, kFieldY = 24;
   static constexpr int32_t kInside = 128;
   static constexpr int32_t kOutside = 8 << kFieldX | 8 << kFieldY;

@@ -3,11 +3,11 @@
 // Finds intervals of list items that can be processed on several threads, between items that must
 // be processed serially.
 //
-// Searching and sharing must never cost more than they gain:
-//   each item is examined once, although the items of a short interval are asked for one by one;
-//   an interval too short to pay for waking threads is left to the caller;
-//   the minimum length is measured: the first interval of a step must keep one thread busy longer
-//   than waking others takes (a favourable guess); each further one must last much longer.
+// Searching and sharing must never cost more than they gain. Each item is examined once, although
+// callers ask for the items of a short interval one by one. An interval that is too short to pay
+// for waking threads is left to the caller. The minimum length is measured: the first interval of a
+// step must keep one thread busy longer than waking others takes (an optimistic estimate); each
+// further one must last much longer.
 
 #ifndef STAGE_WORLD_PHASES_INTERVAL_FINDER_HH
 #define STAGE_WORLD_PHASES_INTERVAL_FINDER_HH

@@ -14,7 +14,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Summary:
-    """Of the repeats of one figure."""
+    """Summary of the repeats of a figure."""
 
     median: float
     least: float
@@ -23,7 +23,7 @@ class Summary:
 
 
 def summary(values: Iterable[float]) -> Summary | None:
-    """None if there are no values; NaN are none."""
+    """Summarizes values, ignoring NaN. Returns None if there are none."""
     known = [value for value in values if not math.isnan(value)]
     if not known:
         return None

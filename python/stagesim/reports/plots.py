@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What plots share: matplotlib without a window, colours, axes.
+"""Common parts of plots: matplotlib without a window, colours, axes.
 
 Colours are those of Okabe and Ito, which colour-blind people can tell apart; markers and lines
 should differ as well.

@@ -14,7 +14,7 @@ BAR_WIDTH = 24
 
 
 def duration_text(seconds: float) -> str:
-    """Such as 40 s, 7 min, 3.5 h; people do not need more."""
+    """Formats a duration, such as 40 s, 7 min or 3.5 h."""
     if seconds < 90:
         return f"{max(0.0, seconds):.0f} s"
     if seconds < 5400:

@@ -37,8 +37,8 @@ struct Range {
   std::size_t offset, bytes;
   cl_map_flags flags;
   void* real;          // the driver's mapping
-  char* pages;         // the caller's range ends at the end of these,
-  std::size_t length;  // followed by a protected page
+  char* pages;         // end where the caller's range ends
+  std::size_t length;  // of the pages; a protected page follows
   cl_event event;      // completion of the map; null: blocking map
   char* data() const { return pages + (length - bytes); }
   int rights() const { return flags & CL_MAP_WRITE ? PROT_READ | PROT_WRITE : PROT_READ; }
