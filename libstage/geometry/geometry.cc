@@ -14,8 +14,8 @@ point_t* unit_square_points_create() {
 
 double normalize(double a) {
   if (a >= -M_PI && a <= M_PI) return a;
-  // Out of range by less than a turn: one addition gives the results that Stage users know. For
-  // other angles a loop of additions might never end.
+  // If the angle is out of range by less than a turn, a single addition gives the same result as
+  // Stage 4.3. For larger angles, repeated additions might never end.
   if (std::fabs(a) < 3.0 * M_PI) return a > M_PI ? a - 2.0 * M_PI : a + 2.0 * M_PI;
   return std::remainder(a, 2.0 * M_PI);
 }

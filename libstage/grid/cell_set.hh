@@ -27,7 +27,7 @@ struct CellSet {
   /// Bit of a cell in its tile.
   static uint32_t BitOf(int32_t x, int32_t y) { return static_cast<uint32_t>(ray_place(x, y, 3)); }
   bool SameTile(const CellSet& o) const { return x == o.x && y == o.y; }
-  /// Sort order of parts: by row, then by column.
+  /// Sort order of cell sets: by row, then by column.
   bool ComesBefore(const CellSet& o) const { return y == o.y ? x < o.x : y < o.y; }
 };
 
@@ -42,8 +42,8 @@ std::size_t CountCells(std::span<const CellSet> sets);
 /// True if the cell sets are sorted and name each tile once.
 bool AreSorted(std::span<const CellSet> sets);
 
-/// Appends cells to a list as parts, sorted by tile with each tile once. Earlier elements of the
-/// list are left alone.
+/// Appends cells to a list as cell sets, sorted by tile with each tile once. Earlier elements of
+/// the list are left alone.
 class CellSetBuilder {
  public:
   explicit CellSetBuilder(std::vector<CellSet>* sets) : sets_(*sets), first_(sets->size()) {}

@@ -141,7 +141,7 @@ class Grid {
     bool shared = false;
     PoolCache own_lists, own_nodes, own_outlines;
     int64_t rasterized_cells = 0, empty_regions = 0;  // increase since the edit began
-    uint64_t first_stamp = 0, last_stamp = 0;         // stamps: before the edit, and last
+    uint64_t first_stamp = 0, last_stamp = 0;         // last stamp before the edit, and so far
     CellBox extent;                                   // what this edit adds to Grid::extent()
 
    public:
@@ -412,11 +412,11 @@ class Grid {
 
  private:
   class Validator;
-  friend class GridTamperer;  // of tests, which break the grid to see that Validate() notices it
+  friend class GridTamperer;  // tests corrupt a grid to check that Validate() detects it
   struct Node {
     BodyId id;
-    uint32_t next;      // last node: the first one
-    uint32_t previous;  // first node: the last one
+    uint32_t next;      // of the last node: the first one
+    uint32_t previous;  // of the first node: the last one
   };
   struct Region {
     uint32_t super = 0;

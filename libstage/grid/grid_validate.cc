@@ -302,7 +302,7 @@ class Grid::Validator {
   }
 
   const Grid& grid_;
-  // Objects that are free or have been met.
+  // Objects that are free or were found in use.
   Users free_bodies_, regions_, supers_, lists_, nodes_, outlines_;
   uint64_t shown_[kMaxLayers] = {};  // for one tile: the cells that each layer should show
   int64_t drawn_cells_ = 0;

@@ -22,7 +22,7 @@ Occupancy::Occupancy(const Occupancy& from) : Occupancy() {
 }
 
 void Occupancy::Resize(uint32_t count) {
-  STAGE_ASSERT(count >= tile_maps_.size());  // regions are reused, but never taken away
+  STAGE_ASSERT(count >= tile_maps_.size());  // regions are reused but never removed
   tile_maps_.resize(count, 0);
   tiles_.resize(std::size_t{count} * kTilesPerRegion);
   changed_.Resize(count);

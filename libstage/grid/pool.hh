@@ -101,7 +101,7 @@ class Pool {
     free_.resize(left_);
     created_ = next_;
   }
-  /// Call after EndConcurrentUse(): returns the free indices of a share to the pool.
+  /// Call after EndConcurrentUse(): returns the free indices of a cache to the pool.
   void ReturnCache(PoolCache* cache) noexcept {
     try {
       free_.insert(free_.end(), cache->free_.begin(), cache->free_.end());
@@ -113,8 +113,8 @@ class Pool {
   /// Freezes the pool. Later copies share its memory pages until they write to them.
   void Freeze() { objects_.Freeze(created_); }
 
-  /// Number of objects that exist, free ones included, and the indices of the free ones. Not while
-  /// the pool is shared.
+  /// Number of objects that exist, free ones included, and the indices of the free ones. Not during
+  /// concurrent use.
   std::size_t made() const { return created_; }
   const std::vector<uint32_t>& free() const { return free_; }
 
@@ -124,7 +124,7 @@ class Pool {
  private:
   static constexpr std::size_t kRefill = PoolCache::kRefill;
 
-  /// Upper bound of the indices in use. While the pool is shared, next_ is above created_.
+  /// Upper bound of the indices in use. During concurrent use, next_ may exceed created_.
   std::size_t End() const { return std::max(created_, next_.load(std::memory_order_relaxed)); }
   void Reserve(std::size_t capacity) {
     const std::size_t now = objects_.capacity();
@@ -134,7 +134,7 @@ class Pool {
     Reserve(created_ + 1);
     free_.push_back(static_cast<uint32_t>(created_++));
   }
-  /// Refills from the free list while it can fill a whole share; otherwise creates new objects.
+  /// Refills from the free list while it can fill a whole cache; otherwise creates new objects.
   void Refill(PoolCache* cache) {
     STAGE_ASSERT(cache->free_.empty());
     std::size_t end = left_.load(std::memory_order_relaxed);
@@ -152,7 +152,7 @@ class Pool {
   PagedArray<T> objects_;
   std::size_t created_ = 0;
   std::vector<uint32_t> free_;
-  // Between BeginConcurrentUse() and EndConcurrentUse(): number of free indices that no share has
+  // Between BeginConcurrentUse() and EndConcurrentUse(): number of free indices that no cache has
   // taken yet, and the next index to create.
   std::atomic<std::size_t> left_{0}, next_{0};
 };

@@ -64,7 +64,7 @@ bool CanBePutBack(const Model& model) {
   return type && type->measurable;
 }
 
-/// Models the least that a controller does: reading each range once.
+/// Simulates a minimal controller, which reads each range once.
 double NearestRange(Model* model) {
   double nearest = 1e9;
   for (const ModelRanger::Sensor& sensor : static_cast<ModelRanger*>(model)->GetSensors())
@@ -90,7 +90,7 @@ class World::StepCostMeter {
     engine_.scheduler.Swap(scheduler_);
     statistics_.device = Statistics().device;  // the device may have failed
     engine_.tracer.SetStatistics(statistics_);
-    engine_.fiducials.Forget(nullptr);  // finders have their former sightings again
+    engine_.fiducials.Forget(nullptr);  // finders have their previous sightings again
     engine_.fiducials.SetFrozen(false);
   }
 
@@ -164,7 +164,7 @@ class World::StepCostMeter {
     Model* model;
     uint64_t update_generation;
     StateExchange::Bytes state;
-    std::vector<uint64_t> stamps;  // draw-order stamps of its bodies
+    std::vector<uint64_t> stamps;  // stamps of its bodies
   };
 
   struct PathCost {
@@ -196,8 +196,8 @@ class World::StepCostMeter {
     return Run(sample);
   }
 
-  /// Saves the model's state, its pending update and the draw-order stamps of its bodies, to be
-  /// restored by PutBack().
+  /// Saves the model's state, its pending update and the stamps of its bodies, to be restored by
+  /// PutBack().
   void Save(Model* model) {
     Saved saved{model, model->update_generation_, {}, {}};
     StateExchange exchange(engine_.models, &saved.state);
@@ -432,7 +432,8 @@ class World::StepCostMeter {
   sensing::TraceStatistics statistics_;
   std::vector<Saved> saved_;
   double total_seconds_ = 0,
-         best_seconds_ = 0;  // seconds spent in all tries, and if each had matched the best
+         best_seconds_ = 0;  // seconds of all tries, and the same if each try had been as fast as
+                             // the best
   StepCosts costs_;
 };
 

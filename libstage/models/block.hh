@@ -24,12 +24,12 @@ class Block {
   const std::vector<point_t>& points() const { return points_; }
   const Bounds& z_range() const { return z_; }  ///< after fitting
 
-  // Drawing in the grid, except that for the exact ray model.
+  // Rasterization for the cell model.
   bool rasterized() const { return rasterized_; }
   grid::BodyId body() const { return body_; }
   const std::vector<grid::CellSet>& cells() const { return cells_; }
-  /// Draw-order stamp that the body had after loading, see grid::Grid::Stamp(); 0 if it was not
-  /// rasterized then.
+  /// Stamp that the body had after loading, see grid::Grid::Stamp(); 0 if it was not rasterized
+  /// then.
   uint64_t loading_stamp() const { return loading_stamp_; }
   void NoteLoadingStamp(uint64_t stamp) { loading_stamp_ = stamp; }
 

@@ -29,7 +29,7 @@ class BlockGroup {
   bool IsUnrasterized() const { return !blocks_.empty() && !rasterized_; }
   const std::vector<std::unique_ptr<Block>>& blocks() const { return blocks_; }
 
-  /// Adds a block in the frame of the fitted blocks. Fit and draw the group again afterwards.
+  /// Adds a block in the frame of the fitted blocks. Fit and rasterize the group again afterwards.
   void Add(std::vector<point_t> points, Bounds z_range);
   void AddRectangle(double x, double y, double dx, double dy, Bounds z_range);
   /// Adds a block without a height interval; FillHeights() sets it.
@@ -41,7 +41,7 @@ class BlockGroup {
   /// margins of a picture.
   void SetFrame(Bounds x, Bounds y);
   bool has_frame() const { return frame_x_.max > frame_x_.min; }
-  /// Changes a block made by AddRectangle(). Draw the group again afterwards.
+  /// Changes a block made by AddRectangle(). Rasterize the group again afterwards.
   void ChangeRectangle(size_t index, const bounds3d_t& box);
   /// Erases the body from the grid and deletes all blocks.
   void Clear();
@@ -77,10 +77,10 @@ class BlockGroup {
   /// snapshot.
   bool rasterized_since_loading() const { return rasterized_since_loading_; }
   void SetRasterizedSinceLoading(bool rasterized) { rasterized_since_loading_ = rasterized; }
-  /// Marks the blocks as loaded: ExchangeState() saves only a flag until they change.
+  /// Marks the blocks as loaded: until they change, ExchangeState() saves only a flag.
   void NoteLoaded() { is_as_loaded_ = true; }
   bool is_as_loaded() const { return is_as_loaded_; }
-  /// Restoring other blocks erases the body from the grid. Returns true then.
+  /// Restoring other blocks erases the body from the grid. Returns true in that case.
   bool ExchangeState(StateExchange& exchange);
   /// Rasterization of a block, for a copy of the grid: see AdoptRasterizations().
   struct Rasterization {
@@ -92,7 +92,7 @@ class BlockGroup {
   };
   std::vector<Rasterization> Rasterizations() const;
   /// Adopts the rasterizations of a group with equally many blocks, after the grid has become a
-  /// copy of its grid. Draw the group afterwards; that is fast for blocks that stay in place.
+  /// copy of its grid. Rasterize the group afterwards, which is fast for blocks that stay in place.
   void AdoptRasterizations(const std::vector<Rasterization>& rasterizations);
   /// Call it when the owner's visibility to rangers has changed.
   void RefreshVisibility(bool ranger_visible);

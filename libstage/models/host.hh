@@ -59,13 +59,13 @@ class Host {
   DeletionWatch* watches = nullptr;   ///< list of all watches, see Watch
   double max_dissipation = 0;         ///< joules in one square metre: see DissipationVis
   size_t controllers_left_out = 0;    ///< see RunOptions::controllers
-  /// A robot without subscribers has got a command: see ModelPosition::WarnIfNotSubscribed(). Set
-  /// by several threads.
+  /// A robot without subscribers has received a command: see ModelPosition::WarnIfNotSubscribed().
+  /// Set by several threads.
   std::atomic<bool> command_without_subscriber{false};
 
   /// Returns null if there is no model with this id.
   Model* FindModel(uint32_t id) const;
-  /// Insert into or erase from a list sorted by id, unless the model is in it, or is not.
+  /// Insert into a list sorted by id unless the model is in it, and erase if it is.
   static void Insert(std::vector<Model*>* list, Model* model);
   static void Erase(std::vector<Model*>* list, const Model* model);
 
@@ -73,7 +73,7 @@ class Host {
 
   sensing::Scene scene;
   Placement placement;                      ///< for models that move serially
-  std::vector<Model*> hidden_from_rangers;  ///< bodies drawn while invisible to rangers
+  std::vector<Model*> hidden_from_rangers;  ///< bodies rasterized while invisible to rangers
 
   /// Traces the rays in the batch. Call it before changing anything that rays may hit, and before
   /// callbacks, so that rays see the world as it was when the sensor updated, with or without a
@@ -105,7 +105,7 @@ class Host {
 
   // ---- loading ----
 
-  bool loading = false;  ///< bodies are drawn after loading
+  bool loading = false;  ///< bodies are rasterized after loading
   MemoryBudget memory;
   /// Outlines of pictures by path. Copies of a world share them.
   using Outlines = std::map<std::string, std::shared_ptr<const picture::Outlines>>;

@@ -242,7 +242,7 @@ void Model::ClearBlocks() {
 
 void Model::Map() {
   STAGE_ASSERT(!scene_->tearing_down);
-  if (world->host().loading) return;  // all bodies are drawn after loading
+  if (world->host().loading) return;  // all bodies are rasterized after loading
   world->host().TraceBatch();
   Placement& placement = world->host().placement;
   placement.Propose(*this, true);

@@ -46,7 +46,7 @@ class Placement {
   /// Moves the rasterizations to the proposed position. Oversized bodies are not rasterized, with a
   /// message. `edit` is used in a concurrent edit, see CanJoinConcurrentEdit().
   void Commit(grid::Grid::Edit* edit = nullptr);
-  /// Draws outlines for the exact ray model, only of bodies that are rasterized.
+  /// Rasterizes outlines for the exact ray model, but only of bodies that are rasterized already.
   void AddExactRasterizations();
 
   /// True if so many cells are rasterized that a move might be refused: the order of moves matters

@@ -68,7 +68,7 @@ std::optional<Nose> NoseOf(const BlockGroup& body, const Pose& frame) {
 }
 
 Color NoseColor(const Color& body) {
-  constexpr double kLightened = 0.85, kDarkened = 0.8;  // of the way to white, to black
+  constexpr double kLightened = 0.85, kDarkened = 0.8;  // fraction of the way to white or black
   const bool is_dark = 0.3 * body.r + 0.6 * body.g + 0.1 * body.b < 0.5;
   const auto shade = [&](double part) {
     return is_dark ? part + kLightened * (1 - part) : part * (1 - kDarkened);

@@ -14,7 +14,7 @@
 
 namespace Stg {
 
-/// The tree's masks for the cell and the exact drawing, each with the number of its batch.
+/// The tree's masks for the cell and the exact rasterization, each with the number of its batch.
 struct Model::SelfMasks {
   struct OfRasterization {
     sensing::SelfMask mask;

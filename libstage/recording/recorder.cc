@@ -51,7 +51,7 @@ struct LoggedScan {
   ScanSource source;
   ScanMaker maker;
   int channel = -1;
-  usec_t written;          // the update that was written last
+  usec_t written;          // the last update that was written
   usec_t updated = 0;      // the update that the current readings belong to
   RobotState robot_state;  // the robot's instant at that update
   Pose mount;              // sensor pose on the robot at that update
@@ -89,7 +89,7 @@ struct LoggedRobot {
   OdometryMaker odometry, truth;
   std::vector<LoggedScan> scans;
   int odometry_channel = -1, truth_channel = -1;
-  RobotState robot_state;  // to be written, or written last
+  RobotState robot_state;  // to be written, or the last one written
   bool is_new = true;      // nothing was written yet
   bool is_due = false;     // to be written in this step
   Pose origin;             // of the odometry frame, in world coordinates

@@ -187,7 +187,7 @@ void Replay::TakePoses(std::string_view message) {
   };
   if (has_poses_) note();
   GetModelPoses(message, &poses_);
-  if (!has_poses_) note();  // the moment before is not known
+  if (!has_poses_) note();  // the previous moment is unknown
   has_poses_ = true;
 }
 
@@ -201,7 +201,7 @@ void Replay::TakeScan(std::string_view message, const Target& target) {
 }
 
 /// Global pose in the plane at the logged moment before the newest one. A step senses first, then
-/// moves: the scans of a step belong to the poses that were logged at the end of the step before.
+/// moves, so its scans belong to the poses that were logged at the end of the previous step.
 Pose Replay::PoseBefore(const Model& model) const {
   const auto known = before_.find(model.GetId());
   const Pose local = known == before_.end() ? model.GetPose() : known->second;

@@ -148,7 +148,7 @@ SelfMask RayBatch::SelfMaskBounds(const grid::Rasterizations& own) {
 
 namespace {
 
-/// Mask of the part's cells that also hold bodies of other trees.
+/// Mask of the cell set's cells that also hold bodies of other trees.
 uint64_t CellsOfOthers(const grid::Grid& grid, const grid::CellSet& set, const void* tree) {
   const auto is_other = [&](grid::BodyId id) { return grid.body(id).tree != tree; };
   uint64_t cells = 0;
@@ -160,7 +160,7 @@ uint64_t CellsOfOthers(const grid::Grid& grid, const grid::CellSet& set, const v
   return cells;
 }
 
-/// Mask of the cells in the part's tile that exact outlines of other trees touch.
+/// Mask of the cells in the cell set's tile that exact outlines of other trees touch.
 uint64_t OutlinesOfOthers(const grid::Grid& grid, const grid::CellSet& set, const void* tree) {
   uint64_t cells = 0;
   grid.ForEachOutline(grid.OutlinesIn(set.slot), [&](const grid::OutlineFragment& outline) {

@@ -49,7 +49,8 @@ class BatchTracer {
   /// not change the grid: bodies have moved and mostly stay in place until the next batch.
   void SendAhead();
 
-  /// Gives the observer a record of this ray before each batch that contains it. Null ends that.
+  /// Gives the observer a record of this ray before each batch that contains it. Null ends the
+  /// observation.
   void Observe(const Model* finder, uint32_t tag, uint32_t sample, RayObserver* observer) {
     observed_ = {finder, tag, sample, observer};
   }

@@ -3,8 +3,8 @@
 // Traces a group of rays of the exact model and finds what each meets first.
 //
 // A ray tests the outlines in the tile of its first potential hit. Most rays meet one of them
-// before they leave the tile and are finished. Most others meet one in the next tile and test that
-// too. The rest is traced ray by ray.
+// before they leave the tile and are finished. Most others meet one in the next tile, which is
+// tested too. The rest is traced ray by ray.
 
 #ifndef STAGE_SENSING_EXACT_GROUP_HH
 #define STAGE_SENSING_EXACT_GROUP_HH

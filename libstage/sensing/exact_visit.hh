@@ -86,7 +86,7 @@ class ExactVisit {
   }
 
  private:
-  /// Returns true and stores the body if this part of it is the nearest hit so far.
+  /// Returns true and stores the body if this fragment of it is the nearest hit so far.
   bool TestOutline(const grid::OutlineFragment& outline) {
     const grid::Body& body = grid_.body(outline.id);
     if (PassesAboveOrBelow(fan_, body)) return Reject(body, RayRecord::Answer::kOtherHeight);

@@ -55,7 +55,7 @@ LegEnd FindLegEnd(const FanRecord& fan, const Direction& d, uint32_t hit, double
 
 namespace {
 
-/// Finds the nearest outline of one ray: sets its range and which.
+/// Finds the nearest outline of one ray: stores its range and index.
 void MeetOne(const OutlineRays& rays, uint32_t ray, const Outlines& outlines, OutlineHits* found) {
   const Line line = LineOf(*rays.fan, rays.unit_vectors[ray]);
   double& nearest = found->ranges[ray] = std::numeric_limits<double>::infinity();

@@ -60,8 +60,8 @@ bool PathComparison::Choose() {
   return !device_faster_;
 }
 
-/// Each path is known by a single batch, which may have been interrupted and taken many times as
-/// long. Early probes follow unless even that could not change the outcome.
+/// Each path has been measured by a single batch, which may have been interrupted and taken many
+/// times as long. Early probes follow unless even that could not change the outcome.
 void PathComparison::BeginToCompare() {
   constexpr double kInterrupted = 30;
   both_known_ = true;

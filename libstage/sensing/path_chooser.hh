@@ -68,7 +68,7 @@ class PathComparison {
   uint64_t last_probe_ = 0;     // number of the batch before which it ended
   uint64_t wait_ = 0;           // batches from then to the next probe
   int early_probes_ = 0;        // remaining early probes, which ignore the limit on costs
-  // Number of batches in a row for which the path in use has seemed slower.
+  // Number of consecutive batches for which the path in use has seemed slower.
   uint64_t seems_slower_ = 0;
 };
 

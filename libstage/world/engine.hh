@@ -55,8 +55,8 @@ class WorldEngine : public Host {
   std::vector<std::function<void(World&)>> calls_after_step;
   size_t plugins_left_out = 0;  ///< see RunOptions::controllers
   std::vector<std::unique_ptr<CtrlArgs>> controller_arguments;
-  /// Highest draw-order stamp when loading ended. Bodies that have not moved since have stamps up
-  /// to this one, in the order of creation.
+  /// Highest stamp when loading ended. Bodies that have not moved since have stamps up to this one,
+  /// in the order of creation.
   uint64_t last_stamp_of_loading = 0;
   grid::CellBox extent_of_loading;          ///< extent of the grid when loading ended
   std::shared_ptr<const WorldImage> image;  ///< shared by copies; null before the first copy

@@ -26,7 +26,7 @@ class World::LoadChecks {
  public:
   explicit LoadChecks(World* world) : world_(*world), engine_(*world->engine_), wf_(*world->wf) {}
 
-  /// All bodies must have been drawn.
+  /// All bodies must have been rasterized.
   void Run();
 
  private:

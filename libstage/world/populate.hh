@@ -13,8 +13,8 @@
 namespace Stg {
 
 /// Places the members of the file's populations on free floor. Call it when all models of the file
-/// exist and none is drawn. `made` has the model of each entity, or null; `cell` is the cell size
-/// in metres. `floor` is the free floor of an earlier world of the same file; if null, it is
+/// exist and none is rasterized. `made` has the model of each entity, or null. `cell` is the cell
+/// size in metres. `floor` is the free floor of an earlier world of the same file; if null, it is
 /// computed. Throws LoadError if there is not enough free floor.
 void PlacePopulations(const std::vector<Model*>& models, const std::vector<Model*>& made,
                       Worldfile* file, double cell, uint64_t seed,

@@ -74,9 +74,8 @@ void World::LoadChecks::WarnBlockedStart(const Model& robot, const Model& obstac
           " is, expected free space; it may not be able to move");
 }
 
-/// Checks the outlines as drawn in the grid, which stop robots. `free` receives the robots that
-/// touch nothing, or only other robots: programs often load robots in one place and move them
-/// later.
+/// Checks the outlines in the grid, which stop robots. `free` receives the robots that touch
+/// nothing, or only other robots: programs often load robots in one place and move them later.
 void World::LoadChecks::CheckCollisions(std::vector<const ModelPosition*>* free) {
   for (Model* model : engine_.models) {
     auto* const robot = dynamic_cast<ModelPosition*>(model);
@@ -90,7 +89,7 @@ void World::LoadChecks::CheckCollisions(std::vector<const ModelPosition*>* free)
   }
 }
 
-/// Finds robots inside obstacles. Only outlines are drawn, so they touch nothing.
+/// Finds robots inside obstacles. They touch nothing, because only outlines are rasterized.
 void World::LoadChecks::CheckInsides(std::vector<const ModelPosition*> robots) {
   std::vector<Spot> spots;
   for (const ModelPosition* robot : robots) spots.push_back(SpotOf(*robot));

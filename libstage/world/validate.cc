@@ -230,7 +230,7 @@ class World::Validator {
   WorldEngine& engine_;
   const grid::Grid& grid_;
   const std::unordered_set<const Model*> models_;
-  std::unordered_set<grid::BodyId> bodies_;  // that models have
+  std::unordered_set<grid::BodyId> bodies_;  // the bodies that models have
 };
 
 std::string World::Validate() const { return Validator(*this).Check(); }

@@ -348,7 +348,7 @@ bool World::IsExact(RayModel model) const {
 }
 
 /// Leaves the state unchanged because any observer may call it: thin outlines stay as they are, and
-/// undrawn bodies stay undrawn.
+/// bodies that are not rasterized stay so.
 void World::RasterizeForExactRays() {
   if (engine_->scene.exact_rasterization) return;
   engine_->TraceBatch();
@@ -359,7 +359,7 @@ void World::RasterizeForExactRays() {
       placement.Propose(*model, false);
       placement.AddExactRasterizations();
     }
-  } catch (...) {  // out of memory: all is drawn anew the next time
+  } catch (...) {  // out of memory: everything is rasterized again the next time
     engine_->scene.exact_rasterization = false;
     throw;
   }

@@ -15,7 +15,7 @@ namespace Stg {
 
 namespace {
 
-/// Erases a model's bodies; if `exact`, only those that a copy draws for exact rays on demand.
+/// Erases a model's bodies; if `exact`, only those that a copy rasterizes for exact rays on demand.
 void Erase(const Model& model, bool exact, grid::Grid* grid) {
   model.body().ForEachBody([&](grid::BodyId id, const std::vector<grid::CellSet>& cells) {
     if (exact && !grid->body(id).exact()) return;
@@ -57,7 +57,7 @@ std::shared_ptr<const WorldImage> World::MakeImage() const {
   return image;
 }
 
-/// Draws the models of a copy like those of the image. All models must exist and none be
+/// Rasterizes the models of a copy like those of the image. All models must exist and none be
 /// rasterized. Models that have moved in the original return to their place in the file and in the
 /// body order.
 void World::RasterizeFromImage(const WorldImage& image) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // Loaded data that copies of a world share, so that they need not read files, trace pictures or
-// draw scenery: see World::LoadCopy().
+// rasterize scenery: see World::LoadCopy().
 
 #ifndef STAGE_WORLD_WORLD_IMAGE_HH
 #define STAGE_WORLD_WORLD_IMAGE_HH

@@ -71,8 +71,8 @@ void World::ExchangeTotals(StateExchange& exchange) {
     exchange(totals.stored, totals.capacity, totals.dissipated, totals.input);
 }
 
-/// Lists models that are missing from the grid because they were changed and not redrawn. When
-/// restoring, other models may be undrawn because they were created or got another parent.
+/// Lists models that are missing from the grid because they were changed and not rasterized again.
+/// When restoring, other models may be missing because they were created or got another parent.
 void World::ExchangeUnrasterized(StateExchange& exchange) {
   if (exchange.hashing()) return;
   std::vector<Model*> unrasterized;
@@ -152,7 +152,8 @@ void World::ExchangeNames(StateExchange& exchange) {
   }
 }
 
-/// Exchanges energy totals, undrawn models, and the order and extent of bodies in the grid.
+/// Exchanges energy totals, models that are not rasterized, and the order and extent of bodies in
+/// the grid.
 void World::ExchangeGridState(StateExchange& exchange) {
   ExchangeTotals(exchange);
   ExchangeUnrasterized(exchange);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The inputs of one update of a scene. For scene.cc only.
+// The inputs of one update of a scene, private to render_scene.cc.
 
 #ifndef STAGE_GUI_DRAW_SCENE_JOB_HH
 #define STAGE_GUI_DRAW_SCENE_JOB_HH

@@ -98,7 +98,7 @@ struct SceneSummary {
 
   // The grid.
   double resolution = 0;        ///< cell size, metres
-  bounds3d_t extent;            ///< of everything drawn, rounded to whole regions, metres
+  bounds3d_t extent;            ///< of everything rasterized, rounded to whole regions, metres
   uint64_t plane_cells = 0;     ///< number of cells in the extent
   uint64_t occupied_cells = 0;  ///< cells with at least one body
   size_t superregions = 0, regions = 0, tiles = 0;  ///< number allocated
@@ -136,7 +136,7 @@ struct SensorCost {
 struct StepCosts {
   std::vector<SensorCost> sensors;  ///< in the order of SceneSummary::sensors
   double position_ns = 0;           ///< update of a position model
-  double move_ns = 0;               ///< step of a moving robot: collision test, erase, draw
+  double move_ns = 0;               ///< step of a moving robot: collision test, erase, rasterize
   double energy_ns = 0;             ///< energy phase, per model
   size_t position_sample = 0, move_sample = 0, energy_sample = 0;  ///< models measured; 0: none
   double device_bytes_per_ray = 0;                                 ///< fetched from the device

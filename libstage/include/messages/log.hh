@@ -28,9 +28,9 @@ void SetLogSink(const LogSink& sink);
 void Tell(LogLevel level, const std::string& line);
 
 /// Returns the text as one line that is safe to print on a terminal. Control characters, bytes that
-/// are not UTF-8 and marks that change the writing direction become escapes:
-/// , \t, \x1b. Applying it twice changes nothing. If the result exceeds `longest` bytes, its middle
-/// is replaced by "...".
+/// are not UTF-8 and marks that change the writing direction become escapes such as \n, \t and
+/// \x1b. Applying it twice changes nothing. If the result exceeds `longest` bytes, its middle is
+/// replaced by "...".
 std::string Printable(const std::string& text, std::size_t longest = std::string::npos);
 
 namespace internal {

@@ -60,7 +60,7 @@ class ModelGripper : public Model, private internal::sensing::RaySink {
   /// Moves fingers and lift, and adds the rays to the batch of the step.
   void Update() override;
   void Gather(internal::sensing::FanList* fans) override;
-  /// Grips or drops, and redraws the fingers.
+  /// Grips or drops, and rasterizes the fingers again.
   void Sensed() override;
 
  private:

@@ -362,7 +362,7 @@ class Model : public Ancestor {
   const BlockGroup& body() const { return *blockgroup; }
   /// Appends the cells of this model and its descendants.
   void CollectRasterizations(internal::grid::Rasterizations* rasterizations, bool exact) const;
-  /// Registers a body that is drawn while invisible to rangers.
+  /// Registers a body that is rasterized while invisible to rangers.
   void RegisterIfHidden();
   /// True if RegisterIfHidden() has nothing to do.
   bool is_registered_or_visible() const { return !(vis.ranger_return < 0) || hidden_from_rangers_; }
@@ -449,7 +449,8 @@ class Model : public Ancestor {
   /// Returns which of the following preparations are needed first.
   virtual unsigned Preparations() { return 0; }
   static const unsigned kNeedsPreparation = 1;  ///< FinishPreparation() must run
-  static const unsigned kExactRays = 2;         ///< bodies must be drawn for the exact ray model
+  static const unsigned kExactRays = 2;         ///< bodies must be rasterized for the exact ray
+                                                ///< model
   /// Runs while no other thread is active.
   virtual void FinishPreparation() {}
   class PendingSelfMasks;
@@ -479,7 +480,7 @@ class Model : public Ancestor {
   /// See World::Reseed(). Makes random numbers depend on their current seed and this one. Types
   /// with their own generators override it and call the base class first.
   virtual void Reseed(uint64_t seed);
-  /// Draws the numbers that the constructor of this type takes from World::random(): see
+  /// Draws the random numbers that the constructor of this type takes from World::random(): see
   /// World::BeginAgain(). Overridden by types whose constructor does so.
   virtual void DrawInitialRandomNumbers() {}
   /// Restarts the model's random numbers as those of a new model with index `index` among siblings
@@ -503,7 +504,7 @@ class Model : public Ancestor {
   void UpdateTrail();
   void RegisterOption(Option* option);
 
-  /// Draws the bodies of the model and its descendants at their current poses.
+  /// Rasterizes the bodies of the model and its descendants at their current poses.
   void Map();
   void UnMapWithChildren();
   /// Initializes a fan of rays that may hit anything, and selects its grid layer.
@@ -633,7 +634,7 @@ class Model : public Ancestor {
   uint32_t tree_updated_in_;               // in roots: Host::steps_begun at the tree's last update
   uint64_t callback_interval_;             // in roots: the last interval with callbacks of the tree
   bool serial_update_callbacks_;           // a CB_UPDATE callback is not parallel
-  bool hidden_from_rangers_;               // body was drawn while invisible to rangers
+  bool hidden_from_rangers_;               // body was rasterized while invisible to rangers
   bool loaded_;                            // Load() has run
   bool shares_name_;                       // another model had this name before
   bool drives_ = false;                    // the model is a ModelPosition

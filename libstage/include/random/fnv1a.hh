@@ -13,14 +13,14 @@
 
 namespace Stg {
 
-constexpr uint64_t kFnv1aStart = 0xcbf29ce484222325u;  ///< hash of nothing
+constexpr uint64_t kFnv1aStart = 0xcbf29ce484222325u;  ///< hash of an empty sequence
 
-/// Returns the hash of what `hash` covers, followed by a byte. Larger numbers are valid, too.
+/// Extends `hash` by a byte, or by any larger number.
 constexpr uint64_t Fnv1aStep(uint64_t hash, uint64_t byte) {
   return (hash ^ byte) * 0x100000001b3u;
 }
 
-/// Hashes bytes. `before` is the hash of the preceding bytes.
+/// Hashes bytes. `before` is the hash of the bytes before them.
 inline uint64_t Fnv1a(const void* bytes, size_t size, uint64_t before = kFnv1aStart) {
   const unsigned char* const first = static_cast<const unsigned char*>(bytes);
   for (size_t i = 0; i < size; i++) before = Fnv1aStep(before, first[i]);

@@ -18,7 +18,7 @@ struct PhaseSeconds {
   double gather = 0;     ///< due models update; sensors fill the batch
   double prefilter = 0;  ///< the device finds potential hits; 0 without a device
   double trace = 0;      ///< rays are traced and turned into readings
-  double move = 0;       ///< positions integrate, test collisions and are redrawn
+  double move = 0;       ///< positions integrate, test collisions and are rasterized
   double callbacks = 0;  ///< controllers and world callbacks
   double energy = 0;     ///< power packs
 };

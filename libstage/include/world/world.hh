@@ -248,7 +248,7 @@ class World : public Ancestor {
   /// Ray model of Raytrace() and of sensors that do not specify one: kCell or kExact.
   RayModel GetRayModel() const;
   void SetRayModel(RayModel model);
-  /// Bounds of the area in which anything was ever drawn, in whole superregions, metres.
+  /// Bounds of the area in which anything was ever rasterized, in whole superregions, metres.
   const bounds3d_t& GetExtent() const;
   /// Number of the cell at coordinate `x`, clamped to the valid range.
   int32_t MetersToPixels(meters_t x) const;
@@ -341,8 +341,9 @@ class World : public Ancestor {
   uint64_t StateHash() const;
   /// Checks that the parts of the world agree: the tree of models, lists, the schedule, and the
   /// bodies and cells of the grid. Returns the first fault found, or an empty string. A fault is a
-  /// mistake in the code. Takes about as long as drawing all models. With the environment variable
-  /// STAGE_VALIDATE=1, builds with assertions do it after each phase of a step: see STAGE_ASSERT.
+  /// mistake in the code. Takes about as long as rasterizing all models. With the environment
+  /// variable STAGE_VALIDATE=1, builds with assertions do it after each phase of a step: see
+  /// STAGE_ASSERT.
   std::string Validate() const;
   /// Enumerates that state; Model::ExchangeState() does it for each model. Restoring requires the
   /// same models in the same tree.
@@ -372,7 +373,7 @@ class World : public Ancestor {
   static Model* FindModelOfAny(uint32_t id);
   /// Resolves kDefault to the world's ray model.
   bool IsExact(RayModel model) const;
-  /// Draws bodies for the exact ray model from now on. Does nothing if already done.
+  /// Rasterizes bodies for the exact ray model from now on. Does nothing if already done.
   void RasterizeForExactRays();
 
  protected:

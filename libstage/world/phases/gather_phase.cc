@@ -21,7 +21,7 @@ namespace {
 
 constexpr size_t kGrain = 32;
 
-/// Freezes or unfreezes the index of fiducials, and does the opposite at its end.
+/// Freezes or unfreezes the index of fiducials; the destructor does the opposite.
 class FiducialsFrozen {
  public:
   FiducialsFrozen(FiducialIndex* index, bool frozen) : index_(index), frozen_(frozen) {
@@ -194,7 +194,7 @@ bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count, World* w
     for (size_t i = begin; i < end; i++) all |= PrepareEntry(events[i], &entries_[i]);
     if (all != 0) needs.fetch_or(all, std::memory_order_relaxed);
   });
-  // Before the first exact ray, all bodies must be drawn for it, which changes the grid.
+  // Before the first exact ray, all bodies must be rasterized for it, which changes the grid.
   if ((needs & Model::kExactRays) && !world->host().scene.exact_rasterization) return false;
   FinishPreparation(needs, world);
   return true;

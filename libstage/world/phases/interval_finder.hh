@@ -100,7 +100,7 @@ class IntervalFinder {
 
   size_t min_length_ = 16;
   size_t first_min_length_ = 16;                 // minimum for the first interval of this step
-  size_t usual_min_length_ = 16;                 // the same for most steps
+  size_t usual_min_length_ = 16;                 // minimum in most steps
   size_t later_min_length_ = kInitialMinLength;  // minimum for later intervals of a step
   size_t to_skip_ = 0;
   bool found_any_ = false;         // an interval in this step

@@ -33,7 +33,7 @@ int64_t CountOf(const grid::CellBox& tiles) {
   return (int64_t{tiles.max_x} - tiles.min_x + 1) * (int64_t{tiles.max_y} - tiles.min_y + 1);
 }
 
-/// True if all parts are among the tiles.
+/// True if all of the cell sets are in the tiles.
 [[maybe_unused]] bool LieIn(const grid::CellBox& tiles, std::span<const grid::CellSet> sets) {
   return std::ranges::all_of(sets, [&](const grid::CellSet& set) {
     return set.x >= tiles.min_x && set.x <= tiles.max_x && set.y >= tiles.min_y &&

@@ -43,7 +43,7 @@ class TileColoring {
     uint32_t next_color[kSide * kSide];
   };
   struct Slot {
-    uint32_t round;  // the slot is free if this is not round_
+    uint32_t round;  // the slot is free if this differs from round_
     uint32_t block;
   };
   // Intersection of a rectangle with a block, in tiles relative to the block.
@@ -127,10 +127,10 @@ class MovePhase {
                       threads::WorkerPool* workers);
   struct MoveProposal {
     ModelPosition* model;  // null if the model stays
-    bool moves, shared;    // it moves; it does so in parallel
+    bool moves, shared;    // it moves; it moves in parallel
     grid::CellBox tiles;   // may be read or changed by the move
     uint32_t color;
-    uint64_t bodies_before;  // bodies of the robots before it that move in parallel
+    uint64_t bodies_before;  // number of bodies of earlier robots that move in parallel
     Placement placement;
   };
   static bool CanRunInParallel(const Model& model);

@@ -49,8 +49,8 @@ class ThreadChoice {
       last = seconds;
     }
   };
-  // Steps are grouped by powers of two, as in PathChooser: sensors with different update intervals
-  // make steps of different sizes.
+  // Steps are grouped by powers of two, as in PathChooser, because sensors with different update
+  // intervals make steps of different sizes.
   static constexpr size_t kSizes = 33;
 
   internal::sensing::PathChooser chooser_;

@@ -74,11 +74,13 @@ class WalledRange {
     for (const Model* child : model.GetChildren()) Collect(*child);
   }
 
-  /// Shortens the way beyond the first obstacle. The factor is the share of the open-air loss in
-  /// the total loss; o is the distance to the obstacle and w the length of all obstacles, metres.
+  /// Distance that the signal reaches in this direction, in metres. Shortens the path beyond the
+  /// first obstacle by the ratio of the open-air loss to the total loss. o is the distance to that
+  /// obstacle, w the total length inside obstacles, in metres.
   double Reach(double cosine, double sine) {
     constexpr double kNearest = 0.01;          // m
-    constexpr double kDecibelsPerMetre = 100;  // of obstacle, times the wall factor
+    constexpr double kDecibelsPerMetre = 100;  // loss inside obstacles, to be multiplied by the
+                                               // wall factor
     const point3_t here(global_.x, global_.y, global_.z);
     line_.Begin(here, point3_t(here.x + radius_ * cosine, here.y + radius_ * sine, here.z));
     for (const Model* obstacle : obstacles_) line_.AddBodyOf(*obstacle);
