@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Integers between Python and C++, in place of nanobind's own conversion.
+// Conversion of integers between Python and C++, replacing nanobind's own.
 //
-// An argument that is an integer in C++ takes what has __index__(), such as NumPy's integers, but
-// no bool: True in the place of a number is mostly an argument in a wrong place. Floats are
-// refused, too, even whole ones.
+// An integer argument in C++ accepts every Python object with __index__(), such as NumPy's
+// integers, but no bool: passing True for a number is mostly a mistake. Floats are refused too,
+// even if they are whole.
 
 #ifndef STAGE_PYTHON_INTEGERS_HH
 #define STAGE_PYTHON_INTEGERS_HH
@@ -16,8 +16,8 @@
 
 namespace nanobind::detail {
 
-/// True for Python's bool and NumPy's. NumPy's is found by its name, which is "bool_" before
-/// version 2: NumPy need not be loaded.
+/// True for Python's bool and NumPy's bool. The latter is recognized by its name ("bool_" before
+/// version 2), so that NumPy need not be loaded.
 inline bool is_bool(handle value) noexcept {
   if (PyLong_Check(value.ptr())) return PyBool_Check(value.ptr());
   const object name = steal(PyObject_GetAttrString(value.type().ptr(), "__name__"));
@@ -50,7 +50,7 @@ struct integer_caster {
   }
 
  private:
-  /// False, perhaps with a Python error, if the number is out of range.
+  /// Returns false if the number is out of range; a Python error may then be set.
   bool Read(handle number) noexcept {
     using Limits = std::numeric_limits<T>;
     if constexpr (std::is_signed_v<T>) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// stagesim._core: what Python has of libstage. The classes that people use are in stagesim/*.py.
+// stagesim._core: the compiled part of the package. The public classes are in stagesim/*.py.
 
 #include <nanobind/nanobind.h>
 

@@ -145,15 +145,15 @@ uint64_t KeyOf(const Model& model) {
   return key;
 }
 
-/// The time at which the world stood as the ranger sensed it: the beginning of the step in which it
-/// updated last.
+/// Time of the world's state that the ranger sensed: the beginning of the step in which it last
+/// updated.
 usec_t TimeOfScan(const ModelRanger& ranger) {
   const usec_t step = ranger.GetWorld()->sim_interval, end = ranger.GetLastUpdate();
   return end > step ? end - step : 0;
 }
 
-/// Global pose of the thing when the ranger on it sensed; NaN if a model of the thing's tree has
-/// updated since, as a tree keeps its newest such pose alone.
+/// Global pose of the thing when the ranger on it sensed. NaN if another model of the thing's tree
+/// has updated since, because a tree keeps only its newest such pose.
 Pose PlaceAtScan(const Model& thing, const ModelRanger& ranger) {
   const auto* const robot = dynamic_cast<const ModelPosition*>(&thing);
   if (!robot || !robot->HasSubscribers()) return thing.GetGlobalPose();

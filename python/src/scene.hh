@@ -44,13 +44,12 @@ uint64_t SceneKey(World& world);
 /// stalled. A deleted model gets NaN and false.
 void PlacesOf(World& world, const uint32_t* ids, size_t count, float* places, bool* stalled);
 
-/// The readings of the rangers on things: words of 32 bits for each sensor that has measured
-/// anything. The id of its thing; the number of samples; the simulated time of the instant at which
-/// it sensed, in microseconds (two words, the low one first). Then floats, in metres and radians:
-/// x, y and heading of the thing at that instant (NaN if nobody has noted them), the same of the
-/// sensor's origin, field of view and maximum range; the range of each sample; the bearing of each
-/// sample. Poses are global. Stops before a sensor that would raise the samples above
-/// `max_samples`.
+/// The readings of the rangers on things, as 32-bit words for each sensor that has readings. First
+/// the id of its thing, the number of samples, and the simulated time at which it sensed, in
+/// microseconds (two words, the low one first). Then floats, in metres and radians: x, y and
+/// heading of the thing at that instant (NaN if unknown), the same of the sensor's origin, field of
+/// view and maximum range; the range of each sample; the bearing of each sample. Poses are global.
+/// Stops before a sensor that would raise the samples above `max_samples`.
 std::string ScansOf(World& world, const uint32_t* ids, size_t count, size_t max_samples);
 
 }  // namespace Stg::python

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""benchmarks/accuracy: its analysis on made-up figures, and its programs in scenes whose answers
-are known in closed form."""
+"""Tests of benchmarks/accuracy: its analysis with made-up figures, and its programs in scenes with known exact
+results."""
 
 from __future__ import annotations
 
@@ -254,7 +254,7 @@ class Comparison:
 
 
 def room_truth(x: float, y: float, heading: float) -> float:
-    """From a point in the room to its walls."""
+    """Distance from a point in the room to its walls in a direction."""
     c, s = math.cos(heading), math.sin(heading)
     return min((math.copysign(2, c) - x) / c if c else math.inf,
                (math.copysign(2, s) - y) / s if s else math.inf)
@@ -371,7 +371,7 @@ class RayTruthTest(unittest.TestCase):
         self.assertEqual(found.bin("all", "all")["errors"], 3)
 
     def test_robots_that_drive(self) -> None:
-        """The truth is that of the moment of sensing: a step later it would be 0.04 m off."""
+        """The truth is computed for the moment of sensing; a step later it would differ by 0.04 m."""
         driving = room(cell=0.005, x=1.5, y=1.5, others=(
             "interval_sim 100 define eye ranger( alwayson 1 update_interval {interval} "
             "sensor( range [0 8] samples 16 fov 300 ) ) "
@@ -487,7 +487,7 @@ class BenchmarkTest(unittest.TestCase):
             self.assertIn("found commit 'abc', expected 'other'", other.stderr)
 
     def check_that_it_goes_on(self, folder: Path) -> None:
-        """A run whose last three scores are lost has three runs to do, which give the same."""
+        """After the last three scores are lost, three runs are done again and give the same scores."""
         scores = folder / "raw" / "score.csv"
         lines = scores.read_text(encoding="utf-8").splitlines(keepends=True)
         scores.write_text("".join(lines[:-3]), encoding="utf-8")

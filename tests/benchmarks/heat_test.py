@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Tests of what benchmarks/series --board knows of heat and clock, on folders like sysfs."""
+"""Tests of temperature and clock in benchmarks/series --board, with folders like sysfs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ FLAGS_FILE = "sys/devices/platform/soc/soc:firmware/get_throttled"
 
 
 class HeatTest(MeterTestCase):
-    """A board: two clusters, two zones, one of them off, the flags of a Raspberry Pi."""
+    """A board with two clusters, two thermal zones (one of them off), and the flags of a
+    Raspberry Pi."""
 
     def setUp(self) -> None:
         super().setUp()
@@ -49,7 +50,7 @@ class HeatTest(MeterTestCase):
         self.write(f"sys/devices/system/cpu/cpu{cpu}/cpufreq/{name}", value)
 
     def run_of(self, seconds: float, *events: tuple[float, object]) -> dict:
-        """A run in which things happen at their times."""
+        """A run during which events happen at the given times."""
         begun = self.clock.now
         left = list(events)
 
@@ -84,7 +85,7 @@ class HeatTest(MeterTestCase):
             with self.subTest(why=why):
                 found = self.run_of(10, (4, event), (6, undo))
                 self.assertEqual(found["throttled"], why)
-                # Flags that record earlier events do not affect the next run.
+                # Flags that were set by earlier events do not affect the next run.
                 self.assertEqual(self.run_of(10)["throttled"], "")
 
     def test_flags_that_fell_between_two_looks_are_remembered(self) -> None:
@@ -97,7 +98,8 @@ class HeatTest(MeterTestCase):
         self.assertEqual(throttling([Chip(self.root).look()]), ["throttled by firmware"])
 
     def cool(self, celsius_at: object) -> tuple[float, float]:
-        """How long it waits where the temperature goes like that, and the last temperature."""
+        """Returns how long the chip is cooled down for this course of temperature, and the last
+        temperature."""
         begun = self.clock.now
         self.clock.world = lambda now: self.heat(celsius_at(now - begun))  # type: ignore[operator]
         self.clock.show()

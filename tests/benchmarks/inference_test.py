@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Tests of the statistics of benchkit that reports of sweeps use: on made-up runs whose truth is known."""
+"""Tests of statistics that reports of sweeps use, with made-up runs whose true values are known."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from benchkit.inference import contrast, mean_bounds  # noqa: E402  pylint: disa
 
 
 class ContrastTest(unittest.TestCase):
-    """How far means are apart."""
+    """Tests of differences between means."""
 
     def setUp(self) -> None:
         self.random = np.random.default_rng(7)
@@ -53,14 +53,14 @@ class ContrastTest(unittest.TestCase):
         self.assertTrue(math.isnan(found.probability) and math.isnan(found.low))
 
     def test_few_that_are_mostly_alike_claim_nothing(self) -> None:
-        """Resamples without any scatter say that anything is possible."""
+        """Resamples without scatter give infinite intervals."""
         found = contrast([np.array([0.0, 0, 0, 0, 1])])
         self.assertEqual((found.low, found.high), (-math.inf, math.inf))
         self.assertGreater(found.probability, 0.2)
 
 
 class MeanTest(unittest.TestCase):
-    """Intervals of means."""
+    """Tests of confidence intervals of means."""
 
     def test_bounds(self) -> None:
         values = np.random.default_rng(3).normal(5, 2, 100)

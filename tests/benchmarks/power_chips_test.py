@@ -29,7 +29,7 @@ class HwmonTest(MeterTestCase):
         self.clock.world = lambda now: self.write(
             "sys/class/hwmon/hwmon0/power1_input", round((now - 1000) * 2e6))
         reading = self.measure("hwmon:ina219", 10)
-        self.assertAlmostEqual(reading.joules, 100, places=3)  # half of 20 W for 10 s
+        self.assertAlmostEqual(reading.joules, 100, places=3)  # 10 s at half of 20 W
         self.assertEqual((reading.method, reading.scope), ("sampled", "rail"))
         self.assertEqual(reading.samples, 102)
         self.assertTrue(folder.exists())
@@ -107,7 +107,7 @@ class HwmonTest(MeterTestCase):
 
 
 class Ina231Test(MeterTestCase):
-    """The Odroid XU3's sensors: off until somebody switches them on."""
+    """Tests of the Odroid XU3's sensors, which are off by default."""
 
     WATTS = {"40": 3.5, "41": 0.25, "44": 0.75, "45": 0.5}
 
@@ -121,7 +121,7 @@ class Ina231Test(MeterTestCase):
         self.clock.world = self.show
 
     def show(self, now: float) -> None:
-        """In the settling the values are nonsense."""
+        """While the sensors settle, their values are meaningless."""
         for address, folder in self.folders.items():
             is_on = (folder / "enable").read_text().strip() == "1"
             settled = now >= 1002
@@ -197,7 +197,7 @@ class Ina231Test(MeterTestCase):
 
 
 class PowerSupplyTest(MeterTestCase):
-    """Batteries, and what else stands beside them."""
+    """Tests of batteries, and of other files in their folder."""
 
     def supply(self, name: str, kind: str = "Battery", **values: object) -> Path:
         for file, value in {"type": kind, **values}.items():
@@ -252,7 +252,7 @@ class PowerSupplyTest(MeterTestCase):
 
 
 class NvmlTest(MeterTestCase):
-    """With something in place of the library."""
+    """Tests with a replacement for the library."""
 
     def test_the_energy_counter(self) -> None:
         nvml = FalseNvml(("H200", 5000.0, 700.0))

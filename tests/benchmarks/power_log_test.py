@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Tests of energy from loggers' files and from assumptions, and of the program tools/power."""
+"""Tests of energy from loggers' files and from an assumed power, and of the program tools/power."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FIXTURE = ROOT / "tests/data/power/shunt.csv"
 
 
 class LogTest(MeterTestCase):
-    """Integration, and what a log must be like."""
+    """Tests of integration, and of the format of logs."""
 
     def log(self, text: str, name: str = "log.csv") -> Path:
         path = self.root / name
@@ -41,7 +41,7 @@ class LogTest(MeterTestCase):
 
     def assert_refused(self, text: str, pattern: str, begin: float = 10, end: float = 12,
                        **options: float) -> None:
-        """With the file, the line, and what was found there."""
+        """Expects an error with the file, the line, and what was found there."""
         path = self.log(text)
         with self.assertRaisesRegex(MeterError, f"^{path}:{pattern}"):
             Log(path, **options).integrate(begin, end)
@@ -88,7 +88,8 @@ class LogTest(MeterTestCase):
     def test_gaps(self) -> None:
         rows = "1,5,2\n10,5,2\n11,5,2\n12.1,5,2\n20,5,2\n"
         self.assert_refused(rows, "4: found a gap of 1.100 s, expected at most 1 s")
-        self.assertAlmostEqual(Log(self.log(rows)).integrate(10, 11)[0], 10)  # no sample inside
+        self.assertAlmostEqual(Log(self.log(rows)).integrate(10, 11)[0], 10)  # no sample within the
+                                                                              # interval
 
     def test_values_that_are_none(self) -> None:
         for bad in ("nan,2", "5,nan", "inf,2", "5,-", "5,"):
@@ -139,7 +140,7 @@ class LogTest(MeterTestCase):
 
 
 class CsvMeterTest(MeterTestCase):
-    """A logger beside the run."""
+    """Tests with a logger that writes during the run."""
 
     def setUp(self) -> None:
         super().setUp()
@@ -150,7 +151,7 @@ class CsvMeterTest(MeterTestCase):
         self.clock.world = self.log
 
     def log(self, now: float) -> None:
-        """Writes 10 lines a second, of 12 V and an amp for each 10 s that have passed."""
+        """Writes 10 lines per second, with 12 V and a current that grows by 1 A every 10 s."""
         with self.path.open("a", encoding="utf-8") as file:
             while 1000 + self.written / 10 <= now - self.late:
                 time_passed = self.written / 10
@@ -196,7 +197,7 @@ class CsvMeterTest(MeterTestCase):
 
 
 class FixedTest(MeterTestCase):
-    """Meters that measure nothing."""
+    """Tests of meters that measure nothing."""
 
     def test_constant(self) -> None:
         meter = open_meter("constant:12.5", clock=self.clock)
@@ -225,7 +226,7 @@ class FixedTest(MeterTestCase):
 
 
 class ProgramTest(MeterTestCase):
-    """tools/power."""
+    """Tests of tools/power."""
 
     def power(self, *arguments: object) -> subprocess.CompletedProcess[str]:
         return subprocess.run([str(word) for word in (POWER, *arguments)], capture_output=True,
@@ -233,7 +234,7 @@ class ProgramTest(MeterTestCase):
 
     def assert_error(self, done: subprocess.CompletedProcess[str], status: int,
                      pattern: str) -> None:
-        """One line, and nothing else."""
+        """Expects one line of error and no other output."""
         self.assertEqual(done.returncode, status, done)
         self.assertRegex(done.stderr, f"^power( list)?: .*{pattern}.*\n$")
         self.assertEqual(done.stdout, "")

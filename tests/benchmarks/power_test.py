@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Tests of energy meters: RAPL, what all that read sensors have in common, the choice of one."""
+"""Tests of energy meters: RAPL, the common behaviour of meters that read sensors, and the choice of a meter."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ PACKAGE_RANGE = 262143.32885  # joules; counter range of a real processor
 
 
 class RaplTest(MeterTestCase):
-    """Counters that wrap."""
+    """Tests of counters that wrap."""
 
     def run_package(self, watts: float, seconds: float, start: float,
                     wrap: float = PACKAGE_RANGE) -> object:
-        """Measure a package of constant power, whose counter begins at `start` joules."""
+        """Measures a package of constant power, whose counter begins at `start` joules."""
         path = self.zone("0", "package-0", start, wrap)
         begin = self.clock.now
 
@@ -42,7 +42,7 @@ class RaplTest(MeterTestCase):
         self.assertAlmostEqual(reading.watts, 40, places=3)
         self.assertEqual((reading.scope, reading.meter, reading.method, reading.notes),
                          ("package", "rapl", "counter", []))
-        self.assertEqual(reading.samples, 12)  # one per second, and both ends
+        self.assertEqual(reading.samples, 12)  # one per second, plus one at each end
 
     def test_one_wrap(self) -> None:
         reading = self.run_package(watts=100, seconds=60, start=PACKAGE_RANGE - 3000)
@@ -257,7 +257,7 @@ class RunTest(MeterTestCase):
 
 
 class ThreadTest(MeterTestCase):
-    """With real threads and the real clock."""
+    """Tests with real threads and the real clock."""
 
     def setUp(self) -> None:
         super().setUp()
@@ -275,7 +275,7 @@ class ThreadTest(MeterTestCase):
             self.assertEqual(threading.active_count(), self.threads + 1)
             Clock().sleep(0.15)
         reading = measurement.reading
-        self.assertGreaterEqual(reading.samples, 3)  # both ends, and one at 0.1 s
+        self.assertGreaterEqual(reading.samples, 3)  # one at each end, and one at 0.1 s
         self.assertGreaterEqual(reading.seconds, 0.15)
         self.assertAlmostEqual(reading.joules, 2.5 * reading.seconds)
 
@@ -302,7 +302,7 @@ class ThreadTest(MeterTestCase):
                   mock.patch.object(Clock, "repeat", quick)):
                 with meter.measuring() as measurement:
                     if hangs_at == 1:
-                        go_on.set()  # too late, as the run has begun
+                        go_on.set()  # too late, because the run has begun
                         Clock().sleep(0.02)
                 self.assert_no_figure(measurement.reading, "rapl was not read within")
                 go_on.set()
@@ -312,7 +312,7 @@ class ThreadTest(MeterTestCase):
 
 
 class AutoTest(MeterTestCase):
-    """The choice of a meter."""
+    """Tests of the choice of a meter."""
 
     def test_the_widest_scope_that_is_usable(self) -> None:
         nvml = FalseNvml(("Old", None, 60.0))

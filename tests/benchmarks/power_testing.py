@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Shared by the tests of energy meters: a clock that only tests move, and folders like sysfs."""
+"""Helpers for tests of energy meters: a fake clock, and folders like sysfs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ EPOCH = 1_760_000_000.0  # start of the fake clock, seconds
 
 
 class FalseRepeater:
-    """Does its action whenever the clock comes past its time; without any thread."""
+    """Performs its action without a thread, whenever the fake clock passes its time."""
 
     def __init__(self, clock: FalseClock, period: float, action: Callable[[], None]) -> None:
         self.clock, self.period, self.action = clock, period, action
@@ -40,7 +40,8 @@ class FalseRepeater:
 
 
 class FalseClock(Clock):
-    """Moves only when told to. `world` is told the time before anything reads a sensor."""
+    """A clock that advances only on request. It calls `world` with the time before any sensor is
+    read."""
 
     def __init__(self) -> None:
         self.now = 1000.0
@@ -70,7 +71,7 @@ class FalseClock(Clock):
         self.world(self.now)
 
     def advance(self, seconds: float) -> None:
-        """Let time pass, with everything that is due in it."""
+        """Advances the clock and performs all actions that become due."""
         end = self.now + seconds
         while self.running:
             first = min(self.running, key=lambda repeater: repeater.due)
@@ -84,14 +85,14 @@ class FalseClock(Clock):
         self.show()
 
     def stall(self, seconds: float) -> None:
-        """Let time pass in which nothing of ours gets to run."""
+        """Advances the clock without performing actions, as if this process did not run."""
         self.now += seconds
         for repeater in self.running:
             repeater.due = max(repeater.due, self.now)
 
 
 class FalseNvml:
-    """GPUs as NVML has them: each a name, joules or None, and watts or None."""
+    """Fake GPUs for NVML, each with a name, joules or None, and watts or None."""
 
     def __init__(self, *gpus: tuple[str, float | None, float | None]) -> None:
         self.gpus = list(gpus)
@@ -131,7 +132,7 @@ class FalseNvml:
 
 
 class MeterTestCase(unittest.TestCase):
-    """A folder in place of the root of the file system, and a false clock."""
+    """A folder that replaces the root of the file system, and a fake clock."""
 
     def setUp(self) -> None:
         folder = tempfile.TemporaryDirectory(prefix="power_test.")
@@ -140,7 +141,7 @@ class MeterTestCase(unittest.TestCase):
         self.clock = FalseClock()
 
     def write(self, name: str, value: object) -> Path:
-        """A file below the root, in the way of sysfs."""
+        """Writes a file below the root, as in sysfs."""
         path = self.root / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(f"{value}\n", encoding="utf-8")
@@ -148,20 +149,20 @@ class MeterTestCase(unittest.TestCase):
 
     def zone(self, number: str, name: str, joules: float = 0.0, wrap: float = 262143.32885,
              kind: str = "intel-rapl") -> Path:
-        """A zone of RAPL; returns its counter."""
+        """Makes a zone of RAPL; returns its counter."""
         folder = f"sys/class/powercap/{kind}:{number}"
         self.write(f"{folder}/name", name)
         self.write(f"{folder}/max_energy_range_uj", round(wrap * 1e6))
         return self.write(f"{folder}/energy_uj", round(joules * 1e6))
 
     def chip(self, number: int, name: str, **values: object) -> Path:
-        """A chip of hwmon with files such as power1_input=12; returns its folder."""
+        """Makes a chip of hwmon with files such as power1_input=12; returns its folder."""
         for file, value in {"name": name, **values}.items():
             self.write(f"sys/class/hwmon/hwmon{number}/{file}", value)
         return self.root / f"sys/class/hwmon/hwmon{number}"
 
     def assert_no_figure(self, reading: object, pattern: str) -> None:
-        """No joules, no watts, and a note that says why."""
+        """Expects a reading without joules and watts, with a note that gives the reason."""
         self.assertIsNone(reading.joules, reading)
         self.assertIsNone(reading.watts, reading)
         self.assertRegex(reading.notes[0], pattern)

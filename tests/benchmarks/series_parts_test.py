@@ -35,7 +35,7 @@ POPULATIONS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000)
 
 def power_laws(truth: float, slope: float, populations: tuple[int, ...] = POPULATIONS,
                noise: float = 0.0, repeats: int = 3, seed: int = 1) -> list[Point]:
-    """Host time over device time, which is 1 at `truth` rays a step."""
+    """Host time over device time, which is 1 at `truth` rays per step."""
     dice = random.Random(seed)
     return [Point(200 * n, n, tuple((200 * n / truth) ** slope * math.exp(dice.gauss(0, noise))
                                     for _ in range(repeats))) for n in populations]
@@ -106,7 +106,8 @@ class BreakEvenTest(unittest.TestCase):
 
 
 def drifting(world: str = "cave") -> list[Record]:
-    """A machine that gets slower by half with each repeat; the device is twice as fast as host1."""
+    """A machine that becomes slower by half with each repeat; the device is twice as fast as
+    host1."""
     return [made_up(world=world, population=n, backend=label, repeat=repeat,
                     wall_seconds=wall * 1.5 ** repeat * n, peak_memory_mb=10 + n / 64)
             for n in (10, 100, 1000) for repeat in (1, 2, 3)
@@ -223,7 +224,7 @@ class AnalysisTest(unittest.TestCase):
 
 
 class Broken:
-    """A meter that fails."""
+    """Tests of a meter that fails."""
 
     def start(self) -> None:
         raise OSError(5, "no power")
@@ -233,7 +234,7 @@ class Broken:
 
 
 class PlanTest(unittest.TestCase):
-    """On a machine of which every step takes a known time."""
+    """Tests of planning on a machine with known step times."""
 
     BACKENDS = (HOST, HOSTS, DEVICE, AUTO)
 
@@ -249,7 +250,7 @@ class PlanTest(unittest.TestCase):
         return replace(plan, **changes)  # type: ignore[arg-type]
 
     def play(self, plan: Plan, records: list[Record], most: int = 10_000) -> list[Job]:
-        """Does runs as a series does, at most so many; adds their records."""
+        """Executes up to the given number of runs like a series, and adds their records."""
         history = History(records)
         jobs: list[Job] = []
         while len(jobs) < most and (left := remaining(plan, history)):

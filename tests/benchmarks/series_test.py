@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Tests of benchmarks/series as a whole: resuming, refusing, failing, reporting, a real run."""
+"""Tests of benchmarks/series as a whole: resuming, rejected arguments, failures, reports, a real run."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ HAS_PLOTS = importlib.util.find_spec("matplotlib") is not None
 
 
 def series(*words: object, plots: bool = False) -> tuple[int, str, str]:
-    """Runs the command in this process: exit status, standard output, standard error."""
+    """Runs the command in this process; returns exit status, standard output and standard error."""
     out, err = io.StringIO(), io.StringIO()
     draw = contextlib.nullcontext() if plots else \
         mock.patch("benchkit.series.campaign.plot_all", return_value={})
@@ -47,7 +47,7 @@ def series(*words: object, plots: bool = False) -> tuple[int, str, str]:
 
 
 class SeriesTest(unittest.TestCase):
-    """With a stand-in for the program, which notes how it was called."""
+    """Tests with a replacement for the program that records its calls."""
 
     @classmethod
     def setUpClass(cls) -> None:
@@ -70,7 +70,7 @@ class SeriesTest(unittest.TestCase):
                                                    "STAGE_COMMIT": "abc"})
         environment.start()
         self.addCleanup(environment.stop)
-        # All tests share a few worlds, as writing them takes longer than the runs.
+        # All tests share a few worlds, because writing them takes longer than the runs.
         worlds = mock.patch("benchkit.series.campaign.Worlds", lambda _, seed: Worlds(self.worlds, seed))
         worlds.start()
         self.addCleanup(worlds.stop)
@@ -284,7 +284,7 @@ class SeriesTest(unittest.TestCase):
 
 
 class ReportTest(unittest.TestCase):
-    """On recorded runs."""
+    """Tests with recorded runs."""
 
     @classmethod
     def setUpClass(cls) -> None:

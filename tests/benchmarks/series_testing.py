@@ -16,7 +16,8 @@ from benchkit.series.records import Record  # noqa: E402  pylint: disable=wrong-
 FIXTURE = ROOT / "tests/data/series"
 RAYS_PER_ROBOT = 200
 
-# Behaves like the stage program as far as the kit uses it. Environment variables make it fail.
+# Behaves like the stage program as far as the benchmarks use it. Environment variables make it
+# fail.
 FAKE_STAGE = r'''#!/usr/bin/python3 -IS
 import json, os, re, sys
 words = sys.argv[1:]

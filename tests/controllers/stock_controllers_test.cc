@@ -340,7 +340,7 @@ TEST_F(StockRun, WanderAccelSpeedsUpWithinItsBounds) {
   EXPECT_EQ(stalls, 0);
 }
 
-// ---- what goes wrong
+// ---- errors
 
 using StockControllersRefusals = StockRun;
 

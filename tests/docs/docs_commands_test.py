@@ -29,7 +29,7 @@ from patience import PATIENCE  # noqa: E402
 ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2]).resolve()
 BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "release").resolve()
 FULL = "--full" in sys.argv
-# A sanitizer has to be the first library that a program loads, and Python is built without it.
+# A sanitizer must be the first library that a program loads, and Python is built without it.
 IS_SANITIZED = bool(re.search(r"(?m)^STAGE_SANITIZE:\w+=.", (BINARY_DIR / "CMakeCache.txt").read_text(encoding="utf-8")))
 # tutorial_test.py and guides_test.py run the commands of the tutorial and of the guide to controllers.
 PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").glob("*.md") if path.stem != "tutorial"),
@@ -103,7 +103,7 @@ class DocsCommandsTest(unittest.TestCase):
         for page in PAGES:
             with self.subTest(page=str(page.relative_to(ROOT))), tempfile.TemporaryDirectory() as folder:
                 place = Place(Path(folder).resolve())
-                if page != ROOT / "README.md":  # docs/README.md says so of all pages
+                if page != ROOT / "README.md":  # docs/README.md says so for all pages
                     place.path = f"{BINARY_DIR}/bin:{place.path}"
                 for text in commands_of(page):
                     self.do(place, text, page)
@@ -122,7 +122,7 @@ class DocsCommandsTest(unittest.TestCase):
             if words[0] != "tools/populate" and (not FULL or page.parent != ROOT or trees):
                 return
         elif words[0] == "stage" and not any(re.search(r"\.(world|mcap)$|^out$", word) for word in words):
-            return  # an option is mentioned
+            return  # a mention of an option
         elif words[0] == "export" or "my.world" in words or any(part in word for word in words for part in NOT_RUN):
             return
         elif words[0] == "stage":
@@ -137,7 +137,7 @@ class DocsCommandsTest(unittest.TestCase):
         self.assertEqual(done.returncode, 0, f"{page}: {text}\n{shlex.join(words)}\n{done.stdout[-2000:]}")
 
     def test_budget_prints_what_the_page_shows(self) -> None:
-        """The output has the format of the page, whose figures are an example."""
+        """The output has the format on the page, whose figures are an example."""
         page = (ROOT / "docs" / "what-if.md").read_text(encoding="utf-8")
         shown = page.split("$ stage --budget-ms 50 worlds/corridor.world\n")[1].split("```")[0]
         done = subprocess.run([BINARY_DIR / "bin" / "stage", "--budget-ms", "50", "worlds/corridor.world"], cwd=ROOT,

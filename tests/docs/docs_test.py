@@ -18,11 +18,11 @@ UNFINISHED = re.compile(r"\b(TODO|FIXME|XXX+|TBD|T\.B\.D|lorem ipsum|fill in|pla
                         re.IGNORECASE)
 # A placeholder in capitals that is alone in a line or in a cell of a table.
 LONE_WORD = re.compile(r"^\W*[A-Z][A-Z0-9]*([_ ][A-Z0-9]+)*\W*$")
-SHORT = 4  # letters: what is shorter may be a name, such as GPU
+SHORT = 4  # minimum number of letters; shorter words may be names, such as GPU
 
 
 def prose(text: str) -> list[str]:
-    """The lines with all code replaced by empty text."""
+    """The lines with all code removed."""
     lines, fenced = [], False
     for line in text.splitlines():
         if line.lstrip().startswith("```"):
@@ -33,7 +33,7 @@ def prose(text: str) -> list[str]:
 
 
 def level(line: str) -> int:
-    """The level of a heading; 0: the line is no heading."""
+    """The level of a heading; 0 if the line is no heading."""
     return len(line) - len(line.lstrip("#")) if re.match(r"#+ ", line) else 0
 
 
@@ -77,7 +77,7 @@ def documents() -> list[Path]:
 # ---- links ----
 
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
-ELSEWHERE = re.compile(r"[a-z]+:", re.IGNORECASE)  # https: and the like
+ELSEWHERE = re.compile(r"[a-z]+:", re.IGNORECASE)  # https: and other schemes
 
 
 def anchors(text: str) -> set[str]:
@@ -93,7 +93,7 @@ def anchors(text: str) -> set[str]:
 
 
 def broken_links(document: Path, text: str) -> list[str]:
-    """"LINE: link" for those that lead nowhere."""
+    """"LINE: link" for each broken link."""
     faults = []
     for number, line in enumerate(prose(text), 1):
         for link in LINK.findall(line):

@@ -3,7 +3,7 @@
 """The files and commands of docs/tutorial.md work in a separate home folder with an installation of this
 build, and give the documented results.
 
-STAGE_NEW_PICTURES=1 writes the pictures anew: look at each before you commit it."""
+STAGE_NEW_PICTURES=1 rewrites the pictures: look at each before you commit it."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ LARGEST_PICTURE = 60_000  # bytes
 
 PICTURE = re.compile(r"!\[[^\]]+\]\(([^)]+)\)")
 
-# A second controller beside that of the page, which reports the robot's position and whether an
-# obstacle is in front of it.
+# A second controller in addition to the page's, which reports the robot's position and whether an obstacle is in front
+# of it.
 WITNESS = """
 #include <cstdio>
 #include <stage.hh>
@@ -56,7 +56,7 @@ def extremes(picture: Image.Image) -> tuple[Image.Image, Image.Image]:
 
 
 def difference(a: Path, b: Path) -> float:
-    """The share of squares of 5 x 5 pixels whose mean colours differ by more than a tenth, as in
+    """The fraction of squares of 5 x 5 pixels whose mean colours differ by more than a tenth, as in
     tests/draw/gui_pictures_test.cc."""
     with Image.open(a) as first, Image.open(b) as second:
         if first.size != second.size:

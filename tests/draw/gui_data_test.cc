@@ -130,8 +130,8 @@ TEST_F(DataTest, FansBeginWhereTheirRaysDo) {
   EXPECT_NEAR(normalize(double{fan.a} - origin.a), 0, 1e-6);
 }
 
-/// A step senses first, then moves. Pictures of readings begin where the rays did, or they would be
-/// turned against the walls.
+/// A step senses first, then moves. Pictures must show readings from where the rays began;
+/// otherwise they would appear rotated against the walls.
 TEST_F(DataTest, ScansLieOnTheWallsWhileTheRobotTurns) {
   struct Case {
     int step, ranger_interval, robot_interval;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// NaN and infinity in all numeric arguments of the interface and in all numbers that clients may
-// write: which are refused, which are replaced, and that the world goes on. It verifies rows of
-// docs/extremes.md.
+// Tests NaN and infinity in all numeric arguments of the interface and in all numbers that clients
+// may write: which are refused, which are replaced, and that the world continues. It verifies rows
+// of docs/extremes.md.
 
 #include <functional>
 

@@ -93,7 +93,7 @@ TEST(SinCos, IsSymmetric) {
     ASSERT_EQ(there.cosine, back.cosine) << angle;
     ASSERT_EQ(there.sine, -back.sine) << angle;
   }
-  // The borders of quadrants, from both sides.
+  // The borders of quadrants, approached from both sides.
   for (const double angle : {M_PI / 4, 3 * M_PI / 4, 5 * M_PI / 4, 1001 * M_PI / 4}) {
     EXPECT_EQ(SinCos(angle).cosine, SinCos(-angle).cosine);
     EXPECT_EQ(SinCos(angle).sine, -SinCos(-angle).sine);
@@ -167,7 +167,7 @@ TEST(Normalize, AroundWholeAndHalfTurns) {
         down = std::nextafter(down, -kInfinity);
       }
     }
-  // Less than one turn out of range: the result of a single subtraction.
+  // Less than one turn out of range: the result must equal a single subtraction.
   EXPECT_EQ(normalize(4.0), 4.0 - 2 * M_PI);
   EXPECT_EQ(normalize(-4.0), -4.0 + 2 * M_PI);
 }

@@ -127,7 +127,7 @@ TEST(NoiseTest, RangersWithEqualNamesDiffer) {
   EXPECT_NE(ranges[0], ranges[1]);
 }
 
-// ---- functions that are handed no stream
+// ---- functions without a stream argument
 
 /// Random poses drawn in a callback.
 struct Draws {
@@ -204,7 +204,7 @@ TEST(CurrentRandomTest, IsTheThreadsStreamOtherwise) {
   EXPECT_EQ(RandomStream::Current().Next(), there) << "each thread has its own";
 }
 
-// ---- the C library's
+// ---- the C library's generator
 
 TEST(LibraryTest, LeavesTheGeneratorsOfTheProcessAlone) {
   srand48(7);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Compares the grid's exact drawing with a map from tiles to their content.
+// Compares the grid's exact rasterization with a map from tiles to their content.
 
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ Body MakeBody(RandomSource* random, bool exact) {
   return body;
 }
 
-/// A grid with bodies of both kinds of drawing, and the cells drawn for each.
+/// A grid with bodies of both kinds of rasterization, and the cells of each.
 class Checked {
  public:
   explicit Checked(RandomSource* random) : random_(*random) {}
@@ -43,7 +43,7 @@ class Checked {
   Grid& grid() { return grid_; }
   void Use(Grid grid) { grid_.AssignCopy(grid); }
 
-  /// Redraws a random body far away, nearby, or nowhere.
+  /// Rasterizes a random body again: far away, nearby, or nowhere.
   void RedrawOne() {
     auto [id, drawn] = Pick();
     std::vector<CellSet> sets;

@@ -87,7 +87,7 @@ class Checked {
     entries_[entry] = entries_.back();
     entries_.pop_back();
   }
-  /// Erases the body where it was drawn last and draws it in the cells of `to`.
+  /// Erases the body where it was rasterized last, and rasterizes it in the cells of `to`.
   void Rasterize(BodyId body, const std::set<Cell>& to) {
     Drawn& drawn = drawn_[body];
     std::vector<CellSet> sets;
@@ -102,7 +102,7 @@ class Checked {
     for (const Cell& cell : to) lists_[cell].push_back(body);
     drawn = {to, sets};
   }
-  /// Number of cells that bodies were redrawn in, one for each body and cell.
+  /// Number of cells in which bodies were rasterized again, counted once per body and cell.
   int64_t CountRedrawn() const {
     size_t cells = 0;
     for (const auto& [body, drawn] : drawn_) cells += drawn.cells.size();
@@ -433,7 +433,7 @@ TEST(GridMemory, CrowdInOneCellNeedsOnlyItsList) {
   EXPECT_EQ(grid.statistics().bytes, bytes);
 }
 
-/// A tile has lists for its cells only while it has two bodies.
+/// A tile has lists for its cells only while it has several bodies.
 TEST(GridMemory, TilesOfOneBodyNeedNoLists) {
   Grid grid;
   const BodyId wall = grid.AddBody(MakeBody(0, 1)), robot = grid.AddBody(MakeBody(0, 1));
@@ -457,7 +457,7 @@ TEST(GridMemory, TilesOfOneBodyNeedNoLists) {
   EXPECT_LE(bytes(), shared + 64);
 }
 
-// Bodies are erased in the order of drawing, in reverse order and in random order.
+// Bodies are erased in the order of rasterization, in reverse order and in random order.
 TEST(GridMemory, ListsStayInOrder) {
   for (int way = 0; way < 3; way++) {
     Grid grid;

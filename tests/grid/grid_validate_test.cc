@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Grid::Validate() finds each kind of corruption, and assertions stop typical mistakes at the
-// place.
+// Grid::Validate() finds each kind of corruption, and assertions stop typical mistakes where they
+// are made.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@
 
 namespace Stg::internal::grid {
 
-/// Gives these tests access to the parts of a grid, to break them.
+/// Gives these tests access to the parts of a grid, to corrupt them.
 class GridTamperer {
  public:
   explicit GridTamperer(Grid* grid) : grid_(*grid) {}
@@ -54,7 +54,7 @@ class GridTamperer {
   }
   void FreeLists(uint32_t slot) { grid_.lists_.Give(Tile(slot).bodies & ~Grid::kListFlag); }
   void FreeOutline(uint32_t slot) { grid_.outline_fragments_.Give(grid_.outlines_[slot]); }
-  /// Sets a bit of a layer's tile map alone.
+  /// Sets a bit of a layer's tile map without changing the tile.
   void FlipTileMap(LayerIndex layer, uint32_t slot) {
     const auto& maps = grid_.layers_[layer].cells.tile_maps();
     const_cast<uint64_t&>(maps[slot / kTilesPerRegion]) ^= uint64_t{1} << slot % kTilesPerRegion;
@@ -91,7 +91,7 @@ std::vector<CellSet> Row(int32_t x, int32_t y, int32_t length, uint32_t edges = 
   return sets;
 }
 
-/// A grid with two bodies that share cell 0 of a tile, one of which also has cell 1, a third one
+/// A grid with two bodies that share cell 0 of a tile (one of them also has cell 1), a third body
 /// alone in another tile, an exact outline, a removed body, and layers for rangers.
 struct Example {
   Grid grid;
@@ -122,7 +122,7 @@ struct Example {
 struct Corruption {
   std::string name;
   std::function<void(GridTamperer*, const Example&)> make;
-  std::string fault;  ///< the beginning of what Validate() says
+  std::string fault;  ///< beginning of the result of Validate()
 };
 
 std::vector<Corruption> AllCorruptions() {

@@ -92,7 +92,7 @@ TEST(AssertTest, WithoutAssertionsTheConditionIsNotEvaluated) {
 }
 
 TEST(AssertTest, WithoutAssertionsTheConditionIsAConstantExpression) {
-  // So no code can be generated for it.
+  // As it is constexpr, no code can be generated for it.
   constexpr int kValue = (STAGE_ASSERT(Evaluate(false)), 7);
   EXPECT_EQ(kValue, 7);
 }

@@ -84,7 +84,7 @@ int PixelY(double tangent) {
   return static_cast<int>(std::floor((tangent / std::tan(dtor(20)) + 1) * 16));
 }
 
-// ---- what it is
+// ---- properties
 
 TEST(CameraTest, Defaults) {
   const auto world = LoadText("position( name \"r\" camera( name \"eye\" ) )");
@@ -208,7 +208,7 @@ TEST(CameraTest, EdgesOfABoxAreExact) {
   EXPECT_EQ(ColorAt(scene.camera, 350, bottom - 1), kFloor);
 }
 
-// ---- where it looks
+// ---- direction of view
 
 TEST(CameraTest, LooksAlongItsOwnHeading) {
   // The robot looks along +y, its camera another 90 degrees to the left.
@@ -272,7 +272,7 @@ TEST(CameraTest, StraightDownAndBeyond) {
   EXPECT_EQ(ColorAt(back.camera, 16, 16), kRed);
 }
 
-// ---- what it sees
+// ---- content of images
 
 TEST(CameraTest, NearerBodiesHideFartherOnesInAnyOrder) {
   for (const bool near_first : {false, true}) {

@@ -20,14 +20,14 @@ namespace {
 using Numbers = std::set<int>;
 
 Numbers Reported(ModelFiducial& finder) {
-  finder.GetWorld()->StateHash();  // lines of sight that wait are traced now
+  finder.GetWorld()->StateHash();  // pending lines of sight are traced now
   Numbers numbers;
   for (const Fiducial& fiducial : finder.GetFiducials()) numbers.insert(fiducial.id);
   return numbers;
 }
 
-/// Numbers of the targets that a finder without a blind angle has in reach. Bodies do not count:
-/// no target of these tests has one.
+/// Numbers of the targets within reach of a finder with an all-round view. Bodies do not matter: no
+/// target in these tests has one.
 Numbers InReach(const ModelFiducial& finder) {
   Numbers numbers;
   const Pose own = finder.GetGlobalPose();
@@ -87,12 +87,12 @@ const Change kChanges[] = {
      }},
 };
 
-/// A finder that does something before it looks.
+/// A finder that performs an action before it looks.
 class MeddlingFinder : public ModelFiducial {
  public:
   using ModelFiducial::ModelFiducial;
   std::function<void()> meddle;
-  Numbers expected;  ///< what it has in reach when it looks
+  Numbers expected;  ///< targets within reach when it looks
 
   void Update() override {
     if (meddle) meddle();
@@ -101,7 +101,7 @@ class MeddlingFinder : public ModelFiducial {
   }
 };
 
-/// A model that is no finder, and does something when it updates.
+/// A model other than a finder that performs an action when it updates.
 class Meddler : public Model {
  public:
   using Model::Model;
@@ -142,7 +142,7 @@ TEST(FiducialsOfMovedTargets, AreReportedByUpdatesBetweenSteps) {
   }
 }
 
-/// The code that moves the target, between the updates of two finders.
+/// Code that moves the target between the updates of two finders.
 enum class Mover { kFinder, kModel, kVelocityCallback, kQueuedCallback };
 
 int CallMeddle(Model*, void* meddle) {

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The kernels are OpenCL C 1.1, for devices with 32-bit and with 64-bit addresses.
 
-Drivers compile them in whatever way they like; boards have some that know 1.1 alone. So Clang reads them
-here as strictly as it can, for no device in particular.
+Drivers differ in how they compile kernels, and some drivers of boards only support 1.1. So Clang compiles them here
+with its strictest options, for no particular device.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class KernelLanguageTest(unittest.TestCase):
         self.assertEqual(compile_kernels("CL1.2", "spir", later), "")
 
     def test_no_load_of_a_record_straddles_cache_lines(self) -> None:
-        """A record is read in pieces of 16 bytes at most, each where one of its size belongs."""
+        """A record is read in pieces of at most 16 bytes, each aligned to its size."""
         for record, alignment in (("ray_super_t", 16), ("ray_fan_record_t", 16), ("ray_group_record_t", 16),
                                   ("ray_direction_t", 8)):
             def check(size: int, record: str = record) -> str:
@@ -77,7 +77,7 @@ class KernelLanguageTest(unittest.TestCase):
         self.assertLessEqual(found["NumVgprs"], 80)
 
     def test_records_are_the_same_for_all_devices(self) -> None:
-        """The size of size_t and of pointers is the device's own."""
+        """The sizes of size_t and of pointers depend on the device."""
         text = (KERNELS / "records.h").read_text(encoding="utf-8")
         records = re.findall(r"typedef struct[^{]*\{(.*?)\}", text, re.DOTALL)
         self.assertGreaterEqual(len(records), 3)

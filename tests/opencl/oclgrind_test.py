@@ -21,8 +21,8 @@ BINARY_DIR = os.environ.get("STAGE_BINARY_DIR", ".")
 STAGE = os.path.join(BINARY_DIR, "bin", "stage")
 OCLGRIND = shutil.which("oclgrind")
 
-# Robots that drive, so that tiles change; two heights, a noisy sensor, a body far away, rays of one
-# leg and of many.
+# Moving robots, so that tiles change; two heights, a noisy sensor, a distant body, rays of one leg
+# and of several.
 WORLD = """
 resolution 0.05
 quit_time 0.6
@@ -48,7 +48,7 @@ ranger( alwayson 1 pose [2.5 2.5 0 -135] eye( range [0 1000000000] samples 1 ) )
 
 
 def is_sanitized():
-    """Oclgrind has to be the first library that a program loads; so have sanitizers."""
+    """Oclgrind must be the first library that a program loads, and so must sanitizers."""
     cache = os.path.join(BINARY_DIR, "CMakeCache.txt")
     if not os.path.exists(cache):
         return False
@@ -87,7 +87,7 @@ class OclgrindTest(unittest.TestCase):
             [OCLGRIND, "--data-races", "--uninitialized", "--check-api", "--log", log],
             ["--opencl", "--opencl-always", "--stats", stats], hits)
         self.assertEqual(found, expected)
-        # Oclgrind says nothing where nothing is wrong.
+        # Oclgrind prints nothing if there is no error.
         report = ""
         if os.path.exists(log):
             with open(log, encoding="utf-8") as file:

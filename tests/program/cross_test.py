@@ -60,7 +60,7 @@ class PresetsTest(unittest.TestCase):
 
 
 class JobsTest(unittest.TestCase):
-    """No more compilers at once than there are processors, nor than the memory holds."""
+    """There are at most as many compilers as processors, and as many as fit into memory."""
 
     def jobs(self, processors: int) -> int:
         with tempfile.TemporaryDirectory() as folder:

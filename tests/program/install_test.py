@@ -40,14 +40,14 @@ def cache_entry(name: str) -> str:
 
 CMAKE = cache_entry("CMAKE_COMMAND")
 COMPILER = cache_entry("CMAKE_CXX_COMPILER")
-# A library with a sanitizer only runs in programs that have it too.
+# A library with a sanitizer only runs in programs with the same sanitizer.
 SANITIZE = [f"-fsanitize={cache_entry('STAGE_SANITIZE')}"] if cache_entry("STAGE_SANITIZE") else []
 # Warnings that clients would get from our headers are errors.
 COMPILE = [COMPILER, "-std=c++17", "-Wall", "-Wextra", "-Werror", *SANITIZE]
 
 
 def run(*command: object, **environment: object) -> str:
-    """The output of a command that has to succeed, with nothing of the caller's Stage in sight."""
+    """Returns the output of a command that must succeed, without the caller's Stage in its environment."""
     variables = {name: value for name, value in os.environ.items()
                  if name not in ("CMAKE_PREFIX_PATH", "CPATH", "DESTDIR", "LD_LIBRARY_PATH",
                                  "PKG_CONFIG_PATH", "STAGEPATH")}
@@ -94,7 +94,7 @@ class InstallTest(unittest.TestCase):
             str(self.plugin_dir / "wander.so"), str(folder / "circle.so")]))
 
     def check_window_client(self, client: Path, **environment: object) -> None:
-        """Runs it on a virtual display, and without any."""
+        """Runs the client on a virtual display, and without any."""
         assert XVFB is not None
         world = client.parent / "window.world"
         world.write_text(WINDOW_WORLD, encoding="utf-8")
@@ -125,7 +125,7 @@ class InstallTest(unittest.TestCase):
                          sorted(path.name for path in (BINARY_DIR / "lib/stage-5.0").iterdir()))
 
     def test_what_comes_with_it_is_found_by_name(self) -> None:
-        """From any folder, although the installation has been moved."""
+        """It works from any folder, although the installation has been moved."""
         folder = self.new_folder("worlds")
         (folder / "own.world").write_text('include "sensors.inc"\ninclude "robots.inc"\ninclude "maps.inc"\n'
                                           'floorplan( bitmap "rooms.png" size [16 16 1] )\nexplorer()\n',
@@ -162,7 +162,7 @@ class InstallTest(unittest.TestCase):
 
     def test_client_of_cmake(self) -> None:
         folder = self.new_folder("with_cmake")
-        # The generator of the build: there may be no other on this machine.
+        # The build's generator, because this machine may have no other.
         run(CMAKE, "-G", cache_entry("CMAKE_GENERATOR"), "-S", CLIENT_DIR, "-B", folder,
             f"-DCMAKE_PREFIX_PATH={self.prefix}",
             f"-DEXPECTED_PREFIX={self.prefix}", f"-DCMAKE_CXX_COMPILER={COMPILER}",

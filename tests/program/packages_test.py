@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The Debian packages that cpack makes: lintian finds no errors, each has what it should, those that README installs
-are enough to run, and a run with --opencl without stage-opencl names that package."""
+"""Tests the Debian packages that cpack makes. lintian finds no errors, and each package has the expected files. The
+packages that README installs suffice for a run. Without stage-opencl, a run with --opencl names that package."""
 
 from __future__ import annotations
 
@@ -56,10 +56,10 @@ class PackagesTest(unittest.TestCase):
     def test_lintian_finds_no_errors(self) -> None:
         said = run("lintian", "--allow-root", *self.packages.values(), check=False).stdout
         self.assertEqual([line for line in said.splitlines() if line.startswith("E:")], [])
-        self.assertIn("W: ", said)  # so the check has run
+        self.assertIn("W: ", said)  # so that the check has run
 
     def test_readme_installs_what_runs(self) -> None:
-        """The program, its library, the window and OpenCL, and not the headers."""
+        """Tests program, library, window and OpenCL without the headers."""
         line = re.search(r"apt install [^#]*", (ROOT / "README.md").read_text(encoding="utf-8"))
         assert line is not None
         patterns = re.findall(r"\./(\S+)", line[0])
@@ -67,7 +67,7 @@ class PackagesTest(unittest.TestCase):
         self.assertEqual(installed, set(self.packages) - {"libstage-dev"})
 
     def test_without_the_package_of_opencl(self) -> None:
-        """The program and the library alone run a world of theirs, and say which package --opencl is in."""
+        """The program and the library alone run a world, and name the package that has --opencl."""
         tree = self.folder / "tree"
         for name in ("stage", "libstage5"):
             run("dpkg-deb", "--extract", self.packages[name], tree)

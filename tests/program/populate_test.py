@@ -36,13 +36,13 @@ def run(*command: object) -> subprocess.CompletedProcess[str]:
 
 
 def robots_in(text: str) -> tuple[list[str], np.ndarray]:
-    """Names, and an array with a row x, y, heading for each robot."""
+    """Names, and an array with a row (x, y, heading) per robot."""
     found = ROBOT_LINE.findall(text)
     return [robot[0] for robot in found], np.array([[float(v) for v in r[1:]] for r in found])
 
 
 def body_radius(robot: str) -> float:
-    """Radius of the circle round a robot's outline, from worlds/robots.inc."""
+    """Radius of the circumscribed circle of a robot's outline, from worlds/robots.inc."""
     text = (WORLDS / "robots.inc").read_text(encoding="utf-8")
     body = text[text.index(f"define {robot} "):].split("\ndefine ")[0]
     points = re.findall(r"point\[\d+\] +\[ *(\S+) +(\S+)\]", body)
@@ -50,7 +50,7 @@ def body_radius(robot: str) -> float:
 
 
 def least_distance_to_wall(name: str, poses: np.ndarray, reach: float) -> float:
-    """From the middle of any robot to solid pixels; `reach` if all are further away than that."""
+    """Minimum distance from a robot's centre to solid pixels; `reach` if all are farther away."""
     solid = np.asarray(Image.open(BITMAPS / f"{name}.png")) <= 127
     rows, columns = solid.shape
     width, height = SIZES[name]
@@ -70,7 +70,7 @@ def least_distance_to_wall(name: str, poses: np.ndarray, reach: float) -> float:
 
 
 def least_distance_between(poses: np.ndarray, reach: float) -> float:
-    """Between any two robots; `reach` if all are further apart than that."""
+    """Minimum distance between two robots; `reach` if all are farther apart."""
     ordered = poses[np.argsort(poses[:, 0])]
     least = reach
     for skip in range(1, len(ordered)):
@@ -91,7 +91,7 @@ class TemporaryFolder(unittest.TestCase):
 
 class Populations(TemporaryFolder):
     def populate(self, *arguments: object) -> str:
-        """The world text that a good command line gives."""
+        """The world file written by a valid command line."""
         output = self.folder / "out.world"
         done = run(POPULATE, *arguments, "-o", output)
         self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))

@@ -48,7 +48,7 @@ SANITIZE = [f"-fsanitize={cache_entry('STAGE_SANITIZE')}"] if cache_entry("STAGE
 
 
 def run(*command: object, **environment: object) -> str:
-    """The output of a command that has to succeed."""
+    """Returns the output of a command that must succeed."""
     variables = {name: value for name, value in os.environ.items() if name != "PKG_CONFIG_PATH"}
     variables.update({name: str(value) for name, value in environment.items()})
     done = subprocess.run([str(word) for word in command], env=variables, text=True, check=False,
@@ -87,7 +87,7 @@ class ManifestTest(unittest.TestCase):
         self.assertEqual(len(names), len(set(names)))
 
     def test_names_the_libraries_that_the_build_looks_for(self) -> None:
-        """Each package of tools/setup by the key that rosdep has for it."""
+        """The packages of tools/setup by their keys in rosdep."""
         keys = {"libpng-dev": "libpng-dev", "libjpeg-dev": "libjpeg", "libgif-dev": "libgif-dev",
                 "nlohmann-json3-dev": "nlohmann-json-dev", "liblz4-dev": "liblz4-dev", "libzstd-dev": "libzstd-dev"}
         setup = (SOURCE_DIR / "tools" / "setup").read_text(encoding="utf-8")
@@ -136,7 +136,7 @@ class NodeTest(unittest.TestCase):
         return program
 
     def check(self, output: str) -> None:
-        """10 steps, back to the beginning, and 10 more: both robots and all that they carry work."""
+        """Makes 10 steps, resets, and makes 10 more. Both robots and everything that they carry work."""
         robots = re.findall(r"robot (\w+) (\w+) rangers 1 cameras 1 at (\S+) (\S+) estimated (\S+) "
                             r"speed 0.200 mount 0.100 height 0.400\n", output)
         self.assertEqual([robot[:2] for robot in robots], 2 * [("one", "one"), ("two", "two")], output)

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""tools/run and tools/test where there can be no build: an old CMake, a tree that must not be written, a tree that was
-copied with its build, no network. Each ends at once, in one line that says what to do."""
+"""Tests tools/run and tools/test where building is impossible: an old CMake, a tree that is not writable, a tree
+that was copied with its build, no network. Each must end immediately, with one line that says what to do."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ AS_NOBODY = [] if os.geteuid() else ["setpriv", f"--reuid={NOBODY}", f"--regid={
 
 
 class Tree:
-    """The tools in a tree of their own, where nothing is missing, with a PATH that some commands are taken from."""
+    """The tools in a separate tree where nothing is missing, with a PATH that contains replacements for some
+    commands."""
 
     def __init__(self, folder: Path, *without: str) -> None:
         self.root = folder / "stage"
@@ -48,7 +49,7 @@ class Tree:
         shutil.copy2(ROOT / "CMakePresets.json", self.root)
 
     def set_packages(self, *rows: str) -> None:
-        """Gives tools/setup another table, and takes PyPI's lists from it."""
+        """Replaces the table of tools/setup, and removes its lists for PyPI."""
         file = self.root / "tools" / "setup"
         text = (ROOT / "tools" / "setup").read_text(encoding="utf-8")
         text, count = re.subn(r"(?ms)^(readonly packages=')\n.*?^'$", "\\1\n" + "".join(f"{row}\n" for row in rows) + "'",
@@ -64,7 +65,7 @@ class Tree:
         path.chmod(0o755)
 
     def build(self) -> Path:
-        """A build as it is after tools/run."""
+        """Makes a build like that of tools/run."""
         folder = self.root / "build" / "release"
         (folder / "bin").mkdir(parents=True)
         (self.root / "build" / ".lock").touch()
@@ -75,7 +76,7 @@ class Tree:
         return folder
 
     def open_to_all(self) -> None:
-        """Everybody may read it and write it."""
+        """Makes the tree readable and writable for everybody."""
         for path in [self.root.parent, self.root, *self.root.rglob("*")]:
             path.chmod(0o777 if path.is_dir() or path.stat().st_mode & stat.S_IXUSR else 0o666)
 
@@ -92,7 +93,7 @@ class SetupFailsTest(unittest.TestCase):
         return Tree(Path(folder.name).resolve(), *without)
 
     def check(self, done: subprocess.CompletedProcess[str], expected: str) -> None:
-        """One line, which says what was found and what to do, and a status that isn't 0."""
+        """Expects one line that says what was found and what to do, and a non-zero status."""
         self.assertNotEqual(done.returncode, 0, done.stderr)
         self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
         self.assertRegex(done.stderr, expected)
@@ -119,7 +120,7 @@ class SetupFailsTest(unittest.TestCase):
             self.check(tree.run(*words), r"^tools/\w+: CMake is not installed: install CMake 3\.22 or later\n$")
 
     def test_tree_that_must_not_be_written(self) -> None:
-        """The tree itself, and each thing that a build writes first; other places are fine."""
+        """Makes the tree, or one of the paths that a build writes first, read-only. Other places are ignored."""
         def nothing(tree: Tree) -> Path:
             return tree.root
         places: list[Callable[[Tree], Path]] = [
@@ -140,7 +141,7 @@ class SetupFailsTest(unittest.TestCase):
 
     @unittest.skipUnless(os.geteuid() == 0, "needs root, to mount the tree read-only")
     def test_medium_that_can_only_be_read(self) -> None:
-        """Root may write everything but that."""
+        """Root may write to everything except a read-only file system."""
         tree = self.tree()
         script = 'mount --bind -o ro "$0" "$0" && cd "$0" && exec "$@"'
         before = ["unshare", "--mount", "bash", "-c", script, str(tree.root)]
@@ -186,7 +187,7 @@ class SetupFailsTest(unittest.TestCase):
                                   lines[-1])
 
     def test_pypi_that_cannot_be_reached(self) -> None:
-        """pip itself, where there is no network: once, quickly, and not for each list."""
+        """Without network, pip itself is tried once, quickly, and not for each list."""
         tree = self.tree()
         apart = ["unshare", "--net", "--map-root-user"] if os.geteuid() else ["unshare", "--net"]
         if tree.run("true", before=apart).returncode != 0:

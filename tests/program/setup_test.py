@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""tools/setup where the system lacks packages, with stand-ins for apt-get and for root; and what
-tools/dev/fresh says of itself."""
+"""Tests tools/setup on a system that lacks packages, with replacements for apt-get and root, and the messages of
+tools/dev/fresh."""
 
 import os
 import shutil
@@ -41,7 +41,7 @@ main "${@:2}"
 
 
 def setup(*options, unknown="", update=True, root=True, lists=""):
-    """Runs it. `lists`: what apt-get update prints; `done.log`: what is in its log then."""
+    """Runs tools/setup. `lists` is the output of apt-get update; `done.log` is the resulting content of its log."""
     with tempfile.TemporaryDirectory() as folder:
         environment = {**os.environ, "UNKNOWN": unknown, "NO_UPDATE": "" if update else "yes", "LISTS": lists,
                        "NO_ROOT": "" if root else "yes", "FOLDER": folder}
@@ -52,7 +52,7 @@ def setup(*options, unknown="", update=True, root=True, lists=""):
 
 
 def installed(done):
-    """The packages that apt-get was told to install."""
+    """The packages that apt-get was asked to install."""
     words = [line.split()[2:] for line in done.log.splitlines() if line.startswith("INSTALLED")]
     return [word for line in words for word in line if not word.startswith("-") and "::" not in word]
 

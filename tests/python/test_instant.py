@@ -50,7 +50,7 @@ def believed(fleet: st.Fleet | st.Batch, localization: str) -> np.ndarray:
 
 
 def told(what: str, found: list[np.ndarray]) -> float:
-    """Prints a row of the table; returns the maximum error."""
+    """Prints a row of the table and returns the maximum error."""
     all_of = np.concatenate([each.ravel() for each in found]) * 1e3
     print(f"{what:60} {all_of.size:7} points, mm: median {np.median(all_of):8.3f}, "
           f"90 % {np.quantile(all_of, .9):8.3f}, max {all_of.max():8.3f}")
@@ -161,7 +161,7 @@ def distances(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(("step", "ranger", "robot"), ((100, 100, 100), (20, 100, 100), (20, 250, 40), (100, 250, 100),
                                                        (5, 30, 100)))
 def test_scans_that_viewers_get_lie_on_the_walls(step: int, ranger: int, robot: int) -> None:
-    """After every step, whatever the intervals: the words for the page, and what Foxglove is sent."""
+    """After every step, for any intervals, the scans for the page and for Foxglove lie on the walls."""
     with st.World.from_text(text_of(step, "gps", ranger, robot)) as world:
         fleet = world.fleet()
         scan = fleet.ranger()
@@ -183,7 +183,7 @@ def test_scans_that_viewers_get_lie_on_the_walls(step: int, ranger: int, robot: 
 
 
 def test_scans_in_a_picture_lie_on_the_walls() -> None:
-    """Along the wall at x = 5 m, the area that was seen ends within a pixel of 5 mm."""
+    """Along the wall at x = 5 m, the drawn scan ends within a pixel of 5 mm."""
     text = text_of(100, "gps").replace("samples 36", "samples 3600")
     with st.World.from_text(text) as world:
         fleet = world.fleet()

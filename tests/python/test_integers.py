@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Integer arguments and properties take no bool, no float, and nothing that would be cut to an integer.
+"""Integer arguments and properties refuse bools, floats, and everything that would be truncated to an integer.
 
-The lists of arguments come from the signatures of the functions: one that is new needs an entry in CALLS.
+The arguments are read from the signatures of the functions, so a new function needs an entry in CALLS.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def crowd_calls(subjects: Subjects, crowd: Any, prefix: str) -> dict[str, tuple[
 
 
 def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
-    """Each compiled function with arguments that it takes."""
+    """Each compiled function with valid arguments."""
     batch, core, model = s.batch._core, s.core, s.model
     add_sensor = s.world.create("ranger").add_sensor
     return {
@@ -82,7 +82,7 @@ def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str,
 
 
 def public_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
-    """Each function of World, Batch and Fleet with arguments that it takes."""
+    """Each function of World, Batch and Fleet with valid arguments."""
     sensors: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {}
     for name, crowd in (("Fleet", s.world.fleet()), ("Batch", s.batch)):
         for kind, (call, given) in crowd_calls(s, crowd, name).items():
@@ -158,7 +158,7 @@ INTEGERS = sorted([("compiled", *found) for found in compiled_integers()]
 
 
 def wrong_values(right: Any) -> list[Any]:
-    """The value with each wrong one in the place of its integer."""
+    """The value with its integer replaced by each invalid one."""
     if isinstance(right, dict):
         return [{value: "why"} for value in NO_INTEGERS if not isinstance(value, (list, np.ndarray))]
     if isinstance(right, list):
@@ -167,7 +167,7 @@ def wrong_values(right: Any) -> list[Any]:
 
 
 def test_lists_are_whole() -> None:
-    """Fails if the signatures are read wrongly: these are some of each kind."""
+    """Fails if signatures are parsed wrongly: the list has examples of each kind."""
     some = {("compiled", "Model.fiducial_key", "arg"), ("compiled", "Batch.__init__", "seeds"),
             ("compiled", "Batch.set_failures", "failures"), ("compiled", "mix_seeds", "part"),
             ("public", "World.__init__", "threads"), ("public", "Batch.rollout", "moments"),
@@ -180,7 +180,7 @@ def test_lists_are_whole() -> None:
 
 @pytest.mark.parametrize("kind, function, argument", INTEGERS)
 def test_no_bool_and_no_float(kind: str, function: str, argument: str) -> None:
-    subjects = Subjects()  # kept, as a crowd does not hold its world
+    subjects = Subjects()  # kept alive, because a crowd does not hold its world
     call, given = CALLS[kind](subjects)[function]
     call(**given)
     right = given[argument]
@@ -196,7 +196,7 @@ def test_no_bool_and_no_float(kind: str, function: str, argument: str) -> None:
 
 @pytest.mark.parametrize("kind, function, argument", INTEGERS)
 def test_integers_of_numpy_and_of_too_many_bits(kind: str, function: str, argument: str) -> None:
-    subjects = Subjects()  # kept, as a crowd does not hold its world
+    subjects = Subjects()  # kept alive, because a crowd does not hold its world
     call, given = CALLS[kind](subjects)[function]
     right = given[argument]
     of_numpy = {np.int64(1): "why"} if isinstance(right, dict) else (

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Logs are read by other people's readers: the Python packages mcap, mcap-ros2-support and rosbags, from
-build/venv (tools/setup --python). Without them these tests are skipped."""
+"""Other projects' readers can read logs: the Python packages mcap, mcap-ros2-support and rosbags from build/venv
+(tools/setup --python). Without these packages the tests are skipped."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def readable(data: bytes) -> list[tuple[str, int, bytes]]:
 
 
 def chunk_ends(data: bytes) -> list[int]:
-    """Where each chunk's record ends."""
+    """Offsets of the ends of the chunk records."""
     at, ends = 8, []
     while at + 9 <= len(data) - 8:
         op, length = data[at], struct.unpack_from("<Q", data, at + 1)[0]
@@ -90,7 +90,7 @@ class LogReadersTest(unittest.TestCase):
                 self.check_summary()
 
     def check_summary(self) -> None:
-        """The summary says what is there, and all that is there can be decoded."""
+        """The summary lists the content correctly, and all messages can be decoded."""
         with self.log.open("rb") as file:
             reader = SeekingReader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
             self.assertEqual(reader.get_header().profile, "ros2")

@@ -13,8 +13,8 @@ DOMAINS = range(1, 101)
 def take_domain() -> socket.socket:
     """Sets the environment so that this process and its children are alone in a domain of this machine.
 
-    A socket with the domain's number in its name holds the domain. It is in no file system, and the kernel frees
-    it when this process ends, however it ends.
+    A socket named after the domain's number reserves it. The name is abstract (not in the file system), so the kernel
+    frees it when this process ends in any way.
 
     Returns:
         The socket, to be kept as long as the domain is used.
@@ -37,7 +37,7 @@ def take_domain() -> socket.socket:
 
 
 def _guard(domain: int) -> socket.socket | None:
-    """The socket that holds the domain; None if somebody else has it, or nodes are in it."""
+    """The socket that reserves the domain; None if another process has it, or nodes are in it."""
     guard = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     try:
         guard.bind(f"\0stage-tests-ros-domain-{domain}")

@@ -100,7 +100,7 @@ class Client:
 class Process:
     """A node in a separate process. It opens no browser unless the environment is changed.
 
-    Its output goes to files: a full pipe that nobody reads would block the node.
+    Its output goes to files, because a full pipe that nobody reads would block the node.
     """
 
     def __init__(self, world: str, *options: str, environment: Mapping[str, str] | None = None,
@@ -148,8 +148,8 @@ class Process:
     def make_end(self) -> None:
         """Waits for the end of the process; kills it after 20 s.
 
-        A node that shuts down tells the others. A killed one counts as alive for 20 s, in which clients
-        would send it what is meant for the node of the next test.
+        A node that shuts down announces it. A killed one counts as alive for 20 s, during which clients would send it
+        messages for the node of the next test.
         """
         try:
             self.process.wait(20)

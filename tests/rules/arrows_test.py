@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
 
-# For each module, the modules whose headers it includes. "face" is stage.hh and all that is beside
-# libstage's modules.
+# For each module, the modules whose headers it includes. "face" is stage.hh and all public headers outside of the
+# modules.
 ALLOWED = {
     "config": "",
     "messages": "",

@@ -3,8 +3,7 @@
 """Stage's machine code has no fused multiply-add instructions, which round once instead of twice.
 
 Compilers generate such instructions if the processor has them. cmake/forbid_fused.cmake forbids it. This test
-disassembles all that has been built, and also the sources with rotations, compiled for newer processors than
-that of the build.
+disassembles all built files, and also the sources with rotations, compiled for newer processors than that of the build.
 """
 
 from __future__ import annotations
@@ -28,12 +27,12 @@ BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "releas
 # fcmla, vfma.f64, vfnms.f32, bfmlalb, and vmla.f32, which fuses on some processors.
 FUSED = re.compile(r"v?fn?m(?:add|sub)\w*|v?fc?m(?:add|sub)c\w*|b?fml(?:a|s)\w*|v?fcmla\w*|fn?ml[as]\w*|fn?mad\w*|"
                    r"fn?msb\w*|vfn?m[as]\.f\w*|vn?ml[as]\.f\w*|vfmal\S*|vfmsl\S*")
-# Compiler options that enable fused instructions. Sources of the core, which take longer, are compiled with the
-# last of them alone, which vectorizes most; the rotations below with all of them.
+# Compiler options that enable fused instructions. The sources of the core take longer, so they are compiled only with
+# the last option, which vectorizes most. The rotations below are compiled with all of them.
 X86 = ["-O2 -march=x86-64-v3", "-O3 -march=x86-64-v3", "-O2 -march=native", "-O3 -march=native",
        "-O3 -march=x86-64-v4"]
-# On Arm, cmake/forbid_fused.cmake checks the processor at configuration, so the command of another processor
-# is not meaningful.
+# On Arm, cmake/forbid_fused.cmake checks the processor at configuration, so commands for other processors are not
+# tested.
 ARM = ["-O2 -march=armv8-a", "-O3 -march=armv8-a"]
 # Rotations as in the project. GCC 12.2 compiles them to vfmaddsub in spite of -ffp-contract=off.
 ROTATIONS = """
@@ -72,7 +71,7 @@ def mnemonic(line: str) -> str:
 
 
 def fused_in(file: Path) -> list[str]:
-    """"FUNCTION: INSTRUCTION" of each fused one, once, in the order of the code."""
+    """"FUNCTION: INSTRUCTION" of each fused instruction, once, in the order of the code."""
     found: dict[str, None] = {}
     function = "?"
     with subprocess.Popen([objdump(), "-d", "-C", "--no-show-raw-insn", str(file)], text=True,
@@ -88,7 +87,7 @@ def fused_in(file: Path) -> list[str]:
 
 
 def built() -> list[Path]:
-    """All libraries and programs of the build that results depend on."""
+    """All built libraries and programs that results depend on."""
     found = [*BINARY_DIR.glob("lib/*.so"), *BINARY_DIR.glob("lib/stage-*/*.so"), *BINARY_DIR.glob("bin/*"),
              *BINARY_DIR.glob("python/stagesim/_core*.so")]
     return sorted({path.resolve() for path in found if path.is_file()})
@@ -107,9 +106,10 @@ def is_kept(option: str) -> bool:
 
 
 def compile_for(command: list[str], processor: str, source: str, target: Path) -> str:
-    """Compiles as `command` does, for that processor as if CXXFLAGS said so. "", or why it can't be done."""
+    """Compiles with `command`, for the given processor as if CXXFLAGS selected it. Returns "", or the reason why
+    that is impossible."""
     level, march = processor.split()
-    # The compiler, possibly after ccache, comes first; -march goes to the place of CXXFLAGS.
+    # The compiler comes first, possibly after ccache. -march follows it, at the place of CXXFLAGS.
     first = next(i for i, word in enumerate(command) if word.startswith("-"))
     words, skip = [*command[:first], march], False
     for i, word in enumerate(command[first:], first):

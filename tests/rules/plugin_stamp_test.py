@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The stamp that plug-ins carry (libstage/include/world/plugin_stamp.hh) fits the headers.
+"""The stamp of plug-ins (libstage/include/world/plugin_stamp.hh) is up to date.
 
-It has the version of Stage, and a checksum of the code of all headers that <stage.hh> includes; comments and white
-space do not count. STAGE_NEW_STAMP=1 writes it anew.
+The stamp consists of the version of Stage and a checksum of the code of all headers that <stage.hh> includes. Comments
+and white space do not count. STAGE_NEW_STAMP=1 updates it.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
-# The folders that cmake/install_headers.cmake finds headers in.
+# The folders in which cmake/install_headers.cmake finds headers.
 INCLUDE_ROOTS = [ROOT / folder for folder in ("libstage/include", "libstage", ".", "libstage/gui")]
 STAMP_FILE = ROOT / "libstage/include/world/plugin_stamp.hh"
 STAMP = re.compile(r'(#define STAGE_PLUGIN_STAMP )"([^"]*)"')
-# A string or character, which stays, or a comment.
+# A string or character literal, which is kept, or a comment.
 TOKEN = re.compile(r'"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\'|//[^\n]*|/\*.*?\*/', re.DOTALL)
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 
@@ -30,7 +30,7 @@ def code_of(text: str) -> str:
 
 
 def public_headers() -> dict[str, str]:
-    """The texts of stage.hh and of all that it includes, by the names in its includes."""
+    """The texts of stage.hh and all its includes, by the names in the include lines."""
     headers: dict[str, str] = {}
     waiting = ["stage.hh"]
     while waiting:
@@ -43,7 +43,7 @@ def public_headers() -> dict[str, str]:
 
 
 def stamp_of(version: str, headers: dict[str, str]) -> str:
-    """The version and the checksum; the stamp itself does not count."""
+    """Computes version and checksum; the stamp itself does not count."""
     digest = hashlib.sha256()
     for name in sorted(headers):
         code = code_of(STAMP.sub(r"\1", headers[name]))
@@ -71,7 +71,8 @@ class PluginStampTest(unittest.TestCase):
         self.assertLess(len(found[2]), 32, "PluginNote has no room for it")
 
     def test_what_changes_the_stamp(self) -> None:
-        """Code of any public header, and the version; not comments, white space or the stamp."""
+        """The stamp changes with the code of any public header and with the version, but not with comments, white
+        space or the stamp itself."""
         stamp = stamp_of(self.version, self.headers)
         self.assertGreater(len(self.headers), 40)
         self.assertIn("models/model.hh", self.headers)

@@ -13,7 +13,7 @@
 namespace odd_names {
 
 /// A name with colours by ESC, a bell, CSI as one byte and as UTF-8, DEL, invalid UTF-8, and a
-/// right-to-left override. It has neither a line end nor a quote, so a world file can contain it.
+/// right-to-left override. It contains no line end and no quote, so it can be in a world file.
 inline const std::string kEvil =
     "a\x1b[31mb\a\x9b"
     "31mc\xc2\x9b"

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Files and commands of a page, and a home of their own in which its commands run.
+"""Reads the files and commands of a documentation page, and runs the commands in a separate home
+folder.
 
-A block of a page is commands if its language is sh; else a file, whose name the paragraph before it
-gives: "Save this as `NAME`"."""
+A block of a page contains commands if its language is sh. Otherwise it is a file, named in the
+paragraph before it: "Save this as `NAME`"."""
 
 from __future__ import annotations
 
@@ -30,7 +31,7 @@ class Block:
 
 def blocks_of(page: str) -> list[Block]:
     found = []
-    end = 0  # of the last block
+    end = 0  # end of the last block
     for block in FENCED.finditer(page):
         language, text = block.groups()
         before = " ".join(page[end:block.start()].strip().split("\n\n")[-1].split())  # a paragraph
@@ -61,7 +62,7 @@ class Home:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.state = folder / ".state"
-        commands = folder / ".commands"  # found under the names that the page uses
+        commands = folder / ".commands"  # so that it has the name that the page uses
         commands.mkdir()
         (commands / "c++").symlink_to(COMPILER)
         (commands / "cmake").symlink_to(CMAKE)
@@ -73,7 +74,7 @@ class Home:
         self.state.write_text(f"cd '{folder}'\n", encoding="utf-8")
 
     def run(self, commands: str) -> str:
-        """Returns what they print; all of them have to succeed."""
+        """Runs commands, all of which must succeed; returns their output."""
         script = (f". '{self.state}'\n{commands}\n"
                   f"{{ export -p; printf 'cd %q\\n' \"$PWD\"; }} > '{self.state}'\n")
         done = subprocess.run(["bash", "-euc", script], env=self.variables, text=True, check=False,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Replays a log that may be damaged or made with bad intent.
+// Replays a log that may be damaged or malicious.
 
 #ifndef STAGE_TESTS_REPLAY_WHOLE_HH
 #define STAGE_TESTS_REPLAY_WHOLE_HH

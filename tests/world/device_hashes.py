@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Compares state hashes with and without an OpenCL device, for all shipped worlds, with both ray models, and
-controllers.
+"""Compares state hashes with and without an OpenCL device: all shipped worlds with both ray models, and the test worlds
+of controllers.
 
     tests/world/device_hashes.py --seconds 60 --device gpu
 
-runs each world of worlds/ and tests/data/controllers once on the host and, --repeat times, with
-every step on the device. Prints a table. Exit status: 0 if all hashes of a world are equal, 1 if
-not or if a run failed, 2 for a wrong command line.
+It runs each world of worlds/ and tests/data/controllers once on the host and, --repeat times, with every step on the
+device. Prints a table. Exit status: 0 if all hashes of a world are equal, 1 if not or if a run failed, 2 for a wrong
+command line.
 """
 
 from __future__ import annotations

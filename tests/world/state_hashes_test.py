@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Runs give the state hashes of tests/data/state_hashes.txt, on every machine, and with exact rays those of
+"""Runs give the state hashes of tests/data/state_hashes.txt on every machine, and with exact rays those of
 exact_state_hashes.txt.
 
-Other hash tests compare runs on one machine; these numbers came from another. After a change that is
-meant to change results, STAGE_NEW_HASHES=1 writes the file anew.
+Other hash tests compare runs on one machine; these hashes were computed on another. After a change that is meant to
+change results, STAGE_NEW_HASHES=1 updates the file.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ HEADER = """\
 #   STAGE_NEW_HASHES=1 tools/test -R state_hashes
 """
 
-# The C library chooses its functions by the processor: without these it takes plainer ones.
+# The C library selects its functions by the processor. With this setting, it selects simpler ones.
 OLD_PROCESSOR = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX2_Usable,-AVX512F,-SSE4_1"}
 
 
@@ -56,7 +56,7 @@ def write_files() -> None:
 
 
 def longest_run() -> int:
-    """Seconds: STAGE_LONGEST_RUN, for emulators; with sanitizers 5."""
+    """Seconds of a run: STAGE_LONGEST_RUN for emulators, 5 with sanitizers."""
     cache = BINARY_DIR / "CMakeCache.txt"
     if cache.exists() and re.search(r"^STAGE_SANITIZE:\w+=.", cache.read_text(), re.M):
         return 5
@@ -81,18 +81,18 @@ class StateHashesTest(unittest.TestCase):
         self.compare(["--threads", "1"])
 
     def test_any_number_of_threads(self) -> None:
-        """Without --threads the program chooses how many."""
+        """Without --threads, the program chooses the number of threads."""
         self.compare([], longest=60)
         for threads in ("2", "7"):
             self.compare(["--threads", threads], longest=5)
 
     @unittest.skipUnless(platform.machine() == "x86_64", "needs an x86-64 processor")
     def test_processor_without_fused_multiply_add(self) -> None:
-        """Other functions of the C library, if anything called them, would differ within a minute."""
+        """If results depended on functions of the C library, they would differ within a minute."""
         self.compare(["--threads", "1"], OLD_PROCESSOR, longest=60)
 
     def test_ray_by_ray(self) -> None:
-        """Without batches no rays go side by side in the lanes of vectors."""
+        """Without batches, no rays are traced in the lanes of vectors."""
         self.compare(["--threads", "1", "--no-batch"], longest=60)
 
 

@@ -345,7 +345,7 @@ TEST(WorldfileLimits, UnusedPropertiesOfManyEntities) {
   LoadText(wf, macros + ")\n" + Repeated(20000, "b() a( p0 2 )\n"));
   const std::vector<UnusedProperty> unused = wf.Unused();
   ASSERT_EQ(unused.size(), 1000U);
-  EXPECT_EQ(unused[0].name, "p1");  // both instances override p0 of a
+  EXPECT_EQ(unused[0].name, "p1");  // both instances override the macro's p0
   EXPECT_EQ(unused[0].line, 1);
 }
 

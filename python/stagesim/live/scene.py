@@ -71,13 +71,13 @@ class Scene:
 class Scan:
     """The readings of one sensor, and the instant that they belong to.
 
-    A step of the world senses first, then moves. A scan belongs to the beginning of its step, so that its end
-    points lie on what the rays have hit although the thing has moved since.
+    A step of the world senses first, then moves. A scan belongs to the beginning of its step, so its end points lie on
+    the objects that the rays have hit although the thing has moved since.
     """
 
-    time: int  #: simulated, nanoseconds: when the step began that took it
-    place: tuple[float, float, float]  #: global x, y and heading of the thing then; NaN: not known
-    origin: tuple[float, float, float]  #: the same of the sensor
+    time: int  #: simulated time in nanoseconds at which the step of the reading began
+    place: tuple[float, float, float]  #: global x, y and heading of the thing at that time; NaN: unknown
+    origin: tuple[float, float, float]  #: global x, y and heading of the sensor at that time
     ranges: tuple[float, ...]  #: metres
     bearings: tuple[float, ...]  #: radians, relative to the sensor
 

@@ -31,12 +31,13 @@ def summary(values: Iterable[float]) -> Summary | None:
 
 
 def quotient(value: float, base: float) -> float:
-    """NaN where a figure is missing or too small for its meter."""
+    """Returns NaN if a figure is missing or too small to measure."""
     return value / base if value > 0 and base > 0 else math.nan
 
 
 def percentile(values: Iterable[float], share: float) -> float:
-    """The smallest of the values that at least that share of all do not exceed; NaN of none."""
+    """The quantile: the smallest value such that at least the fraction `share` of all values do
+    not exceed it; NaN if there are none."""
     ordered = sorted(values)
     if not ordered:
         return math.nan
@@ -48,22 +49,23 @@ def percentile(values: Iterable[float], share: float) -> float:
 DRAWS = 2000
 LEVEL = 0.95
 SEED = 1
-# Repeats are few, so a point borrows the scatter of the points next to it, on each side.
+# Repeats are few, so a point also uses the scatter of this many points on each side.
 NEIGHBOURS = 2
 
 
 def has_scatter(logs: list[np.ndarray]) -> bool:
-    """Whether there is anything to draw from: a point with two repeats."""
+    """True if a point has two repeats or more, so that there are residuals to resample."""
     return any(len(log) > 1 for log in logs)
 
 
 def resampled(logs: list[np.ndarray], middles: np.ndarray) -> np.ndarray:
-    """Medians as other repeats might have given them: a row for each draw.
+    """Resamples the medians: one row per draw.
 
-    `logs`: for each point, the logarithms of a figure in its repeats; has_scatter(logs) is true.
+    `logs` has the logarithms of a figure in the repeats of each point; has_scatter(logs) must be
+    true.
     """
     random = np.random.default_rng(SEED)
-    # Residuals about a mean of n are too small by sqrt((n - 1) / n).
+    # Residuals about a mean of n values are too small by the factor sqrt((n - 1) / n).
     residuals = [(log - log.mean()) * math.sqrt(len(log) / (len(log) - 1)) if len(log) > 1
                  else np.zeros(0) for log in logs]
     draws = np.empty((DRAWS, len(logs)))
@@ -77,7 +79,7 @@ def resampled(logs: list[np.ndarray], middles: np.ndarray) -> np.ndarray:
 
 
 def bounds(draws: np.ndarray) -> tuple[float, float]:
-    """Between which LEVEL of the draws lie."""
+    """Returns the interval that contains the fraction LEVEL of the draws."""
     found = np.sort(draws)
     cut = int((1 - LEVEL) / 2 * len(found))
     return float(found[cut]), float(found[len(found) - 1 - cut])
@@ -86,7 +88,8 @@ def bounds(draws: np.ndarray) -> tuple[float, float]:
 # ---- tests --------------------------------------------------------------------------------------
 
 def t_test(differences: Sequence[float]) -> float:
-    """How likely differences so far from 0 are if their mean is 0: Student's test, two-sided."""
+    """Probability of differences at least this far from 0 if their mean is 0 (Student's
+    two-sided test)."""
     n = len(differences)
     if n < 2:
         return math.nan
@@ -106,7 +109,8 @@ def t_test(differences: Sequence[float]) -> float:
 
 
 def holm(probabilities: Sequence[float]) -> list[float]:
-    """Holm's correction: with so many tests at once, some come out by chance."""
+    """Holm's correction for multiple tests, some of which would otherwise be significant by
+    chance."""
     order = sorted(range(len(probabilities)), key=lambda i: probabilities[i])
     corrected = [math.nan] * len(probabilities)
     greatest = 0.0
@@ -118,13 +122,13 @@ def holm(probabilities: Sequence[float]) -> list[float]:
 
 # ---- means of runs that differ by their seed alone -----------------------------------------------
 
-FEWEST = 5  # values of which a test says something
+FEWEST = 5  # minimum number of values for a meaningful test
 TEST_DRAWS = 10_000
-MOST_DRAWN = 1_000_000  # values at a time
+MOST_DRAWN = 1_000_000  # maximum number of values drawn at once
 
 
 def mean_bounds(values: np.ndarray) -> tuple[float, float]:
-    """Between which the mean lies, as resampling the values says; NaN of less than two."""
+    """Confidence interval of the mean, by resampling the values; NaN for fewer than two."""
     if len(values) < 2:
         return math.nan, math.nan
     return bounds(moments_of_samples(values, DRAWS, np.random.default_rng(SEED))[0])
@@ -132,7 +136,8 @@ def mean_bounds(values: np.ndarray) -> tuple[float, float]:
 
 def moments_of_samples(values: np.ndarray, draws: int,
                        random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Means and variances of so many samples of the values, as large as these; in little memory."""
+    """Means and variances of `draws` samples, each as large as `values`. Limits the memory used
+    at once."""
     means, variances = np.empty(draws), np.empty(draws)
     at_once = max(1, MOST_DRAWN // len(values))
     for at in range(0, draws, at_once):
@@ -145,20 +150,23 @@ def moments_of_samples(values: np.ndarray, draws: int,
 
 @dataclass(frozen=True)
 class Contrast:
-    """How far the means of two groups are apart."""
+    """Difference between the means of two groups."""
 
     difference: float
-    low: float  # of the interval: NaN if there are too few values
+    low: float  # lower bound of the interval; NaN if there are too few values
     high: float
-    probability: float  # of a difference so large if there is none: NaN as well
-    count: int  # of the values
+    probability: float  # probability of a difference at least as large by chance; NaN if there are
+                        # too few values
+    count: int  # number of values
 
 
 def contrast(more: Sequence[np.ndarray], less: Sequence[np.ndarray] = ()) -> Contrast:
-    """The mean of the means of the groups `more` minus that of `less`, by a studentised bootstrap.
+    """Mean of the means of the groups `more` minus that of the groups `less`, by a studentised
+    bootstrap.
 
-    For pairs give their differences as `more` alone. Each group is resampled on its own, so groups
-    may differ in whatever they like. That it is studentised keeps it honest with few values.
+    For paired values, pass their differences as `more` and nothing as `less`. Each group is
+    resampled separately, so groups may differ in size and spread. Studentising keeps the intervals
+    valid with few values.
     """
     weights = [1 / len(more)] * len(more) + [-1 / len(less) for _ in less]
     groups = [*more, *less]
@@ -169,7 +177,7 @@ def contrast(more: Sequence[np.ndarray], less: Sequence[np.ndarray] = ()) -> Con
     error = math.sqrt(sum(weight**2 * float(group.var(ddof=1)) / len(group)
                           for weight, group in zip(weights, groups)))
     rounding = 1e-12 * max(float(np.abs(group).max()) for group in groups)
-    if error <= rounding:  # the same in all runs
+    if error <= rounding:  # equal in all runs
         return Contrast(difference, difference, difference,
                         1.0 if abs(difference) <= rounding else 1 / TEST_DRAWS, count)
     sizes = studentised(groups, weights, difference)
@@ -180,7 +188,7 @@ def contrast(more: Sequence[np.ndarray], less: Sequence[np.ndarray] = ()) -> Con
 
 def studentised(groups: Sequence[np.ndarray], weights: Sequence[float],
                 difference: float) -> np.ndarray:
-    """How many standard errors the differences of resampled groups are off, sorted."""
+    """Sorted absolute errors of the resampled differences, in standard errors."""
     random = np.random.default_rng(SEED)
     drawn, variance = np.zeros(TEST_DRAWS), np.zeros(TEST_DRAWS)
     for weight, group in zip(weights, groups):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Common parts of plots: matplotlib without a window, colours, axes.
 
-Colours are those of Okabe and Ito, which colour-blind people can tell apart; markers and lines
-should differ as well.
+Colours are those of Okabe and Ito, which colour-blind people can distinguish; markers and line
+styles should differ as well.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ RED, GREEN, PURPLE, YELLOW, GREY = "#D55E00", "#009E73", "#CC79A7", "#F0E442", "
 
 
 class PlotsMissing(Exception):
-    """Why there can be no plots, in one line."""
+    """The reason in one line why there are no plots."""
 
 
 ADVICE = "`tools/setup --tests` installs it, `benchmarks/series --report-only` makes them then"
 
 
 def load_pyplot(style: dict[str, object] | None = None, advice: str = ADVICE) -> Any:
-    """matplotlib, without a window. Boards that only measure may lack it.
+    """Returns matplotlib.pyplot without a window. Boards used only for measuring may lack it.
 
-    `style`: rcParams. `advice`: what to do where it is missing.
+    `style` is rcParams; `advice` tells what to do if matplotlib is missing.
     """
     try:
         import matplotlib  # pylint: disable=import-outside-toplevel
@@ -36,7 +36,7 @@ def load_pyplot(style: dict[str, object] | None = None, advice: str = ADVICE) ->
 
 
 def metres(value: float, _: object = None) -> str:
-    """A length on an axis."""
+    """Formats a length on an axis."""
     if value < 1e-3:
         return f"{value * 1e6:g} µm"
     return f"{value * 1e3:g} mm" if value < 1 else f"{value:g} m"
@@ -47,7 +47,7 @@ def plain(value: float, _: object = None) -> str:
 
 
 def set_log_axis(axis: object, formatter: object, low: float, high: float) -> None:
-    """Labels at 1, 2 and 5 where the axis is short, else at powers of ten."""
+    """Places labels at 1, 2 and 5 on a short axis, otherwise at powers of ten."""
     from matplotlib.ticker import (  # pylint: disable=import-outside-toplevel
         FuncFormatter, LogLocator, NullFormatter)
     subs = (1.0, 2.0, 5.0) if high / max(low, 1e-12) < 200 else (1.0,)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How far the work is: a bar on a terminal, a line now and then elsewhere."""
+"""Shows progress: a bar on a terminal, a line from time to time elsewhere."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import threading
 import time
 from typing import TextIO
 
-LINE_EVERY = 30.0  # seconds, where there is no terminal
+LINE_EVERY = 30.0  # seconds between lines if there is no terminal
 BAR_WIDTH = 24
 
 
@@ -23,10 +23,10 @@ def duration_text(seconds: float) -> str:
 
 
 class Progress:
-    """Writes to standard error: standard output is for results. Threads may share it.
+    """Writes to standard error, because standard output is for results. Threads may share it.
 
-    show() is for who counts runs and knows how long they will take; advance() for who gives each
-    piece of work a weight, of `total`, that need only be about right.
+    Use show() if the number of runs and their duration are known. Use advance() if each piece of
+    work has an approximate weight, whose sum is `total`.
     """
 
     def __init__(self, stream: TextIO | None = None, total: float = 1.0) -> None:
@@ -40,11 +40,11 @@ class Progress:
         self._start = time.monotonic()
 
     def show(self, done: int, total: int, what: str, seconds_left: float) -> None:
-        """Before each run: how many are done, and what comes now."""
+        """Call before each run: `done` of `total` runs are done, and `what` comes next."""
         self._draw(done / max(1, total), f"{done}/{total}", "runs done", what, seconds_left)
 
     def advance(self, weight: float, what: str) -> None:
-        """After each piece of work."""
+        """Call after each piece of work."""
         with self._lock:
             self._done += weight
             share = min(1.0, self._done / self._total)
@@ -67,7 +67,7 @@ class Progress:
         self._bar_shown = True
 
     def say(self, text: str) -> None:
-        """A line that stays."""
+        """Prints a line that stays."""
         self.clear()
         self._stream.write(text + "\n")
         self._stream.flush()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Markdown, and numbers as people read them."""
+"""Markdown tables, and readable numbers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .inference import Summary
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> list[str]:
-    """A Markdown table, and an empty line."""
+    """Returns a Markdown table and an empty line."""
     def line(cells: Iterable[object]) -> str:
         return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |"
     head = list(head)
@@ -23,7 +23,8 @@ def picture(plots: dict[str, Path], name: str, text: str) -> list[str]:
 
 
 def number(value: float) -> str:
-    """Three significant digits, but never less than the whole number; thin spaces in thousands."""
+    """Formats with three significant digits, or all digits of a larger whole number, with thin
+    spaces as thousands separators."""
     if value == 0:
         return "0"
     size = abs(value)
@@ -37,7 +38,7 @@ def number(value: float) -> str:
 
 
 def spread(value: Summary | None) -> str:
-    """Median (least to greatest)."""
+    """Formats as "median (minimum to maximum)"."""
     if value is None:
         return ""
     if value.count == 1:
@@ -47,7 +48,7 @@ def spread(value: Summary | None) -> str:
 
 def write_results(folder: Path, name: str, columns: Sequence[str], rows: Iterable[dict[str, object]],
                   text: str) -> None:
-    """The rows as NAME.csv, and the text, which is printed too, as NAME.md."""
+    """Writes the rows to NAME.csv and the text to NAME.md, and prints the text."""
     folder.mkdir(parents=True, exist_ok=True)
     with open(folder / f"{name}.csv", "w", newline="", encoding="utf-8") as file:
         table_of_rows = csv.DictWriter(file, columns, lineterminator="\n")

@@ -187,7 +187,7 @@ class OdometryFeed(Feed):
 
 
 class StallFeed(Feed):
-    """Whether an obstacle has blocked the last move of a robot."""
+    """True if an obstacle has blocked the last move of a robot."""
 
     message = Bool
     sensor = False

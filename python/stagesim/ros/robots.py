@@ -159,7 +159,7 @@ class _Maker:
         return name
 
     def _is_moved(self, sensor: Model) -> bool:
-        """Whether something between the sensor and its robot moves by itself."""
+        """True if something between the sensor and its robot moves by itself."""
         carrier = sensor.parent
         while carrier is not None and carrier.id != self.robot.model.id:
             if carrier.type in ("actuator", "position"):

@@ -21,7 +21,7 @@ try:
 except ModuleNotFoundError:  # not among PyPI's wheels
     TFMessage = None
 
-#: Messages that are kept, each for other robots.
+#: number of cached messages, each for another set of robots
 _MOST_MESSAGES = 64
 
 
@@ -60,7 +60,7 @@ class TransformFeed:
         self.publisher = node.create_publisher(TFMessage, "/tf", 100)
         self.active = False
         self._look, self._robots, self._bodies, self._frames, self._with_map = look, robots, bodies, frames, with_map
-        self._messages: dict[bytes, Transforms] = {}  # by the robots that are in them
+        self._messages: dict[bytes, Transforms] = {}  # by the set of robots in them
         self._joints = [(i, joint) for i, robot in enumerate(robots) for joint in robot.joints]
         self._joint_owners = np.array([i for i, _ in self._joints], np.intp)
         kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -74,7 +74,7 @@ class TransformFeed:
         self.active = self.publisher.get_subscription_count() > 0
 
     def send(self, now: int, everything: bool) -> None:
-        """Publishes the frames of the robots of which something was sensed at that time (microseconds), or of all."""
+        """Publishes the frames of the robots that sensed at the time `now` (microseconds), or of all."""
         times = self._bodies.times()
         which = np.full(len(times), True) if everything else times == now
         if not which.any():
@@ -91,7 +91,7 @@ class TransformFeed:
             stamps_of(times[np.concatenate(owners)]), np.concatenate(poses)))
 
     def _message(self, which: Array) -> Transforms:
-        """The message of the robots with True; most of the time those are all that move."""
+        """The message for the robots marked True; most of the time, these are all moving robots."""
         key = which.tobytes()
         if key not in self._messages:
             if len(self._messages) > _MOST_MESSAGES:

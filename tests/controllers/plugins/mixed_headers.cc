@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A plug-in of which one file was compiled with other headers than the rest: it carries two stamps.
+// A plug-in with two stamps, because one of its files was compiled with other headers.
 
 #include <cstdint>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A plug-in as headers without a stamp have made it: it does not include <stage.hh>. It leaves a
-// file if any of its code runs.
+// A plug-in that carries no stamp, like one built with older headers: it does not include
+// <stage.hh>. It leaves a file if any of its code runs.
 
 #include <fstream>
 

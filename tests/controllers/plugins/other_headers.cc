@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A plug-in as headers of another version have made it: it carries their stamp. It leaves a file if
-// any of its code runs.
+// A plug-in that carries the stamp of another version. It leaves a file if any of its code runs.
 
 #include <cstdint>
 #include <fstream>

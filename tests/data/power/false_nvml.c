@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Stands in for NVIDIA's management library: two GPUs, without WITHOUT_COUNTER with energy counters.
+// Replaces NVIDIA's management library: two GPUs, with energy counters unless WITHOUT_COUNTER is
+// defined.
 
 #include <stdio.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Uses Stage like nodes for ROS, with the whole interface that they use. Finds robots by callbacks,
-// subscribes to their sensors, reads them in each step, drives, and resets positions.
-// `node WORLD` runs without a window; `node WORLD --window` in one, if it is compiled for that.
-// Prints what ros_client_test.py looks for. In C++11.
+// Uses the parts of Stage's interface that ROS nodes use. Finds robots by callbacks, subscribes to
+// their sensors, reads them in each step, drives, and resets positions. `node WORLD` runs without a
+// window, `node WORLD --window` with one if it is compiled for that. Prints lines that
+// ros_client_test.py checks. Written in C++11.
 
 #include <cstdio>
 #include <cstring>
