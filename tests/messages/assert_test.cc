@@ -92,7 +92,7 @@ TEST(AssertTest, WithoutAssertionsTheConditionIsNotEvaluated) {
 }
 
 TEST(AssertTest, WithoutAssertionsTheConditionIsAConstantExpression) {
-  // As it is constexpr, no code can be generated for it.
+  // A constexpr value needs no generated code.
   constexpr int kValue = (STAGE_ASSERT(Evaluate(false)), 7);
   EXPECT_EQ(kValue, 7);
 }
