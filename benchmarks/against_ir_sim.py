@@ -122,9 +122,9 @@ def compare(first: list, second: list) -> None:
     apart = [abs(a - b) for a, b in zip(mine, theirs)]
     hits = [sum(r < REACH - 1e-3 for r in scan) / len(scan) for scan in (mine, theirs)]
     if len(mine) != len(theirs) or statistics.median(apart) > 0.02 or min(hits) < 0.5:
-        sys.exit(f"against_ir_sim.py: found {len(mine)} and {len(theirs)} readings that differ by "
-                 f"{statistics.median(apart):.3f} m in the median, of which {min(hits):.0%} hit something; "
-                 "expected the same scene")
+        sys.exit(f"against_ir_sim.py: found {len(mine)} and {len(theirs)} readings with a median "
+                 f"difference of {statistics.median(apart):.3f} m, of which {min(hits):.0%} hit "
+                 "something; expected the same scene")
 
 
 def run(python: str, simulator: str, robots: int, seconds: float) -> dict:
@@ -140,8 +140,10 @@ def show(values: list[float]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--ir-sim", default=sys.executable, metavar="PYTHON", help="a Python that has IR-SIM")
-    parser.add_argument("--seconds", type=float, default=3, help="of each run (default %(default)s)")
+    parser.add_argument("--ir-sim", default=sys.executable, metavar="PYTHON",
+                        help="a Python interpreter with IR-SIM")
+    parser.add_argument("--seconds", type=float, default=3,
+                        help="seconds per run (default %(default)s)")
     parser.add_argument("--repeats", type=int, default=3, help="(default %(default)s)")
     parser.add_argument("--measure", choices=("stage", "ir-sim"), help=argparse.SUPPRESS)
     parser.add_argument("--robots", type=int, default=1, help=argparse.SUPPRESS)

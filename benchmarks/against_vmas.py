@@ -114,8 +114,8 @@ class Sight:
         """Returns [agent-steps with a neighbour in range, those among them with a reading below the maximum, all
         readings below the maximum]."""
         if self.near == 0 or self.seen < self.near / 2:
-            sys.exit(f"against_vmas.py: {who}: in {self.near} agent-steps with a neighbour in reach the lidar saw one in "
-                     f"{self.seen}, expected at least half: it is blind")
+            sys.exit(f"against_vmas.py: {who}: the lidar saw a neighbour in {self.seen} of "
+                     f"{self.near} agent-steps with a neighbour in range, expected at least half")
         return [self.near, self.seen, self.readings]
 
 
@@ -209,7 +209,8 @@ def compare(options: argparse.Namespace) -> None:
         ours.append(rates)
         rates, their_sight = measured(options.vmas, "vmas", options)
         theirs.append(rates)
-    print("| agents | rays | environments | stagesim, agent-steps/s | VMAS | ratio | in reach, seen: stagesim | VMAS |")
+    print("| agents | rays | environments | stagesim, agent-steps/s | VMAS | ratio | in range, "
+          "seen: stagesim | VMAS |")
     print("|---|---|---|---|---|---|---|---|")
     for (agents, rays, envs), one, other, our, their in zip(CASES, zip(*ours), zip(*theirs), our_sight, their_sight):
         ratio = statistics.median(a / b for a, b in zip(one, other))
@@ -227,12 +228,15 @@ def counts(sight: list[int]) -> str:
 def main() -> None:
     """Runs the comparison, or one measurement in its own process, as the options say."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--vmas", default=sys.executable, metavar="PYTHON", help="a Python that has VMAS")
-    parser.add_argument("--device", default="cpu", help="VMAS's: cpu or cuda")
+    parser.add_argument("--vmas", default=sys.executable, metavar="PYTHON",
+                        help="a Python interpreter with VMAS")
+    parser.add_argument("--device", default="cpu", help="device for VMAS: cpu or cuda")
     parser.add_argument("--threads", type=int, default=len(os.sched_getaffinity(0)), help="(default: all processors)")
-    parser.add_argument("--seconds", type=float, default=4, help="of each run (default 4)")
+    parser.add_argument("--seconds", type=float, default=4, help="seconds per run (default 4)")
     parser.add_argument("--repeats", type=int, default=3, help="(default 3)")
-    parser.add_argument("--measure", choices=["stage", "vmas"], help="all cases of one, as this program has others do")
+    parser.add_argument("--measure", choices=["stage", "vmas"],
+                        help="measure only this simulator, in this process; used by the program "
+                             "itself")
     options = parser.parse_args()
     if options.measure is None:
         compare(options)

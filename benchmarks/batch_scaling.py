@@ -86,16 +86,19 @@ def span(values: list[float]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--worlds", default="64,1024,4096,16384", help="how many, with commas (default %(default)s)")
-    parser.add_argument("--threads", help="with commas (default: 1 and all processors)")
+    parser.add_argument("--worlds", default="64,1024,4096,16384",
+                        help="numbers of worlds, separated by commas (default %(default)s)")
+    parser.add_argument("--threads", help="numbers of threads, separated by commas (default: 1 and "
+                                          "all processors)")
     parser.add_argument("--idle", type=int, default=16000, help="idle worlds beside a batch of 64 (default %(default)s)")
-    parser.add_argument("--seconds", type=float, default=2, help="of a repeat (default %(default)s)")
+    parser.add_argument("--seconds", type=float, default=2,
+                        help="seconds per repeat (default %(default)s)")
     parser.add_argument("--repeats", type=int, default=5, help="(default %(default)s)")
     chosen = parser.parse_args()
     most = _core.count_processors()
     threads = [int(count) for count in chosen.threads.split(",")] if chosen.threads else sorted({1, most})
     same_as_one_thread(64, max(2, most))
-    row("worlds", "threads", "agent-steps a second")
+    row("worlds", "threads", "agent-steps per second")
     row("---", "---", "---")
     for worlds in (int(count) for count in chosen.worlds.split(",")):
         for count in threads:
@@ -104,7 +107,7 @@ def main() -> None:
     if chosen.idle > 0:
         idle = batch_of(chosen.idle, most)
         beside = speeds(batch_of(64, most), chosen.seconds, chosen.repeats)
-        row(f"64, beside {idle.n} idle ones", str(most), span(beside))
+        row(f"64, besides {idle.n} idle ones", str(most), span(beside))
 
 
 if __name__ == "__main__":

@@ -179,7 +179,7 @@ std::vector<unsigned> NumbersIn(const std::string& text) {
     numbers.push_back(static_cast<unsigned>(std::strtoul(number.c_str(), nullptr, 10)));
   const auto is_bad = [](unsigned number) { return number < 1 || number > 1000000; };
   if (numbers.empty() || std::ranges::any_of(numbers, is_bad)) {
-    std::fprintf(stderr, "branches: found '%s', expected numbers, as 1,2,16\n", text.c_str());
+    std::fprintf(stderr, "branches: found '%s', expected numbers such as 1,2,16\n", text.c_str());
     std::exit(2);
   }
   return numbers;
@@ -207,17 +207,17 @@ int main(int argc, char** argv) {
     if (level == Stg::LogLevel::kError) std::fprintf(stderr, "%s\n", line.c_str());
   });
   std::puts(
-      "| snapshot | lean, bytes a robot | full | take, us | restore, us | restore with cold "
-      "caches, us | a step, us |\n|---|---|---|---|---|---|---|");
+      "| snapshot | bytes per robot, lean | full | take, us | restore, us | restore with cold "
+      "caches, us | step, us |\n|---|---|---|---|---|---|---|");
   for (const char* name : {"cave", "hospital"})
     for (const int robots : {5, 10}) MeasureSnapshots(name, robots);
   std::puts(
-      "\n| copy | loading instead, ms | image, once, ms | a copy and restore, ms | best |\n"
+      "\n| copy | loading, ms | image, once, ms | copy and restore, ms | best |\n"
       "|---|---|---|---|---|");
   for (const char* name : {"cave", "hospital"}) MeasureCopies(name, 5);
   std::printf(
-      "\n| %u branches of 5 robots, %d steps | threads | a scenario step, us | million "
-      "scenario steps/s | times one thread | times loading and running each |\n"
+      "\n| %u branches of 5 robots, %d steps | threads | scenario step, us | million "
+      "scenario steps/s | speedup over one thread | over loading and running each |\n"
       "|---|---|---|---|---|---|\n",
       branches, kBranchSteps);
   for (const char* name : {"cave", "hospital"}) MeasureBranches(name, branches, threads);

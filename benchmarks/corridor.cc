@@ -52,7 +52,7 @@ std::string Text(const std::string& file, const std::string& controller) {
   const std::string from = "\"what_if 8.5 0\"";
   const size_t place = world.find(from);
   if (place == std::string::npos) {
-    std::fprintf(stderr, "corridor: %s is not the world that this is for\n", file.c_str());
+    std::fprintf(stderr, "corridor: %s is not the world for this benchmark\n", file.c_str());
     std::exit(1);
   }
   return world.replace(place, from.size(), "\"" + controller + "\"");
@@ -152,8 +152,8 @@ int main(int argc, char** argv) {
   });
   const std::string file = STAGE_SOURCE_WORLDS "/corridor.world";
   std::puts(
-      "| robot | arrives | collisions | starts without any | seconds stalled | "
-      "median time to the goal, s | energy of those who arrive, J |");
+      "| robot | arrives | collisions | starts without collision | seconds stalled | "
+      "median time to the goal, s | energy of robots that arrive, J |");
   std::puts("|---|---|---|---|---|---|---|");
   for (const Way& way : kWays) {
     std::vector<Trip> trips(starts);

@@ -85,7 +85,7 @@ struct Times {
   }
   void Print() {
     const double median = At(0.5), late = At(0.95);
-    std::printf("%-6s median %8.3f ms  p95 %8.3f ms  %8.1f a second\n", name, median, late,
+    std::printf("%-6s median %8.3f ms  p95 %8.3f ms  %8.1f per second\n", name, median, late,
                 1000 / median);
   }
 };
@@ -127,7 +127,7 @@ int Run(const Request& request) {
               context->device().c_str());
   std::printf("%zu models, %zu bodies and %zu fans of rays in view, %d frames\n",
               scene.model_count(), scene.bodies_in_view(), scene.fans_in_view(), request.frames);
-  std::printf("%u draw calls and %zu vertices a frame\n", renderer.draw_calls(),
+  std::printf("%u draw calls and %zu vertices per frame\n", renderer.draw_calls(),
               renderer.vertices());
   for (Times* times : {&copy, &draw, &both, &steps}) times->Print();
   return 0;

@@ -112,7 +112,7 @@ def batch_steps(worlds: int, steps: int, threads: int, seconds: float, repeats: 
                          str(threads), str(seconds)).split()[-1])
 
     ours, theirs, ratios = in_turn(repeats, package, rows)
-    return (f"{worlds} worlds of 5 robots of 32 rays, {steps} steps a call, {threads} threads",
+    return (f"{worlds} worlds of 5 robots of 32 rays, {steps} steps per call, {threads} threads",
             f"{span(ours, 'steps/s')}; rows in C++ {span(theirs, 'steps/s')}",
             f"ratio {span(ratios, '')}")
 
@@ -134,8 +134,9 @@ def env_steps(task: str, worlds: int, threads: int, seconds: float, repeats: int
         whole = time.perf_counter() - start
         rates.append(made * worlds * len(env.agents) / whole)
         shares.append(100 * (1 - (sum(in_batch) - before) / whole))
-    return (f"environment {task}, {worlds} worlds of {len(env.agents)} agents, {env.task.steps} steps an action, "
-            f"{threads} threads", span(rates, "agent steps/s"), f"beside the batch {span(shares, '%')} of the time")
+    return (f"environment {task}, {worlds} worlds of {len(env.agents)} agents, {env.task.steps} "
+            f"steps per action, {threads} threads",
+            span(rates, "agent steps/s"), f"{span(shares, '%')} of the time outside the batch")
 
 
 def seconds_in_batch(env: StageVectorEnv) -> list[float]:
@@ -188,7 +189,7 @@ def import_seconds(repeats: int) -> Row:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument("--short", action="store_true", help="a minute, for a first look")
+    parser.add_argument("--short", action="store_true", help="short runs, about a minute in total")
     options = parser.parse_args()
     repeats, seconds = (2, 0.5) if options.short else (options.repeats, 2.0)
     rows = []

@@ -123,13 +123,13 @@ def span(values: list[float]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=20, help="of each run")
+    parser.add_argument("--seconds", type=float, default=20, help="seconds per run")
     parser.add_argument("--repeats", type=int, default=5)
     chosen = parser.parse_args()
     rclpy.init()
     columns = {"speed": "speed", "step": "steps, %", "publish": "publishing, %", "answer": "answering, %",
-               "process": "whole process, % of a core", "messages": "messages/s", "scans": "scans here, %",
-               "median": "step to scan, ms", "most": "99 % within, ms"}
+               "process": "whole process, % of a core", "messages": "messages/s", "scans": "scans received, %",
+               "median": "step to scan, ms", "most": "99th percentile, ms"}
     print("| world | listeners |", " | ".join(columns.values()), "|")
     print("|" + "---|" * (2 + len(columns)))
     cases = [(*case, listens) for case in CASES for listens in (False, True)]

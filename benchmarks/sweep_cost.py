@@ -108,8 +108,8 @@ def xargs(folder: Path, _: int) -> None:
                 input=lines, text=True, check=True))
             ratios.append(theirs / ours)
             runs.append(ours * JOBS / count * 1e3)
-        row(f"xargs -P {JOBS} takes, for runs of {statistics.median(runs):.0f} ms of the {name} in a sweep",
-            median(ratios, "times as long"))
+        row(f"time of xargs -P {JOBS} relative to a sweep, {name}, runs of {statistics.median(runs):.0f} ms",
+            median(ratios, "times"))
 
 
 def children(pid: int) -> list[int]:
@@ -157,8 +157,8 @@ def kills(folder: Path, runs: int) -> None:
     for name in ("whole", "killed"):
         stage("merge", folder / name, "-o", folder / f"{name}.csv")
     same = (folder / "whole.csv").read_bytes() == (folder / "killed.csv").read_bytes()
-    row(f"{runs} runs, {killed} workers killed in {sessions} sessions: runs done again", f"{again}")
-    row("the table is that of an undisturbed sweep", "yes" if same else "NO")
+    row(f"{runs} runs, {killed} workers killed in {sessions} sessions: repeated runs", f"{again}")
+    row("same table as that of an undisturbed sweep", "yes" if same else "NO")
 
 
 def resume(folder: Path, runs: int) -> None:
@@ -171,7 +171,7 @@ def resume(folder: Path, runs: int) -> None:
     row(f"--status of {runs} finished runs", f"{seconds(lambda: stage('sweep', '--status', out)):.3g} s")
     row(f"merge of {runs} runs",
         median([seconds(lambda: stage("merge", out, "-o", folder / "all.csv")) for _ in range(REPEATS)], "s"))
-    row("bytes of a record", f"{bytes_each:.0f}")
+    row("bytes per record", f"{bytes_each:.0f}")
 
 
 PARTS = {"empty": empty, "xargs": xargs, "kills": kills, "resume": resume}
@@ -181,7 +181,8 @@ def main() -> None:
     """Measures the requested parts."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("parts", nargs="*", metavar="PART", choices=[*PARTS, []], help="(default: all)")
-    parser.add_argument("--runs", type=int, default=100_000, help="of the parts that count them")
+    parser.add_argument("--runs", type=int, default=100_000,
+                        help="number of runs, for the parts with many runs")
     chosen = parser.parse_args()
     print("| figure | value |\n|---|---|")
     for name in chosen.parts or PARTS:

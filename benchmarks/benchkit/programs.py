@@ -49,7 +49,7 @@ def run_command(command: list[str], environment: dict[str, str] | None = None,
                               check=False, stdin=subprocess.DEVNULL, timeout=time_limit,
                               env={**os.environ, **(environment or {})})
     except subprocess.TimeoutExpired:
-        raise RunError(f"ended by us after {time_limit:.0f} s, far longer than expected") from None
+        raise RunError(f"stopped after {time_limit:.0f} s, far longer than expected") from None
     except OSError as error:
         raise RunError(f"cannot run {command[0]}: {error.strerror}") from None
     if done.returncode in (-signal.SIGINT, 128 + signal.SIGINT):

@@ -35,7 +35,8 @@ def read_rows(path: Path, columns: Sequence[str]) -> tuple[list[list[str]], list
     if not lines:
         return [], []
     if lines[0].decode("utf-8", errors="replace") != line_of(columns):
-        raise StoreError(f"{path}: its columns are not those of this version; give another folder")
+        raise StoreError(f"{path}: its columns differ from those of this version; give another "
+                         "folder")
     rows: list[list[str]] = []
     ends = [len(lines[0])]
     for number, line in enumerate(lines[1:], 2):
@@ -45,8 +46,8 @@ def read_rows(path: Path, columns: Sequence[str]) -> tuple[list[list[str]], list
             if len(row) != len(columns):
                 raise ValueError(f"{len(row)} fields, expected {len(columns)}")
         except (csv.Error, ValueError, StopIteration) as error:
-            raise StoreError(f"{path}:{number}: not a line of this file ({error}); "
-                             "remove it, and its run will be done again") from None
+            raise StoreError(f"{path}:{number}: not a line of this file ({error}); remove the "
+                             "line, and its run will be repeated") from None
         rows.append(row)
         ends.append(ends[-1] + len(line))
     return rows, ends

@@ -90,20 +90,22 @@ void Delete(const ModelHandle& handle) {
 void BindTree(nb::class_<ModelHandle>& model) {
   model.def(nb::self == nb::self, nb::sig("def __eq__(self, other: object, /) -> bool"))
       .def("__hash__", [](const ModelHandle& handle) { return handle.id(); })
-      .def_prop_ro("id", &ModelHandle::id,
-                   "Its number: models of the file have theirs in the order of the file.")
-      .def_prop_ro("exists", &ModelHandle::exists, "Whether it is there now.")
-      .def_prop_rw("name", Getter([](Model& m) { return m.TokenStr(); }),
-                   Setter<std::string>("name", kText,
-                                       [](Model& m, const std::string& name) {
-                                         FailOnMessages([&] { m.SetToken(name); });
-                                       }),
-                   "Its full name. Names that it had before still find it.")
+      .def_prop_ro(
+          "id", &ModelHandle::id,
+          "The model's number. The models of the world file are numbered in the order of the file.")
+      .def_prop_ro("exists", &ModelHandle::exists, "Whether the model exists now.")
+      .def_prop_rw(
+          "name", Getter([](Model& m) { return m.TokenStr(); }),
+          Setter<std::string>(
+              "name", kText,
+              [](Model& m, const std::string& name) { FailOnMessages([&] { m.SetToken(name); }); }),
+          "The model's full name. World.model() still finds the model by its former names.")
       .def_prop_ro("type", Getter([](Model& m) { return m.GetModelType(); }),
-                   "Its type, such as 'position'.")
-      .def_prop_ro("parent", &ParentOf, "What it stands on, or None.")
-      .def_prop_ro("children", &ChildrenOf, "What stands on it, in the order of creation.")
-      .def("delete", &Delete, "Deletes it, and all that stands on it.");
+                   "The model's type, such as 'position'.")
+      .def_prop_ro("parent", &ParentOf, "The model that this one stands on, or None.")
+      .def_prop_ro("children", &ChildrenOf,
+                   "The models that stand on this one, in the order of creation.")
+      .def("delete", &Delete, "Deletes the model and everything that stands on it.");
 }
 
 void BindPlace(nb::class_<ModelHandle>& model) {
@@ -116,8 +118,8 @@ void BindPlace(nb::class_<ModelHandle>& model) {
                                                      m.GetPose().z, std::get<2>(to)));
                                     });
                                   }),
-                   "x, y (metres) and heading (radians), relative to the parent. Setting it tests "
-                   "for no collision.")
+                   "x, y (metres) and heading (radians), relative to the parent. Setting the pose "
+                   "doesn't test for collisions.")
       .def_prop_rw("global_pose", Getter([](Model& m) { return InPlane(m.GetGlobalPose()); }),
                    Setter<Triple>("global_pose", kPose,
                                   [](Model& m, const Triple& to) {
@@ -126,12 +128,12 @@ void BindPlace(nb::class_<ModelHandle>& model) {
                                                            m.GetGlobalPose().z, std::get<2>(to)));
                                     });
                                   }),
-                   "The same in the frame of the world.")
+                   "x, y (metres) and heading (radians) in the frame of the world.")
       .def_prop_ro(
           "sensed_pose", Getter([](Model& m) { return InPlane(m.GetSensedPose()); }),
-          "Where it was, in the frame of the world, at the beginning of the last step in "
-          "which it, or a model of the same tree, updated: what its sensors report belongs "
-          "to that place, not to that of the step's end.")
+          "The model's pose, in the frame of the world, at the beginning of the last step in "
+          "which it, or another model of its tree, updated. Sensor readings were taken at this "
+          "pose, not at the pose at the end of the step.")
       .def_prop_rw("z", Getter([](Model& m) { return m.GetPose().z; }),
                    Setter<double>("z", kNumber,
                                   [](Model& m, double z) {
@@ -139,7 +141,7 @@ void BindPlace(nb::class_<ModelHandle>& model) {
                                     pose.z = z;
                                     FailOnMessages([&] { m.SetPose(pose); });
                                   }),
-                   "Height above what it stands on, metres.")
+                   "Height above the model that this one stands on, in metres.")
       .def_prop_rw("size", Getter([](Model& m) {
                      const Size size = m.GetGeom().size;
                      return Triple(size.x, size.y, size.z);
@@ -151,11 +153,11 @@ void BindPlace(nb::class_<ModelHandle>& model) {
                                         Size(std::get<0>(to), std::get<1>(to), std::get<2>(to));
                                     FailOnMessages([&] { m.SetGeom(geom); });
                                   }),
-                   "Of its body along x, y and z, metres.")
+                   "Extents of the model's body along x, y and z, in metres.")
       .def_prop_ro("stalled", Getter([](Model& m) { return m.Stalled(); }),
-                   "Blocked at its last attempt to move.")
+                   "Whether an obstacle blocked the model's last attempt to move.")
       .def("has_collision", Getter([](Model& m) { return m.HasCollision(); }),
-           "Whether its body overlaps an obstacle now.");
+           "Whether the model's body overlaps an obstacle now.");
 }
 
 void BindLooks(nb::class_<ModelHandle>& model) {
@@ -169,38 +171,38 @@ void BindLooks(nb::class_<ModelHandle>& model) {
                                        m.SetColor(Color(std::get<0>(c), std::get<1>(c),
                                                         std::get<2>(c), std::get<3>(c)));
                                      }),
-                   "Red, green, blue and opacity, 0 to 1.")
+                   "Red, green, blue and opacity, each from 0 to 1.")
       .def_prop_rw("obstacle_return", Getter([](Model& m) { return m.vis.obstacle_return; }),
                    Setter<bool>("obstacle_return", kTruth,
                                 [](Model& m, bool value) { m.SetObstacleReturn(value); }),
-                   "Whether robots collide with it.")
+                   "Whether robots collide with the model.")
       .def_prop_rw("ranger_return", Getter([](Model& m) { return m.vis.ranger_return; }),
                    Setter<double>("ranger_return", kNumber,
                                   [](Model& m, double value) {
                                     FailOnMessages([&] { m.SetRangerReturn(value); });
                                   }),
-                   "The intensity that rangers read of it; they look through it if that is "
-                   "negative.")
+                   "The intensity that rangers measure for the model; if it is negative, rangers "
+                   "see through the model.")
       .def_prop_rw("fiducial_return", Getter([](Model& m) { return m.vis.fiducial_return; }),
                    Setter<int>("fiducial_return", kInteger,
                                [](Model& m, int value) { m.SetFiducialReturn(value); }),
-                   "The number that fiducial finders read of it; 0: they don't find it.")
+                   "The number that fiducial finders report for the model; 0: they don't find it.")
       .def_prop_rw("fiducial_key", Getter([](Model& m) { return m.vis.fiducial_key; }),
                    Setter<int>("fiducial_key", kInteger,
                                [](Model& m, int value) { m.SetFiducialKey(value); }),
-                   "Finders with another key don't find it.")
+                   "The key of the model: fiducial finders with another key don't find it.")
       .def_prop_rw(
           "blob_return", Getter([](Model& m) { return m.vis.blob_return; }),
           Setter<bool>("blob_return", kTruth, [](Model& m, bool value) { m.SetBlobReturn(value); }),
-          "Whether blobfinders see it.")
+          "Whether blobfinders see the model.")
       .def_prop_rw("gripper_return", Getter([](Model& m) { return m.vis.gripper_return; }),
                    Setter<bool>("gripper_return", kTruth,
                                 [](Model& m, bool value) { m.SetGripperReturn(value); }),
-                   "Whether grippers can grip it.")
+                   "Whether grippers can grip the model.")
       .def_prop_rw("speech", Getter([](Model& m) { return m.GetSayString(); }),
                    Setter<std::string>("speech", kText,
                                        [](Model& m, const std::string& text) { m.Say(text); }),
-                   "What the window shows beside it.");
+                   "The text that the window shows beside the model.");
 }
 
 void BindEnergy(nb::class_<ModelHandle>& model) {
@@ -209,41 +211,43 @@ void BindEnergy(nb::class_<ModelHandle>& model) {
           "mass", Getter([](Model& m) { return m.GetTotalMass() - m.GetMassOfChildren(); }),
           Setter<double>("mass", kNumber,
                          [](Model& m, double kg) { FailOnMessages([&] { m.SetMass(kg); }); }),
-          "Its own, kilograms, not negative.")
-      .def_prop_ro("energy", Getter([](Model& m) -> std::optional<double> {
-                     const PowerPack* const pack = m.FindPowerPack();
-                     if (!pack) return std::nullopt;
-                     return pack->GetStored();
-                   }),
-                   "Joules in its power pack, or in that of what carries it; None: there is none.")
+          "The model's own mass in kilograms, without its children. It can't be negative.")
+      .def_prop_ro(
+          "energy", Getter([](Model& m) -> std::optional<double> {
+            const PowerPack* const pack = m.FindPowerPack();
+            if (!pack) return std::nullopt;
+            return pack->GetStored();
+          }),
+          "Joules stored in the power pack of the model or of the model that carries it; None: "
+          "there is no power pack.")
       .def_prop_ro("energy_capacity", Getter([](Model& m) -> std::optional<double> {
                      const PowerPack* const pack = m.FindPowerPack();
                      if (!pack) return std::nullopt;
                      return pack->GetCapacity();
                    }),
-                   "Joules that there is room for in that power pack; None: there is none.")
+                   "Joules that this power pack can store; None: there is no power pack.")
       .def_prop_ro("subscribers", Getter([](Model& m) { return m.GetSubscriptionCount(); }),
-                   "How many want it to update. A model without any does nothing.")
+                   "Number of subscribers. A model without subscribers doesn't update.")
       .def(
           "subscribe",
           [](const ModelHandle& handle) { handle.Change([](Model& m) { m.Subscribe(); }); },
-          "Makes it update from now on.");
+          "Makes the model update from now on.");
 }
 
 void BindDriving(nb::class_<ModelHandle>& model) {
   model
-      .def_prop_ro("velocity",
-                   Getter([](Model& m) { return InPlane(AsPosition(m).GetVelocity()); }),
-                   "Of a position: forwards, to the left (m/s) and turning (rad/s), in force now.")
-      .def_prop_ro("odom_error", Getter([](Model& m) {
-                     const ModelPosition& position = AsPosition(m);
-                     const bool gps =
-                         position.GetLocalizationMode() == ModelPosition::LOCALIZATION_GPS;
-                     const Velocity error = gps ? Velocity() : position.GetOdomError();
-                     return Triple(error.x, error.y, error.a);
-                   }),
-                   "Of a position: what its odometry adds to its motion forwards, to the left and "
-                   "turning, as shares of it. 0 with GPS.")
+      .def_prop_ro(
+          "velocity", Getter([](Model& m) { return InPlane(AsPosition(m).GetVelocity()); }),
+          "Current velocity of a position model: forwards, to the left (m/s) and turning (rad/s).")
+      .def_prop_ro(
+          "odom_error", Getter([](Model& m) {
+            const ModelPosition& position = AsPosition(m);
+            const bool gps = position.GetLocalizationMode() == ModelPosition::LOCALIZATION_GPS;
+            const Velocity error = gps ? Velocity() : position.GetOdomError();
+            return Triple(error.x, error.y, error.a);
+          }),
+          "Odometry error of a position model: the share of each motion (forwards, to the left "
+          "and turning) that the odometry adds to it. 0 with GPS.")
       .def(
           "drive",
           [](const ModelHandle& handle, const CheckedArgument<double>& x,
@@ -256,7 +260,8 @@ void BindDriving(nb::class_<ModelHandle>& model) {
             });
           },
           nb::arg("x"), nb::arg("y") = 0.0, nb::arg("a") = 0.0,
-          "A position's speed from the next step on: forwards, to the left (m/s), turning (rad/s).")
+          "Sets the speed of a position model from the next step on: forwards, to the left (m/s) "
+          "and turning (rad/s).")
       .def(
           "go_to",
           [](const ModelHandle& handle, const CheckedArgument<double>& x,
@@ -268,11 +273,11 @@ void BindDriving(nb::class_<ModelHandle>& model) {
             });
           },
           nb::arg("x"), nb::arg("y"), nb::arg("a") = 0.0,
-          "Lets a position drive to that pose, in the frame of its odometry.")
+          "Lets a position model drive to the pose, which is in the frame of its odometry.")
       .def("add_sensor", &AddSensor, nb::arg("range"), nb::arg("fov"), nb::arg("samples"),
            nb::arg("pose") = Triple(0, 0, 0),
-           "Adds a sensor to a ranger: how far it sees (metres), its field of view (radians), its "
-           "rays, and its pose on the ranger.");
+           "Adds a sensor to a ranger. `range` is in metres, `fov` (the field of view) in radians; "
+           "`samples` is the number of rays, and `pose` the sensor's pose on the ranger.");
 }
 
 }  // namespace

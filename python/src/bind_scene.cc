@@ -48,9 +48,9 @@ std::optional<ModelHandle> FindById(Simulation& simulation, uint32_t id) {
 }  // namespace
 
 void BindScene(nb::module_& module, nb::class_<Simulation>& world) {
-  nb::class_<Thing>(
-      module, "Thing",
-      "What moves as a whole: a robot, or a model on the ground with what it carries.")
+  nb::class_<Thing>(module, "Thing",
+                    "A unit that moves as a whole: a robot, or another model on the ground with "
+                    "everything on it.")
       .def_ro("id", &Thing::id)
       .def_ro("name", &Thing::name)
       .def_ro("type", &Thing::type)

@@ -74,25 +74,30 @@ Place PoseInTree(const Model& model, Pose (Model::*local)() const, Pose (Model::
 void BindRangeSensor(nb::module_& module) {
   nb::class_<RangeSensor>(module, "RangeSensor", "One sensor of a ranger: see Model.sensors.")
       .def_ro("pose", &RangeSensor::pose,
-              "x, y, z (metres) and heading (radians) of where its rays begin, on the ranger.")
-      .def_ro("min_range", &RangeSensor::min_range, "Metres, as the world file says; no effect.")
-      .def_ro("range", &RangeSensor::range, "Metres: how far it sees.")
-      .def_ro("fov", &RangeSensor::fov,
-              "Radians, from the first sample to the last; no effect if there is one only.")
-      .def_ro("samples", &RangeSensor::samples, "How many rays it has.");
+              "x, y, z (metres) and heading (radians) of the origin of the rays, relative to the "
+              "ranger.")
+      .def_ro("min_range", &RangeSensor::min_range,
+              "Minimum range in metres, from the world file. It has no effect.")
+      .def_ro("range", &RangeSensor::range, "Maximum range in metres.")
+      .def_ro(
+          "fov", &RangeSensor::fov,
+          "Angle in radians between the first and the last ray; without effect for a single ray.")
+      .def_ro("samples", &RangeSensor::samples, "Number of rays.");
 }
 
 void BindView(nb::module_& module) {
-  nb::class_<View>(module, "View",
-                   "What a camera or a blobfinder looks at: see Model.view. Angles are radians.")
-      .def_ro("width", &View::width, "Of the picture, pixels.")
-      .def_ro("height", &View::height, "Of the picture, pixels.")
-      .def_ro("fov", &View::fov, "The angle that it is wide.")
-      .def_ro("vertical_fov", &View::vertical_fov, "The angle that it is high.")
-      .def_ro("near", &View::near, "Metres: nothing nearer is seen.")
-      .def_ro("far", &View::far, "Metres: nothing farther is seen.")
-      .def_ro("pan", &View::pan, "Where its middle points, to the left of the model's heading.")
-      .def_ro("tilt", &View::tilt, "How far it looks down.");
+  nb::class_<View>(
+      module, "View",
+      "The field of view of a camera or a blobfinder: see Model.view. Angles are in radians.")
+      .def_ro("width", &View::width, "Width of the image in pixels.")
+      .def_ro("height", &View::height, "Height of the image in pixels.")
+      .def_ro("fov", &View::fov, "Horizontal angle of view.")
+      .def_ro("vertical_fov", &View::vertical_fov, "Vertical angle of view.")
+      .def_ro("near", &View::near, "Distance in metres below which nothing is seen.")
+      .def_ro("far", &View::far, "Distance in metres above which nothing is seen.")
+      .def_ro("pan", &View::pan,
+              "Angle from the model's heading to the middle of the view, positive to the left.")
+      .def_ro("tilt", &View::tilt, "Angle by which the view points down.");
 }
 
 }  // namespace
@@ -101,30 +106,35 @@ void BindSensors(nb::module_& module, nb::class_<ModelHandle>& model) {
   BindRangeSensor(module);
   BindView(module);
   model
-      .def_prop_ro("interval", Getter([](Model& m) {
-                     return static_cast<double>(m.GetUpdateInterval()) / 1e6;
-                   }),
-                   "Seconds of simulated time between its updates; 0: in each step.")
-      .def_prop_ro("last_update",
-                   Getter([](Model& m) { return static_cast<double>(m.GetLastUpdate()) / 1e6; }),
-                   "Seconds: the time of the step in which it updated last. 0: it has not updated.")
-      .def_prop_ro("pose_in_tree", Getter([](Model& m) {
-                     return PoseInTree(m, &Model::GetPose, &Model::GetGlobalPose);
-                   }),
-                   "x, y, z (metres) and heading (radians) in the frame of the model that its tree "
-                   "of models stands on the ground with, such as the robot that carries it.")
-      .def_prop_ro("sensed_pose_in_tree", Getter([](Model& m) {
-                     return PoseInTree(m, &Model::GetSensedLocalPose, &Model::GetSensedPose);
-                   }),
-                   "Where it was in that frame when its tree sensed last: see sensed_pose. It "
-                   "differs from pose_in_tree while an actuator below it moves.")
-      .def_prop_ro("sensors", Getter([](Model& m) { return SensorsOf(m); }),
-                   "Of a ranger: its sensors, in the order of the file. TypeError if it is none.")
+      .def_prop_ro(
+          "interval",
+          Getter([](Model& m) { return static_cast<double>(m.GetUpdateInterval()) / 1e6; }),
+          "Seconds of simulated time between two updates of the model; 0: it updates in each step.")
+      .def_prop_ro(
+          "last_update",
+          Getter([](Model& m) { return static_cast<double>(m.GetLastUpdate()) / 1e6; }),
+          "Simulated time, in seconds, of the step in which the model last updated; 0: it has not "
+          "updated yet.")
+      .def_prop_ro(
+          "pose_in_tree",
+          Getter([](Model& m) { return PoseInTree(m, &Model::GetPose, &Model::GetGlobalPose); }),
+          "x, y, z (metres) and heading (radians) in the frame of the root of the model's tree, "
+          "such as the robot that carries a sensor. The root stands on the ground.")
+      .def_prop_ro(
+          "sensed_pose_in_tree", Getter([](Model& m) {
+            return PoseInTree(m, &Model::GetSensedLocalPose, &Model::GetSensedPose);
+          }),
+          "The value of pose_in_tree at the last update of the tree's sensors: see sensed_pose. "
+          "It differs from pose_in_tree while an actuator below the model moves.")
+      .def_prop_ro(
+          "sensors", Getter([](Model& m) { return SensorsOf(m); }),
+          "The sensors of a ranger, in the order of the file. Raises TypeError for other models.")
       .def_prop_ro("lines",
                    Getter([](Model& m) { return As<ModelBumper>(m, "bumper").bumper_count; }),
-                   "Of a bumper: how many touch lines it has. TypeError if it is none.")
-      .def_prop_ro("view", Getter([](Model& m) { return ViewOf(m); }),
-                   "Of a camera or a blobfinder. TypeError if it is neither.");
+                   "The number of touch lines of a bumper. Raises TypeError for other models.")
+      .def_prop_ro(
+          "view", Getter([](Model& m) { return ViewOf(m); }),
+          "The field of view of a camera or a blobfinder. Raises TypeError for other models.");
 }
 
 }  // namespace Stg::python

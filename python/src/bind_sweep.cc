@@ -147,7 +147,7 @@ void BindSweep(nb::module_& module, nb::class_<Simulation>& world) {
       "set_controller_arguments", [](const std::string& text) { World::ctrlargs = text; },
       nb::arg("text"));
   module.def("places_in_log", &PlacesInLog, nb::arg("file"));
-  nb::class_<WorldLog>(module, "Recorder", "A log of a world, as stage --log has it.")
+  nb::class_<WorldLog>(module, "Recorder", "Writes a log of a world, like stage --log.")
       .def("finish", [](WorldLog& log) { Recording([&] { log.Finish(); }); });
   world.def("figures", &FiguresOf)
       .def("record", &Record, nb::arg("file"), nb::arg("every").none(), nb::arg("robots"),

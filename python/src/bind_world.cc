@@ -194,19 +194,22 @@ Snapshot SnapshotOf(const nb::bytes& bytes) {
 }
 
 void BindSnapshot(nb::module_& module) {
-  nb::class_<Snapshot>(module, "Snapshot",
-                       "The state of a world at one moment. It never changes; it can be pickled, "
-                       "and restored in another process.")
+  nb::class_<Snapshot>(
+      module, "Snapshot",
+      "The state of a world at one moment. A snapshot never changes; it can be pickled, "
+      "and another process can restore it.")
       .def_prop_ro(
           "time", [](const Snapshot& s) { return static_cast<double>(s.time()) / 1e6; },
-          "Simulated, when it was taken, seconds.")
-      .def_prop_ro("size", &Snapshot::size, "Bytes that it takes.")
+          "Simulated time of the snapshot in seconds.")
+      .def_prop_ro("size", &Snapshot::size, "Size of the snapshot in bytes.")
       .def_prop_ro("hash", &Snapshot::hash,
-                   "A number of the state: equal for snapshots of the same kind and state.")
-      .def("to_bytes", &BytesOf, "What `stage --save-snapshot` writes into a file.")
-      .def_static("from_bytes", &SnapshotOf, nb::arg("data"),
-                  "Reads what to_bytes() made. Raises StageError if it is something else. Read "
-                  "data of your own only.")
+                   "A hash of the state: equal for snapshots of the same kind and state.")
+      .def("to_bytes", &BytesOf,
+           "Returns the snapshot as bytes, in the format of `stage --save-snapshot`.")
+      .def_static(
+          "from_bytes", &SnapshotOf, nb::arg("data"),
+          "Reads a snapshot from the bytes of to_bytes(). Raises StageError for other data. Read "
+          "only data from a source that you trust.")
       .def("__getstate__", &BytesOf)
       .def("__setstate__",
            [](Snapshot& s, const nb::bytes& bytes) { new (&s) Snapshot(SnapshotOf(bytes)); });

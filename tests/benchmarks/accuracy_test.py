@@ -476,7 +476,7 @@ class BenchmarkTest(unittest.TestCase):
             report = (Path(folder) / "report.md").read_text(encoding="utf-8")
             for part in ("commit: abc", "obstacle avoidance in swarms", "### Contact",
                          "All runs end in the same state", "distinguishable?",
-                         "its measurements are not at hand"):
+                         "its measurements are not available"):
                 self.assertIn(part, report)
             for line in report.splitlines():
                 if line.startswith("!["):

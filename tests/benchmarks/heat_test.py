@@ -143,7 +143,7 @@ class HeatTest(MeterTestCase):
                 with mock.patch.object(Begun, "end"), self.assertRaises(SystemExit):
                     measurer().do(job, None)
         for job in (first, second):  # neither may hide the other
-            self.assertRegex(measurer().do(job, None).error, "begun 3 times and never ended")
+            self.assertRegex(measurer().do(job, None).error, "started 3 times without ever ending")
         self.assertEqual(Begun(self.root).attempts(first.key), MOST_ATTEMPTS)
         (self.root / "begun.json").write_text("\0\0", encoding="utf-8")
         with self.assertRaises(SystemExit):
@@ -174,7 +174,7 @@ class HeatTest(MeterTestCase):
         self.assertIn("**The chip was throttled** in 1 of 2 runs", text)
         self.assertIn("| cave | 10 | host, 1 thread | 1 | 85.0 | low voltage |", text)
         text = report_text(Series([cool]), [], {}, "")
-        self.assertIn("Nothing said that the chip was throttled.", text)
+        self.assertIn("No sensor reported that the chip was throttled.", text)
         text = report_text(Series([made_up(cooling_seconds=0.0)]), [], {}, "")
         self.assertIn("whether it was throttled is not known", text)
         self.assertNotIn("Heat and clock", report_text(Series([made_up()]), [], {}, ""))

@@ -389,7 +389,7 @@ class StoreTest(unittest.TestCase):
 
     def test_other_columns_are_refused(self) -> None:
         self.path.write_text("a,b\n1,2\n", encoding="utf-8")
-        with self.assertRaisesRegex(store.StoreError, "its columns are not"):
+        with self.assertRaisesRegex(store.StoreError, "its columns differ"):
             store.RawFile(self.path)
 
 

@@ -122,7 +122,7 @@ class SeriesTest(unittest.TestCase):
         self.assertIn("Only 1 repeat of each run: spreads", report.read_text(encoding="utf-8"))
         self.series("--repeats", 3, "--backends", "cl:gpu")
         text = report.read_text(encoding="utf-8")
-        self.assertIn("Only 1 repeat of each run of host, 1 thread: its spreads say little", text)
+        self.assertIn("Only 1 repeat of each run of host, 1 thread: its spreads mean little", text)
         self.assertEqual(text.count("Only "), 1)
         self.series("--repeats", 3)
         self.assertNotIn("Only ", report.read_text(encoding="utf-8"))
@@ -157,7 +157,7 @@ class SeriesTest(unittest.TestCase):
         with mock.patch.dict(os.environ, {"FAKE_INTERRUPT": "6"}):
             status, _, err = self.series()
         self.assertEqual(status, 130)
-        self.assertIn("the same command goes on", err)
+        self.assertIn("the same command continues", err)
         self.assertEqual(len(read_records(self.raw)[0]), 5)
         self.assertEqual(self.series()[0], 0)
         self.assertEqual(len(self.calls()), 6 + 6)
@@ -165,7 +165,7 @@ class SeriesTest(unittest.TestCase):
     def test_time_limit_stops_before_a_run(self) -> None:
         status, _, err = self.series("--time-limit", "0.00001")
         self.assertEqual((status, self.calls()), (3, []))
-        self.assertIn("the time limit came first", err)
+        self.assertIn("the time limit was reached", err)
         self.assertEqual(self.series("--time-limit", 5)[0], 0)
 
     def test_one_series_at_a_time(self) -> None:
@@ -329,7 +329,7 @@ class ReportTest(unittest.TestCase):
             self.assertIn("assumed", unit)
 
     def test_paper_is_quoted_and_losses_are_shown(self) -> None:
-        self.assertIn("only these are at hand", self.text)
+        self.assertIn("the known figures of", self.text)
         losses = self.text[self.text.index("### Where OpenCL loses"):].split("\n## ")[0]
         self.assertIn("| cave | OpenCL, PoCL on the CPU | host, 1 thread |", losses)
 

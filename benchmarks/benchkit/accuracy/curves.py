@@ -104,7 +104,7 @@ def draw_panel(figure: object, axes: object, drawn: Sequence[Marker],
                    [*errors, *(value for _, value in lines)])
     front = sorted((m.speed, e) for m, e, keep in zip(drawn, errors, keeps) if keep)
     axes.plot([x for x, _ in front], [y for _, y in front], color="#444444", linewidth=1,
-              linestyle="--", zorder=1, label="none is both faster and more exact")
+              linestyle="--", zorder=1, label="no other is both faster and more accurate")
     for series in dict.fromkeys(m.series for m in drawn):
         if series:
             axes.plot([], [], MARKERS[series], color=COLOURS[series], label=f"ray model {series}")
@@ -118,7 +118,7 @@ def draw_panel(figure: object, axes: object, drawn: Sequence[Marker],
         axes.plot([], [], "o", color=GREY, label="beaten by another setting")
     if min(m.error for m in drawn) < FLOOR:
         axes.axhline(FLOOR, color=GREY, linewidth=0.8, linestyle=":",
-                     label=f"drawn here: anything below {metres(FLOOR)}")
+                     label=f"values below {metres(FLOOR)} are drawn here")
     figure.canvas.draw()  # leaves space for labels
     for name, value in lines:
         axes.axhline(value, color="#7a4fa3", linewidth=1, linestyle=(0, (1, 1)))

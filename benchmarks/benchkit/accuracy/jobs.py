@@ -199,8 +199,8 @@ class Benchmark:
             poses = self.programs.poses(world, ["--seconds", "12", "--every", "12", "--speed",
                                                 "0.2"])
             if not poses.stalled[-1].all():
-                raise RunError(f"contact, cells of {cell:g} m: found robots that no wall has "
-                               "stopped, expected none")
+                raise RunError(f"contact, cells of {cell:g} m: found robots that were not stopped "
+                               "by a wall, expected none")
             gaps = [a.gap(*pose) for a, pose in zip(wanted, zip(poses.x[-1], poses.y[-1],
                                                                 poses.a[-1]))]
             return [{"cell": f"{cell:g}", "robots": len(gaps), "gap_least": min(gaps),

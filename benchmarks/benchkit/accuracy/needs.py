@@ -22,14 +22,15 @@ class Need:
 
 
 CONTACT = Limit("contact_p95", 0.1, "p95 of gaps at contact at most 0.1 m")
-SAME_SCORES = Limit("changed_scores", 0, "no score that can be told from the finest setting's, or "
-                                         "differs by more than the spread between seeds")
+SAME_SCORES = Limit("changed_scores", 0, "no score that differs significantly from the finest "
+                                         "setting's, or by more than the spread between seeds")
 
 NEEDS = (
     Need("obstacle avoidance in swarms",
-         "The controller `disperse` keeps 0.1 m clear of everything. What is near has to be right "
-         "to half of that, and must not be overlooked; what sampling and age add may use up the "
-         "whole of it, and so may the distance at which cells stop a robot that drives at a wall.",
+         "The controller `disperse` keeps 0.1 m clear of everything. Readings of near objects must "
+         "not miss a hit, and their errors must stay below half of that distance. Errors from "
+         "sampling and from age may each reach the whole distance, and so may the gap at which "
+         "cells stop a robot that drives at a wall.",
          {"cells": (Limit("near_p95", 0.05, "p95 of errors up to 2 m at most 0.05 m"),
                     Limit("missed_share", 0.001, "at most 0.1 % of readings miss a hit"), CONTACT),
           "samples": (Limit("near_p95", 0.1, "p95 between beams up to 2 m at most 0.1 m"),),
@@ -37,15 +38,15 @@ NEEDS = (
           "step": (Limit("drive_p95", 0.05, "p95 off the true arc at most 0.05 m"),)}),
     Need("scan matching, mapping",
          "Laser scanners scatter by 1 cm to 3 cm. The simulator's own error should stay below "
-         "that, for it does not average out; and a map must not get hits that are not there. "
-         "Robots have to get through doors.",
+         "that, because it does not average out. A map must not contain false hits, and robots "
+         "have to fit through doors.",
          {"cells": (Limit("p95", 0.01, "p95 of all errors at most 0.01 m"),
-                    Limit("lost_share", 0.001, "at most 0.1 % of readings missed, made up, or of "
-                                               "another object"), CONTACT),
+                    Limit("lost_share", 0.001, "at most 0.1 % of readings missed, false, or of the "
+                                               "wrong object"), CONTACT),
           "samples": (Limit("p50", 0.01, "median between beams at most 0.01 m"),),
           "interval": (Limit("p95", 0.05, "p95 of held readings at most 0.05 m"),),
           "step": (Limit("drive_p95", 0.02, "p95 off the true arc at most 0.02 m"),)}),
     Need("what-if on a small board",
-         "Only what the swarm achieves counts, not any one reading.",
+         "Only the result of the swarm counts, not single readings.",
          {knob: (SAME_SCORES,) for knob in ("cells", "samples", "interval", "step")}),
 )

@@ -48,7 +48,7 @@ class Programs:
             environment["STAGE_CL_HITS"] = str(setting.hits)
         done = run_stage(self.stage, world, seconds, options, environment)
         if setting.hits and not (done.stats.get("opencl") or {}).get("steps_on_device"):
-            raise RunError("the OpenCL device did no step: " + done.warnings[:200])
+            raise RunError("the OpenCL device computed no step: " + done.warnings[:200])
         return {**done.stats, "state_hash": done.state_hash}
 
     def truth(self, world: Path, options: list[str], seed: int) -> dict[str, object]:

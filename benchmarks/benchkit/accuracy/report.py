@@ -102,10 +102,10 @@ class Report:
     def head(self) -> str:
         facts = "\n".join(f"* {name}: {value}" for name, value in self.facts.items())
         messages = "".join(f"\n**{message}**\n" for message in self.messages)
-        return ("<!-- SPDX-License-Identifier: GPL-2.0-or-later -->\n# Accuracy and speed\n\n"
-                "What each knob costs in accuracy and gains in speed. Written by "
+        return ("<!-- SPDX-License-Identifier: GPL-2.0-or-later -->\n# Accuracy and speed\n\nHow "
+                "much accuracy each knob costs, and how much speed it gains. Written by "
                 "`benchmarks/accuracy`; `docs/accuracy.md` explains the knobs, and the end of this "
-                f"page the figures.\n\n{facts}\n{messages}")
+                f"page explains the figures.\n\n{facts}\n{messages}")
 
     # ---- recommendations ----
 
@@ -117,16 +117,16 @@ class Report:
                              "; ".join(limit.text for limit in limits),
                              *self._recommended(knob, limits)])
         reasons = "\n".join(f"* **{need.name}.** {need.why}" for need in NEEDS)
-        return ("\n## Which setting for which need\n\nThe fastest of the measured settings that "
-                "keeps the condition in every scene. Each knob was turned alone, so take the rows "
-                "of a need together as a start, and check.\n\n"
-                + table(["need", "knob", "condition", "take", "what it has", "r_ACC"], rows)
+        return ("\n## Which setting for which need\n\nThe table lists the fastest measured setting "
+                "that meets the condition in every scene. Each knob was varied alone, so combine "
+                "the rows of a need as a starting point, and check the result.\n\n"
+                + table(["need", "knob", "condition", "setting", "its figures", "r_ACC"], rows)
                 + f"\nWhere the conditions come from:\n\n{reasons}\n")
 
     def _recommended(self, knob: str, limits: Sequence) -> list[str]:
         best = recommend(self.results.candidates(knob), limits)
         if best is None:
-            return ["none of those measured", "–", "–"]
+            return ["none of the measured ones", "–", "–"]
         has = []
         for limit in limits:
             value = best.figures[limit.figure]
@@ -142,9 +142,9 @@ class Report:
 
     def cells(self) -> str:
         parts = ["\n## Cell size and ray model\n\nRobots stand still, so that every setting sees "
-                 "the same scene. *Lost*: hits that were missed, made up, or are another object's, "
-                 "as a share of all readings. Settings in grey are beaten: another one is both "
-                 "faster and more exact; the short bars reach from the slowest to the fastest "
+                 "the same scene. *Lost*: the share of readings with a missed hit, a false hit, or "
+                 "a hit on the wrong object. Settings in grey are beaten: another setting is both "
+                 "faster and more accurate. The short bars reach from the slowest to the fastest "
                  "repeat.\n"]
         if not self.facts.get("ray models", "").startswith("cell, exact"):
             parts.append("\n*The program has no `--ray-model` yet: rows of the model `exact` are "
@@ -162,9 +162,9 @@ class Report:
                 rows.append([f"{cell:g} m", *(length(gaps[n]) for n in ("least", "p50", "p95",
                                                                         "most"))])
         return ("\n### Contact\n\nBodies meet where they share a cell, whatever the ray model. "
-                "Robots drive straight at walls, in all directions, at up to 50° to the wall, in "
-                "steps of 2 mm, until they are stopped. The gap that is left; negative: so deep is "
-                "the robot in the wall.\n\n"
+                "Robots drive straight at walls in steps of 2 mm, at up to 50° from the "
+                "perpendicular, until they are stopped. The table shows the remaining gap; if it "
+                "is negative, the robot is inside the wall.\n\n"
                 + table(["cells", "least", "p50", "p95", "most"], rows))
 
     def _cells_of(self, scene: str) -> str:
@@ -226,18 +226,19 @@ class Report:
     # ---- the other knobs ----
 
     def samples(self) -> str:
-        text = ("A sensor with few samples says nothing of what is between its beams. Error: at "
-                f"{self.results.plan.bearings} bearings over the field of view, the reading "
-                "interpolated between the two neighbouring beams, against the true distance there. "
-                "No hit counts as the maximum range. Sensors of a single beam are left out. So the "
-                "greatest errors are those where one beam hits and the next one does not.")
+        text = ("A sensor with few samples has no information about the space between its beams. "
+                f"Error: at {self.results.plan.bearings} bearings over the field of view, the "
+                "difference between the true distance and the value interpolated from the two "
+                "neighbouring beams. A beam without a hit counts as the maximum range, so the "
+                "greatest errors occur where one beam hits something and the next one does not. "
+                "Sensors with a single beam are left out.")
         return self._one_knob("samples", text, "between the beams")
 
     def interval(self) -> str:
-        text = ("A sensor that looks less often leaves its user with old readings. Error: what the "
-                "sensor holds at the beginning of a step, after sensing, against what is true "
-                "then, with robots that wander at up to 0.4 m/s and turn at 0.5 rad/s. All ages "
-                "come equally often: 0 to one interval less a step.")
+        text = ("The longer the interval, the older the readings that a controller gets. Error: "
+                "the difference between the reading at the beginning of a step, after sensing, and "
+                "the true distance at that time. Robots wander at up to 0.4 m/s and turn at 0.5 "
+                "rad/s. All ages, from 0 to one step less than the interval, occur equally often.")
         return self._one_knob("interval", text, "of held readings")
 
     def _one_knob(self, knob: str, text: str, what: str) -> str:
@@ -283,7 +284,7 @@ class Report:
                  for p in ("p50", "p95")]
         name = f"ages-{scene}.png"
         curves.bins(self.folder / name, f"Errors by age: {scene}, {setting.label('interval')}",
-                    [("by the time since the sensor looked", [n for n, _ in bins], lines)],
+                    [("by the age of the reading", [n for n, _ in bins], lines)],
                     "error")
         return "\n" + self.picture(name, f"Errors by age: {scene}")
 
@@ -291,11 +292,12 @@ class Report:
         sweep = self.results.sweeps.get("step")
         if not sweep:
             return ""
-        parts = [f"\n## {title_of('step')}\n\nIn each step a robot drives straight, then "
-                 "turns. Error: one robot in the open at constant speed and turn rate, each second "
-                 "for a minute, against the exact arc; p50 is the median of five commands (0.2 to "
-                 "1 m/s, 0.2 to 1.5 rad/s), p95 and max are those of the worst. Sensors and "
-                 "controllers keep their interval of 100 ms, or one step if that is longer.\n"]
+        parts = [f"\n## {title_of('step')}\n\nIn each step a robot drives straight, then turns. "
+                 "Error: the distance between a robot with constant speed and turn rate, without "
+                 "obstacles, and the exact arc, once per second for a minute. p50 is the median of "
+                 "five commands (0.2 to 1 m/s, 0.2 to 1.5 rad/s); p95 and max are the worst "
+                 "command's. The interval of sensors and controllers stays 100 ms, or is one step "
+                 "if that is longer.\n"]
         for scene in self.results.scenes("step"):
             rows, markers = [], []
             for setting in sweep.settings:
@@ -318,8 +320,8 @@ class Report:
         sweep = self.results.sweeps.get(knob)
         if not sweep:
             return title + "Not measured: there is no OpenCL device on the CPU here.\n"
-        parts = [title + "Speed only: results may not change, and the state hashes of all runs "
-                 "were compared.\n"]
+        parts = [title + "This knob changes only the speed, never the results: the state hashes of "
+                         "all runs were compared.\n"]
         for scene in self.results.scenes(knob):
             rows = [[s.label(knob), *speed_cells(self.results, scene, s)] for s in sweep.settings]
             hashes = self.results.hashes(knob, scene)
@@ -333,19 +335,19 @@ class Report:
     def downstream(self) -> str:
         plan = self.results.plan
         parts = [f"\n## Does it matter in the end?\n\n{plan.score_robots} swarmers start in a "
-                 "corner of the room of boxes and run for "
-                 f"{plan.score_seconds:g} simulated seconds, with {plan.score_seeds} seeds "
-                 "(another room each). *Difference*: from the finest setting of the knob, seed by "
-                 "seed, mean. *Spread*: standard deviation of the finest setting's score between "
-                 "seeds; a difference far below it is lost in what chance does anyway. "
-                 "*Distinguishable*: Student's test of the paired differences, 5 % after Holm's "
-                 "correction over the table. *Stalled*: robots that are blocked at the end. "
-                 "Controllers act when their sensor has looked, and `wander` counts its turns in "
-                 "such updates: with a longer interval, or steps longer than that, it also turns "
-                 "for longer, and that is part of the differences. "
-                 f"With {plan.score_seeds} seeds a difference has to be about "
+                 f"corner of the room with boxes and run for {plan.score_seconds:g} simulated "
+                 f"seconds, with {plan.score_seeds} seeds (a different room each). *Difference*: "
+                 "mean over the seeds of the difference from the finest setting of the knob. "
+                 "*Spread*: standard deviation of the finest setting's score between seeds; a "
+                 "difference far below the spread doesn't matter in practice. *Distinguishable*: "
+                 "Student's test of the paired differences, at a level of 5 % after Holm's "
+                 "correction over the table. *Stalled*: share of robots that are blocked at the "
+                 "end. Controllers act when their sensor has updated, and `wander` counts its "
+                 "turns in such updates. With a longer interval, or a longer step, it therefore "
+                 "also turns for longer, and the differences include this effect. With "
+                 f"{plan.score_seeds} seeds a difference has to be about "
                  f"{detectable(plan.score_seeds):.1f} times the scatter of the paired differences "
-                 "to show in a single test.\n"]
+                 "to be significant in a single test.\n"]
         for knob in ("cells", "samples", "interval", "step"):
             if knob in self.results.sweeps:
                 parts.append(f"\n### {title_of(knob)}\n")
@@ -374,11 +376,11 @@ class Report:
         if not any(lines for _, lines in panels):
             return ""
         name = f"drift-{knob}.png"
-        curves.drifts(self.folder / name, f"How far runs drift from the finest one: {KNOBS[knob]}",
+        curves.drifts(self.folder / name, f"Drift from the finest run: {KNOBS[knob]}",
                       NUDGED, panels)
-        extra = ("The dotted line shows how runs drift apart that differ in nothing but a "
-                 "millionth of a metre at the start: where it has come up to the others, a "
-                 "trajectory says nothing of the setting. Distances below 1 µm are drawn there.\n")
+        extra = ("The dotted line shows the drift between runs that differ only by a millionth of "
+                 "a metre at the start. Once it has reached the other lines, a trajectory contains "
+                 "no information about the setting. Distances below 1 µm are drawn as 1 µm.\n")
         return ("\n" + self.picture(name, f"Drift: {KNOBS[knob]}")
                 + (f"\n{extra}" if knob == "cells" else ""))
 
@@ -386,15 +388,15 @@ class Report:
 
     def stage_4(self) -> str:
         if not self.reference:
-            return ("\n## Stage 4.3\n\nLeft out: its measurements are not at hand (environment "
+            return ("\n## Stage 4.3\n\nLeft out: its measurements are not available (environment "
                     "variable STAGE_SHARED_DIR).\n")
         rows = [[title, f"{f['readings']:.0f}", f"{f['missed']:.0f}", f"{f['false']:.0f}",
                  *(length(f[c]) for c in ERROR_COLUMNS), share(f["over_0.1"])]
                 for title, f in self.reference]
-        return ("\n## Stage 4.3\n\nIts published readings of a scene of 40 rotated boxes and 12 "
-                "robots (cells of 0.02 m, range 12 m), against the same truth, and this program's "
-                "in that scene. That scene is not the `boxes` above, and no speed is known of "
-                "it.\n\n"
+        return ("\n## Stage 4.3\n\nThe table compares the published readings of Stage 4.3, for a "
+                "scene of 40 rotated boxes and 12 robots (cells of 0.02 m, range 12 m), with those "
+                "of this program in the same scene. Both errors refer to the same truth. The scene "
+                "is not the `boxes` above, and the speed of Stage 4.3 in it is unknown.\n\n"
                 + table(["", "readings", "missed", "false", *ERROR_COLUMNS, "over 0.1 m"], rows))
 
     def definitions(self) -> str:

@@ -32,7 +32,7 @@ class Setting:
         """Name among the settings of one knob."""
         return {
             "cells": f"{self.cell:g} m, {self.ray_model}",
-            "samples": f"{self.samples} samples" if self.samples else "samples as they come",
+            "samples": f"{self.samples} samples" if self.samples else "default samples",
             "interval": f"{self.interval} ms",
             "step": f"{self.step} ms",
             "hits": f"{self.hits} hits" if self.hits else "no OpenCL",

@@ -94,7 +94,7 @@ class Campaign:
                            f"{record.error}")
         if self._failures[record.backend] == MOST_FAILURES:
             self._progress.say(f"series: {record.backend} failed {MOST_FAILURES} times in a row; "
-                               "it is left out from here on")
+                               "it is left out from now on")
 
 
 def write_report(folder: Path, records: list[Record]) -> int:
@@ -129,7 +129,7 @@ def default_folder(machine: Machine) -> Path:
 def report_only(options: argparse.Namespace) -> int:
     folder = options.output or default_folder(this_machine(list_devices(options.stage)))
     if not (folder / RAW_FILE).exists():
-        raise CampaignError(f"{folder / RAW_FILE} does not exist: no series was run there")
+        raise CampaignError(f"{folder / RAW_FILE} does not exist: no series was run in this folder")
     return write_report(folder, read_records(folder / RAW_FILE)[0])
 
 
@@ -159,13 +159,13 @@ def run_campaign(options: argparse.Namespace, progress: Progress) -> int:
         check_same(raw.records, {**vars(now), "meter": meter_name}, options.mix)
         report.add_facts(folder, machine.as_json())
         if raw.was_cut:
-            progress.say("series: the last line of raw.csv was cut off; its run is done again")
+            progress.say("series: the last line of raw.csv was cut off; its run is repeated")
         with tempfile.TemporaryDirectory(prefix="stage-worlds-") as worlds:
             measurer = Measurer(options.stage, Worlds(Path(worlds), SEED), now, meter, heat,
                                 Begun(folder))
             finished = Campaign(plan, raw, measurer.do, progress).run(end)
     except KeyboardInterrupt:
-        progress.say(f"series: stopped; the same command goes on, {folder} has "
+        progress.say(f"series: stopped; the same command continues, {folder} has "
                      f"{len(raw.records)} runs (--report-only reports them)")
         return INTERRUPTED
     finally:
@@ -173,7 +173,7 @@ def run_campaign(options: argparse.Namespace, progress: Progress) -> int:
         raw.close()
     status = write_report(folder, raw.records)
     if not finished:
-        print("series: the time limit came first; the same command goes on", file=sys.stderr)
+        print("series: the time limit was reached; the same command continues", file=sys.stderr)
     return status if status != DONE or finished else UNFINISHED
 
 

@@ -47,8 +47,9 @@ class Measurer:
         if self.heat is None or self.begun is None:
             return self._do(job, time_limit)
         if self.begun.attempts(job.key) >= MOST_ATTEMPTS:
-            return Record(**self._known(job), error=f"begun {MOST_ATTEMPTS} times and never ended: "
-                          f"did the machine restart? Without {BEGUN_FILE} it is tried again")
+            return Record(**self._known(job), error=f"started {MOST_ATTEMPTS} times without ever "
+                                                    "ending: did the machine restart? Delete "
+                                                    f"{BEGUN_FILE} to try again")
         self.begun.begin(job.key)
         try:
             self.heat.cool_down()

@@ -22,44 +22,44 @@ MOST_THREADS = 1024  # of the stage program
 
 DESCRIPTION = """\
 Measures how fast the stage program simulates populations of robots, with and without OpenCL, and
-what energy that takes, and writes a report with tables and plots: r_ACC (robots x simulated seconds
-/ real seconds) and r_EPSS (joules for each simulated robot second), break-even, phases, memory.
+how much energy it needs. Writes a report with tables and plots of r_ACC (robots x simulated seconds
+/ real seconds), r_EPSS (joules per simulated robot second), break-even points, phases and memory.
 """
 
 EPILOG = """\
 backends
-  host1         the host, 1 thread: what everything is compared with
-  hostN         the host, a thread for each core
-  host:THREADS  the host, so many threads
+  host1         the host with 1 thread, to which all other backends are compared
+  hostN         the host with one thread per core
+  host:THREADS  the host with THREADS threads
   cl:DEVICE     every step on an OpenCL device (--opencl=DEVICE --opencl-always); `stage
-                --opencl=list` shows the devices, cl:gpu and cl:cpu are the first of their kind
+                --opencl=list` lists the devices; cl:gpu and cl:cpu are the first of their kind
   auto          --opencl: the program finds out which steps are faster on the best device
 
 files in the folder
-  raw.csv       a line for each finished run; never changed, only added to
-  machine.json  what the machine is
-  report.md     the report; the plots are the PNG files beside it
+  raw.csv       one line per finished run; lines are only added, never changed
+  machine.json  a description of the machine
+  report.md     the report; its plots are PNG files in the same folder
 
 resuming
-  The same command goes on where a series was cut off (Ctrl-C, --time-limit, a power cut); a larger
-  --repeats or more populations add to what is there. All backends simulate the same seconds of the
-  same world, so their state hashes must be equal; a difference is reported, and is a failure.
+  If a series is interrupted (Ctrl-C, --time-limit, a power cut), the same command continues it. A
+  larger --repeats or more populations add runs to the folder. All backends simulate the same world
+  for the same time, so their state hashes must be equal; a difference is reported as a failure.
 
 examples
-  benchmarks/series                                 all of it, under 10 minutes with 2 cores
-  benchmarks/series --long --worlds cave            figures to be quoted, overnight
-  benchmarks/series --board --long --worlds cave    the same on a board, which may get too hot
+  benchmarks/series                                 everything, in less than 10 minutes with 2 cores
+  benchmarks/series --long --worlds cave            figures for publication, overnight
+  benchmarks/series --board --long --worlds cave    the same on a board that may overheat
   benchmarks/series --populations 100,1000 --backends host1,cl:gpu --repeats 5 -o /tmp/try
   benchmarks/series --populations cave=10,100 --populations hospital=1000
-  benchmarks/series --meter constant:12             a power that you know, labelled as assumed
-  benchmarks/series --report-only -o FOLDER         the report again, nothing is run
+  benchmarks/series --meter constant:12             a known power, labelled as assumed
+  benchmarks/series --report-only -o FOLDER         only the report, from finished runs
 
 exit status
-  0    all runs are done, all state hashes are equal
-  1    a run failed, or state hashes differ; the report says which
-  2    wrong options, or the folder cannot take these runs
-  3    --time-limit came first; the same command goes on
-  130  Ctrl-C; the same command goes on
+  0    all runs succeeded, all state hashes are equal
+  1    a run failed, or state hashes differ; the report has details
+  2    invalid options, or the folder can't take these runs
+  3    the --time-limit was reached; the same command continues
+  130  Ctrl-C; the same command continues
 """
 
 
@@ -127,41 +127,47 @@ def read_command_line(words: list[str] | None = None) -> argparse.Namespace:
                            formatter_class=argparse.RawDescriptionHelpFormatter)
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--short", action="store_true",
-                      help="runs of a second or two, less than 10 minutes in all (default)")
+                      help="runs of one or two seconds, less than 10 minutes in total (default)")
     form.add_argument("--long", action="store_true",
-                      help=f"{LONG_SECONDS:g} simulated seconds a run, as in the paper: hours")
+                      help=f"{LONG_SECONDS:g} simulated seconds per run, as in the paper; takes "
+                           "hours")
     form.add_argument("--seconds", type=simulated, metavar="S",
-                      help="S simulated seconds a run")
+                      help="S simulated seconds per run")
     parser.add_argument("--worlds", type=world_list, default=list(POPULATIONS), metavar="LIST",
                         help="worlds of tools/populate (default: cave,hospital)")
     parser.add_argument("--populations", type=population_list, action="append", default=[],
-                        metavar="[WORLD=]LIST", help="numbers of robots, of all worlds or of one "
-                        "(default: cave 1,2,5,... to 2000, hospital to 10000)")
-    parser.add_argument("--backends", metavar="LIST", help="what traces the rays, see below "
-                        "(default: host1,hostN, each OpenCL device, auto)")
+                        metavar="[WORLD=]LIST", help="numbers of robots, for all worlds or for one "
+                                                     "(default: 1,2,5,... up to 2000 in the cave "
+                                                     "and 10000 in the hospital)")
+    parser.add_argument("--backends", metavar="LIST", help="devices that trace the rays, see below "
+                                                           "(default: host1,hostN, each OpenCL "
+                                                           "device, auto)")
     parser.add_argument("--repeats", type=repeat_count, default=3, metavar="N",
-                        help="runs of each point (default: 3)")
-    parser.add_argument("--meter", default="auto", metavar="SPEC", help="energy meter: auto, none, "
-                        "rapl, nvml, constant:WATTS, ... (default: auto, the best there is)")
-    parser.add_argument("--board", action="store_true", help="unattended, on a board: let the chip "
-                        "cool down before each run, and record its heat, its clock and whether it "
-                        "was throttled")
+                        help="runs per world, population and backend (default: 3)")
+    parser.add_argument("--meter", default="auto", metavar="SPEC",
+                        help="energy meter: auto, none, rapl, nvml, constant:WATTS, ... (default: "
+                             "auto, the best available)")
+    parser.add_argument("--board", action="store_true",
+                        help="for boards: let the chip cool down before each run, and record its "
+                             "temperature, its clock and whether it was throttled")
     parser.add_argument("--cool", type=positive("a temperature in degrees Celsius"), metavar="C",
-                        default=COOL_CELSIUS, help="with --board: cool enough for the next run; it "
-                        "also begins when the chip gets no cooler, and after "
-                        f"{MOST_COOLING / 60:g} minutes (default: {COOL_CELSIUS:g})")
+                        default=COOL_CELSIUS, help="with --board: start the next run at this "
+                                                   "temperature, or when the chip stops cooling "
+                                                   f"down, or after {MOST_COOLING / 60:g} minutes "
+                                                   f"(default: {COOL_CELSIUS:g})")
     parser.add_argument("--root", type=Path, default=Path("/"), metavar="FOLDER",
-                        help="with --board: look for sys/ there instead of in / (for tests)")
+                        help="with --board: look for sys/ in FOLDER instead of in / (for tests)")
     parser.add_argument("-o", "--output", type=Path, metavar="FOLDER",
-                        help="where results are kept (default: benchmarks/results/MACHINE)")
-    parser.add_argument("--mix", action="store_true", help="go on in a folder whose runs are of "
-                        "another commit, build or machine; the report says so")
+                        help="folder for the results (default: benchmarks/results/MACHINE)")
+    parser.add_argument("--mix", action="store_true", help="continue in a folder with runs of "
+                                                           "another commit, build or machine; the "
+                                                           "report will mention it")
     parser.add_argument("--report-only", action="store_true",
-                        help="run nothing, report what is there")
+                        help="run nothing, only write the report")
     parser.add_argument("--time-limit", type=positive("a time in minutes"), metavar="MINUTES",
-                        help="begin no run that is expected to end later than that")
+                        help="start no run that is expected to end later than this")
     parser.add_argument("--stage", type=Path, default=ROOT / "build/release/bin/stage",
-                        metavar="PROGRAM", help="the program (default: that of the release build)")
+                        metavar="PROGRAM", help="the program (default: from the release build)")
     options = parser.parse_args(words)
     options.form = "long" if options.long else \
         f"{options.seconds:g} s" if options.seconds else "short"

@@ -156,7 +156,7 @@ def draw_paper(axis: "Axes", value: float, words: str) -> None:
     axis.axhline(value, color=PAPER_COLOUR, linestyle=(0, (6, 3)), linewidth=1.2,
                  label=f"{PAPER} (Exynos, Mali GPU): {words}")
     axis.axvline(PAPER_ROBOTS, color=PAPER_COLOUR, linestyle=":", linewidth=1.4,
-                 label=f"{PAPER}: GPU lost below about {PAPER_ROBOTS} robots")
+                 label=f"{PAPER}: GPU slower below about {PAPER_ROBOTS} robots")
     low, high = axis.get_ylim()
     axis.set_ylim(min(low, value / 1.15), max(high, value * 1.25))
     axis.text(0.01, value * 1.02, PAPER, transform=axis.get_yaxis_transform(), fontsize=9,
@@ -166,8 +166,8 @@ def draw_paper(axis: "Axes", value: float, words: str) -> None:
 def plot_averages(series: Series, path: Path, column: str, label: str) -> Path:
     """Plots bars of the mean over the large populations, with the ratio to host1."""
     looks = styles(series)
-    for figure, axis, world in panels(series, f"mean over the populations of {LARGE} robots "
-                                              "and more"):
+    for figure, axis, world in panels(series, f"mean over the populations of at least {LARGE} "
+                                              "robots"):
         found = [(b, series.average(world, b, column)) for b in series.backends]
         bars = [(b, v) for b, v in found if v is not None]
         for i, (backend, value) in enumerate(bars):

@@ -122,8 +122,8 @@ def records_of(path: Path, rows: Iterable[dict[str, str]]) -> list[Record]:
         try:
             records.append(from_row(row))
         except ValueError as error:
-            raise StoreError(f"{path}:{number}: not a line of this file ({error}); "
-                             "remove it, and its run will be done again") from None
+            raise StoreError(f"{path}:{number}: not a line of this file ({error}); remove the "
+                             "line, and its run will be repeated") from None
     return records
 
 
@@ -183,6 +183,6 @@ def check_same(records: list[Record], now: dict[str, object], mix: bool) -> None
         elif mix:
             continue
         else:
-            advice = "give another folder with -o, or --mix to go on all the same"
+            advice = "give another folder with -o, or --mix to continue anyway"
         raise StoreError(f"the folder has runs with the {name} {' and '.join(there)}, "
                          f"now it is {now[column]}: {advice}")

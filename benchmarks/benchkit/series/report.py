@@ -73,9 +73,9 @@ def form_text(series: Series) -> str:
     span = f"{min(seconds):g} to {max(seconds):g}" if min(seconds) < max(seconds) else \
         f"{seconds[0]:g}"
     real = sorted(record.wall_seconds for record in series.measured)
-    return (f"{'/'.join(values(series, 'form'))}: {span} simulated seconds a run, which took "
-            f"{number(real[0])} to {number(real[-1])} real seconds, "
-            f"median {number(real[len(real) // 2])}")
+    return (f"{'/'.join(values(series, 'form'))}: {span} simulated seconds per run, which took "
+            f"{number(real[0])} to {number(real[-1])} real seconds, median "
+            f"{number(real[len(real) // 2])}")
 
 
 def meter_text(series: Series) -> str:
@@ -93,25 +93,26 @@ def warnings(series: Series) -> list[str]:
                            for state, labels in sorted(difference.hashes.items()))
         found.append(f"**STATE HASHES DIFFER**: {difference.world}, {difference.population} "
                      f"robots, {difference.simulated_seconds:g} simulated seconds: {hashes}. These "
-                     "runs did not compute the same; none of their figures can be compared.")
+                     "runs did not compute the same results, so their figures can't be compared.")
     for record in series.failures():
         found.append(f"**Run failed**: {record.purpose}, {record.world}, {record.population} "
                      f"robots, {record.backend}, repeat {record.repeat}: {record.error}")
     for column in ("commit", "program", "machine"):
         different = values(series, column)
         if len(different) > 1:
-            found.append(f"**Mixed**: the runs differ in {column} ({'; '.join(different)}), and "
-                         "their figures are pooled.")
+            found.append(f"**Mixed**: the runs differ in {column} ({'; '.join(different)}); their "
+                         "figures are combined nevertheless.")
     changed = [commit for commit in values(series, "commit") if commit.endswith("+")]
     if changed:
-        found.append(f"The tree had changes that are in no commit ({', '.join(changed)}).")
+        found.append(f"The working tree had uncommitted changes ({', '.join(changed)}).")
     if "short" in values(series, "form"):
-        found.append("Short form: only as many seconds are simulated as take a second or two. Good "
-                     "for trends; figures to be quoted want `--long`.")
+        found.append("Short form: each run takes only one or two seconds. This is enough for "
+                     "trends; use `--long` for figures to be published.")
     slowed = [record for record in series.measured if record.throttled]
     if slowed:
-        found.append(f"**The chip was throttled** in {len(slowed)} of {len(series.measured)} runs; "
-                     "\"Heat and clock\" says in which. Their figures are those of a slower chip.")
+        found.append(f"**The chip was throttled** in {len(slowed)} of {len(series.measured)} runs, "
+                     "which are listed in \"Heat and clock\". Their figures are those of a slower "
+                     "chip.")
     found += too_few_repeats(series)
     return [f"> {text}\n>" for text in found[:-1]] + [f"> {text}" for text in found[-1:]] + [""] \
         if found else []
@@ -120,9 +121,9 @@ def warnings(series: Series) -> list[str]:
 def too_few_repeats(series: Series) -> list[str]:
     few = [label for label in series.backends if series.repeats(label)[0] < 3]
     if len(few) == len(series.backends):
-        return [f"Only {repeats_text(series)} of each run: spreads say little."]
+        return [f"Only {repeats_text(series)} of each run: the spreads mean little."]
     return [f"Only {repeats_text(series, label)} of each run of {backend_name(series, label)}: its "
-            "spreads say little." for label in few]
+            "spreads mean little." for label in few]
 
 
 # Results.
@@ -138,29 +139,29 @@ def column_tables(series: Series, column: str, unit: str) -> list[str]:
             rows.append([str(n), number(known.median) if known else ""]
                         + [spread(series.column(world, n, b, column)) for b in series.backends])
         lines += [f"{world}, {unit}:", ""]
-        lines += table(["robots", "rays a step"] + [backend_name(series, b)
+        lines += table(["robots", "rays per step"] + [backend_name(series, b)
                                                     for b in series.backends], rows)
     return lines
 
 
 def speed_section(series: Series, plots: dict[str, Path]) -> list[str]:
     return ["## r_ACC: simulation speed", "",
-            "Robots times simulated seconds for each real second. Medians of the repeats, with the "
-            "least and the greatest.", "",
+            "Robots times simulated seconds per real second: median of the repeats, with minimum "
+            "and maximum.", "",
             *picture(plots, "r_acc", "r_ACC against the population"),
             *column_tables(series, "r_acc", "robot s / real s")]
 
 
 def energy_section(series: Series, plots: dict[str, Path]) -> list[str]:
-    lines = ["## r_EPSS: energy for each simulated robot second", ""]
+    lines = ["## r_EPSS: energy per simulated robot second", ""]
     if not series.has("r_epss"):
         return lines + ["There is no meter on this machine, so there are no figures. "
-                        "`benchmarks/series --help` tells about `--meter`.", ""]
+                        "`benchmarks/series --help` explains `--meter`.", ""]
     share = series.start_up_share()
     if share is not None:
-        lines += [f"The meter runs as long as the program does, loading included: "
-                  f"{share.median:.0%} of that time (median; {share.least:.0%} to "
-                  f"{share.greatest:.0%}) is not spent in steps.", ""]
+        lines += ["The meter runs as long as the program does, including loading: "
+                  f"{share.median:.0%} of this time (median; {share.least:.0%} to "
+                  f"{share.greatest:.0%}) is spent outside of steps.", ""]
     without = [record for record in series.measured if math.isnan(record.r_epss)]
     if without:
         reasons = sorted({record.notes for record in without})
@@ -175,11 +176,11 @@ def relative_section(series: Series, plots: dict[str, Path]) -> list[str]:
     lines = ["## OpenCL relative to the host", ""]
     if not series.accelerated or not series.bases:
         return lines + ["Nothing to compare: runs with OpenCL and on the host are needed.", ""]
-    lines += ["Ratios of r_ACC within a repeat; more than 1 means that OpenCL is faster. "
-              f"Of the figures of {PAPER} only these are at hand: on an Exynos board with a Mali "
-              f"GPU up to 82 % faster ({PAPER_FASTER:g} times) and 30 % less energy, and slower "
-              f"with its GPU than without below about {PAPER_ROBOTS} robots. They are drawn as "
-              "lines; their worlds and their board are not ours.", ""]
+    lines += ["Ratios of r_ACC within a repeat; more than 1 means that OpenCL is faster. Lines "
+              f"show the known figures of {PAPER}: on an Exynos board with a Mali GPU, OpenCL was "
+              f"up to 82 % faster ({PAPER_FASTER:g} times) and needed 30 % less energy; below "
+              f"about {PAPER_ROBOTS} robots it was slower. The worlds and the board differ from "
+              "those of this series.", ""]
     for base in series.bases:
         if not any(b != base for b in series.accelerated):
             continue
@@ -207,8 +208,9 @@ def loss_lines(series: Series) -> list[str]:
     losses = series.losses()
     lines = ["### Where OpenCL loses", ""]
     if not losses:
-        return lines + ["Nowhere in the range.", ""]
-    lines += ["By the median; populations in brackets where not all repeats agree.", ""]
+        return lines + ["Nowhere in the measured range.", ""]
+    lines += ["Populations in which OpenCL is slower in the median; in brackets if the repeats "
+              "disagree.", ""]
     rows = []
     for base in series.bases:
         for backend in series.accelerated:
@@ -232,9 +234,9 @@ def averages_section(series: Series, plots: dict[str, Path]) -> list[str]:
     if not worlds:
         return lines + [f"No population of {LARGE} robots or more was measured with all "
                         "backends.", ""]
-    lines += ["Arithmetic means of r_ACC and geometric means of the ratios, over the populations "
-              "that all backends were measured with; median, least and greatest of the "
-              "repeats.", "",
+    lines += ["Arithmetic means of r_ACC, and geometric means of the ratios, over the populations "
+              "that were measured with all backends: median of the repeats, with minimum and "
+              "maximum.", "",
               *picture(plots, "averages", "Averages"), *picture(plots, "averages-energy", "Energy")]
     rows = []
     for world in worlds:
@@ -284,22 +286,22 @@ def break_even_text(found: BreakEven | None) -> tuple[str, str, str]:
         return (f"below the range: faster already at {number(found.range_low)}", bounds, "")
     if found.wins:
         wins = ", ".join(number(rays) for rays in found.wins)
-        return (f"none in the range: slower at the greatest, {number(found.range_high)}; "
-                f"faster only at {wins}", bounds, "")
+        return (f"none in the range: slower at the upper end, {number(found.range_high)}; faster "
+                f"only at {wins}", bounds, "")
     return f"none in the range: slower up to {number(found.range_high)}", bounds, ""
 
 
 def break_even_section(series: Series) -> list[str]:
-    lines = ["## Break-even: rays a step from which the device is faster", ""]
+    lines = ["## Break-even: rays per step from which the device is faster", ""]
     if not series.devices or not series.bases:
-        return lines + ["No device was measured with every step on it, or no host.", ""]
-    lines += ["Interpolated between populations on logarithmic axes. The interval "
-              f"({LEVEL:.0%}) comes from the scatter of the repeats by resampling; with few "
-              "repeats it is rough.", ""]
+        return lines + ["There are no runs with every step on a device, or no runs on the host.", ""]
+    lines += [f"Interpolated between populations on logarithmic axes. The interval ({LEVEL:.0%}) "
+              "is estimated from the scatter of the repeats by resampling; with few repeats it is "
+              "inexact.", ""]
     rows = [[world, backend_name(series, device), backend_name(series, base),
              *break_even_text(series.break_even(world, device, base))]
             for world in series.worlds for device in series.devices for base in series.bases]
-    lines += table(["world", "device", "against", "rays a step", "interval", "robots"], rows)
+    lines += table(["world", "device", "against", "rays per step", "interval", "robots"], rows)
     return lines + auto_lines(series)
 
 
@@ -319,12 +321,13 @@ def auto_lines(series: Series) -> list[str]:
                          nearness_text(near.points[n]) if known else ""])
         if near is not None:
             rows.append([world, "all", "", "", "", nearness_text(near.mean)])
-    return ["`--opencl` finds the break-even while it runs: the share of its steps that it made on "
-            "the device, and its r_ACC relative to that of the fastest other backend, within "
-            f"repeats, with an interval ({LEVEL:.0%}) from their scatter; \"all\" is the geometric "
-            "mean. Where two backends are equally fast, the one that was lucky is called the "
-            "fastest, which makes the ratio look smaller than it is.", "",
-            *table(["world", "robots", "rays a step", "steps on the device", "fastest other",
+    return ["With `--opencl` alone, the program finds the break-even during the run. The table "
+            "shows the share of steps on the device, and the r_ACC relative to the fastest other "
+            f"backend within a repeat, with an interval ({LEVEL:.0%}) estimated from the scatter "
+            "of the repeats; \"all\" is the geometric mean. If two other backends are equally "
+            "fast, random differences select the faster one, which makes the ratio slightly too "
+            "small.", "",
+            *table(["world", "robots", "rays per step", "steps on the device", "fastest other",
                     "r_ACC relative to it"], rows)]
 
 
@@ -345,7 +348,7 @@ def phases_section(plots: dict[str, Path]) -> list[str]:
             "Gather: sensors add their rays to the batch. Prefilter: the device walks the rays "
             "(nothing on the host). Trace: the host walks the rays, or checks the potential hits "
             "that the device found. Move: bodies move and collide. Callbacks: controllers run. "
-            "Other: what the program's own clock of phases leaves of the step.", "",
+            "Other: the rest of the step.", "",
             *picture(plots, "phases", "Phases of a step")]
 
 
@@ -364,10 +367,10 @@ def memory_section(series: Series, plots: dict[str, Path]) -> list[str]:
                            for end, n in zip(ends, (populations[0], populations[-1]))),
                          memory_text(each)])
     return ["## Memory", "",
-            "Peak memory of the process on the host; a robot's share is the rise from the smallest "
-            "to the greatest population. A GPU's own memory is not in it.", "",
+            "Peak memory of the process on the host; a robot's share is calculated from the "
+            "smallest and the greatest population. The memory of a GPU is not included.", "",
             *picture(plots, "memory", "Memory against the population"),
-            *table(["world", "backend", "MiB, smallest", "MiB, greatest", "KiB for each robot"],
+            *table(["world", "backend", "MiB, smallest", "MiB, greatest", "KiB per robot"],
                    rows)]
 
 
@@ -387,9 +390,9 @@ def compile_section(series: Series) -> list[str]:
         rows.append([backend_name(series, device), number(cold.compile_seconds) if cold else "",
                      number(cold.process_seconds) if cold else "", spread(warm)])
     return ["## Compiling the kernels", "",
-            "Seconds that the first run with an empty kernel cache takes to compile (one run; some "
-            "drivers compile more at the first launch, which the whole run's time has), and what "
-            "it takes later. Not part of r_ACC.", "",
+            "Seconds for compiling the kernels in the first run, with an empty kernel cache, and "
+            "in later runs. Some drivers compile more at the first launch, which only the time of "
+            "the whole run includes. r_ACC doesn't include compiling.", "",
             *table(["device", "first run: compile s", "first run: whole s", "later: compile s"],
                    rows)]
 
@@ -414,19 +417,19 @@ def heat_section(series: Series) -> list[str]:
         return spread(summary(getattr(r, column) * scale for r in watched
                               if not math.isnan(getattr(r, column)))) or "not known"
     lines = ["## Heat and clock", "",
-             "Of the measured runs: median (least to greatest). The chip cooled down before each. "
-             "Temperatures are those of the hottest sensor; the clock is that of the fastest core, "
-             "where it was slowest in a run: it is also low where a governor saves power.", "",
+             "Median (minimum to maximum) over the measured runs. The chip cooled down before each "
+             "run. Temperatures are those of the hottest sensor. The clock is the lowest value of "
+             "the fastest core during a run; it is also low if a governor saves power.", "",
              *table(("", ""), [("degrees Celsius before a run", span("celsius_before")),
-                               ("at most in it", span("celsius_most")),
+                               ("maximum during the run", span("celsius_most")),
                                ("seconds of cooling", span("cooling_seconds")),
-                               ("clock, percent of its greatest", span("clock_least", 100))])]
+                               ("clock, percent of its maximum", span("clock_least", 100))])]
     slowed = [r for r in watched if r.throttled]
     if all(math.isnan(r.celsius_most) and math.isnan(r.clock_least) for r in watched) and not slowed:
         return lines + ["This machine shows neither temperature nor clock: whether it was throttled "
                         "is not known.", ""]
     if not slowed:
-        return lines + ["Nothing said that the chip was throttled.", ""]
+        return lines + ["No sensor reported that the chip was throttled.", ""]
     return lines + table(("world", "robots", "backend", "repeat", "degrees at most", "why"),
                          [(r.world, r.population, backend_name(series, r.backend), r.repeat,
                            "" if math.isnan(r.celsius_most) else number(r.celsius_most),
@@ -448,7 +451,7 @@ def report_text(series: Series, facts: list[dict], plots: dict[str, Path],
               *relative_section(series, plots), *averages_section(series, plots),
               *break_even_section(series), *phases_section(plots),
               *memory_section(series, plots), *compile_section(series),
-              "Made by `benchmarks/series`; every run is a line of `raw.csv`."]
+              "Written by `benchmarks/series`; `raw.csv` has one line per run."]
     return "\n".join(lines) + "\n"
 
 

@@ -23,7 +23,7 @@ from .node import StageNode
 def options(argv: Sequence[str]) -> argparse.Namespace:
     """Parses the command line without ROS's own arguments."""
     parser = argparse.ArgumentParser(
-        prog="python -m stagesim.ros", description="Simulates a world whose robots are robots of ROS 2.",
+        prog="python -m stagesim.ros", description="Simulates a world and connects its robots to ROS 2.",
         epilog="Arguments of ROS follow, such as: --ros-args -p naming:=stage_ros -p speed:=2.0")
     parser.add_argument("world", nargs="?", help="a world file, or the name of a shipped world "
                         "(default: the parameter world_file)")
@@ -33,11 +33,11 @@ def options(argv: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--opencl", action="store_true", help="use an OpenCL device where that is faster")
     parser.add_argument("--no-controllers", action="store_true", help="load no controllers")
     parser.add_argument("--duration", type=float, default=float("inf"), metavar="SECONDS",
-                        help="simulated time after which the node ends (default: none)")
-    parser.add_argument("--stats", action="store_true", help="at the end print how long each part took, as JSON")
+                        help="simulated time after which the node ends (default: it never ends)")
+    parser.add_argument("--stats", action="store_true", help="at the end, print how long each part took, as JSON")
     parser.add_argument("--gui", type=_port_of, nargs="?", const=0, metavar="PORT",
-                        help="show the world in a page for browsers of this machine instead of a window: "
-                             "--gui=PORT, or --gui for any free port")
+                        help="show the world in a page for browsers on this machine: --gui=PORT, or --gui for any "
+                             "free port")
     given = {printable(word): word for word in argv}  # ROS accepts only valid Unicode
     try:
         own = [given.get(word, word) for word in remove_ros_args([printable(word) for word in argv])[1:]]

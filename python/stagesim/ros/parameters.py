@@ -41,8 +41,8 @@ def _at_least(least: float) -> dict[str, Any]:
 
 PARAMETERS = {
     "world_file": Parameter("", "the world, if it is not on the command line", fixed=True),
-    "naming": Parameter("stage_ros2", "whose names topics and frames have", **_one_of(*SCHEMES)),
-    "enforce_prefixes": Parameter(False, "a single robot has a prefix, too", fixed=True),
+    "naming": Parameter("stage_ros2", "naming scheme of topics and frames", **_one_of(*SCHEMES)),
+    "enforce_prefixes": Parameter(False, "use a prefix for a single robot, too", fixed=True),
     "odom_frame_id": Parameter("odom", "frame of the odometry", fixed=True),
     "base_link_frame_id": Parameter("base_link", "frame of a robot's body", fixed=True),
     "base_footprint_frame_id": Parameter("base_footprint", "frame of a robot on the floor", fixed=True),
@@ -50,31 +50,31 @@ PARAMETERS = {
     "publish_tf": Parameter(True, "publish /tf and /tf_static", fixed=True),
     "publish_map_tf": Parameter(False, "publish the true transform from the map to each odometry",
                                 fixed=True),
-    "single_beams": Parameter("scan", "what sensors of one ray are published as",
+    "single_beams": Parameter("scan", "the kind of message for sensors with one ray",
                               **_one_of("scan", "range", "none")),
     "sensor_qos": Parameter("reliable", "reliability of sensors' topics: reliable publishers reach subscribers "
                             "of both kinds", **_one_of("reliable", "best_effort")),
-    "ranges": Parameter("rep117", "what ranges and depths read where nothing is: rep117: infinity, and minus "
-                        "infinity where something is too near; stage: the maximum, and the distance",
+    "ranges": Parameter("rep117", "values of ranges and depths: rep117: infinity where nothing is hit, and minus infinity "
+                        "for an object that is too near; stage: the maximum range, and the object's distance",
                         **_one_of("rep117", "stage")),
-    "clock_rate": Parameter(0.0, "messages on /clock in a second of real time; 0: one for each step",
+    "clock_rate": Parameter(0.0, "messages on /clock per second of real time; 0: one per step",
                             "a number, 0 to 1000", lambda value: 0 <= value <= 1000, fixed=True),
-    "stamped_cmd_vel": Parameter(False, "cmd_vel is a TwistStamped", fixed=True),
-    "always_on": Parameter(False, "sensors work from the beginning, whether somebody listens or not",
+    "stamped_cmd_vel": Parameter(False, "messages on cmd_vel are of the type TwistStamped", fixed=True),
+    "always_on": Parameter(False, "run all sensors from the beginning, even without subscribers",
                            fixed=True),
     "base_watchdog_timeout": Parameter(
-        0.2, "seconds of simulated time after which a robot without a command stops; 0: never",
+        0.2, "seconds of simulated time without a command after which a robot stops; 0: never",
         **_at_least(0)),
-    "speed": Parameter(1.0, "simulated seconds in a second; 0: as many as possible", **_at_least(0)),
-    "paused": Parameter(False, "begin paused", fixed=True),
-    "gui": Parameter(False, "serve the page that shows the world, at any free port", fixed=True),
-    "steps": Parameter(1, "how many steps the service step makes", expected="a whole number, 1 to 1000000",
+    "speed": Parameter(1.0, "simulated seconds per second of real time; 0: as many as possible", **_at_least(0)),
+    "paused": Parameter(False, "start in the paused state", fixed=True),
+    "gui": Parameter(False, "serve a page that shows the world, at any free port", fixed=True),
+    "steps": Parameter(1, "number of steps per call of the service step", expected="a whole number, 1 to 1000000",
                        fits=lambda value: 1 <= value <= 1_000_000),
-    "seed": Parameter(-1, "that the service reset takes; -1: the one before", **_at_least(-1)),
-    "snapshot_file": Parameter("", "where snapshot and restore have the state; empty: in memory"),
-    "lockstep": Parameter("", "who is waited for: robots, other clients, or \"all\" robots; "
-                              "with commas between them"),
-    "lockstep_interval": Parameter(0.0, "seconds of simulated time between answers; 0: after each step",
+    "seed": Parameter(-1, "seed for the service reset; -1: keep the current seed", **_at_least(-1)),
+    "snapshot_file": Parameter("", "file of the services snapshot and restore; empty: the state stays in memory"),
+    "lockstep": Parameter("", "names of the robots and other clients that the simulation waits for, separated by "
+                              "commas; \"all\": all robots"),
+    "lockstep_interval": Parameter(0.0, "seconds of simulated time between two answers of a client; 0: one per step",
                                    **_at_least(0)),
 }
 

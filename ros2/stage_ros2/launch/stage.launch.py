@@ -15,19 +15,19 @@ from launch_ros.parameter_descriptions import ParameterValue
 
 # Maps each argument to its default, the type of the node's parameter of that name, and its description.
 ARGUMENTS = {
-    "naming": ("stage_ros2", str, "names of topics and frames: stage_ros2 or stage_ros"),
-    "enforce_prefixes": ("false", bool, "a single robot has a prefix, too"),
+    "naming": ("stage_ros2", str, "naming scheme of topics and frames: stage_ros2 or stage_ros"),
+    "enforce_prefixes": ("false", bool, "use a prefix for a single robot, too"),
     "publish_tf": ("true", bool, "publish /tf and /tf_static"),
     "publish_map_tf": ("false", bool, "publish the true transform from the map to the odometry"),
-    "single_beams": ("scan", str, "sensors of one ray: scan, range or none"),
+    "single_beams": ("scan", str, "the kind of message for sensors with one ray: scan, range or none"),
     "sensor_qos": ("reliable", str, "reliability of sensors' topics: reliable or best_effort"),
-    "ranges": ("rep117", str, "what ranges read where nothing is: rep117 (infinity) or stage (the maximum)"),
-    "clock_rate": ("0.0", float, "messages on /clock in a second of real time; 0.0: one for each step"),
-    "stamped_cmd_vel": ("false", bool, "cmd_vel is a TwistStamped"),
-    "speed": ("1.0", float, "simulated seconds in a second; 0.0: as many as possible"),
-    "paused": ("false", bool, "begin paused"),
+    "ranges": ("rep117", str, "range of a ray that hits nothing: rep117 (infinity) or stage (the maximum)"),
+    "clock_rate": ("0.0", float, "messages on /clock per second of real time; 0.0: one per step"),
+    "stamped_cmd_vel": ("false", bool, "messages on cmd_vel are of the type TwistStamped"),
+    "speed": ("1.0", float, "simulated seconds per second of real time; 0.0: as many as possible"),
+    "paused": ("false", bool, "start in the paused state"),
     "gui": ("false", bool, "open the page that shows the world"),
-    "lockstep": ("", str, "who is waited for"),
+    "lockstep": ("", str, "names of the robots and other clients that the simulation waits for"),
 }
 
 

@@ -82,7 +82,7 @@ function tellChosen(facts) {
   if (!facts) return;
   $("chosen-name").textContent = facts.name;
   const degrees = facts.pose[2] === null ? null : facts.pose[2] * 180 / Math.PI;
-  const rows = [["Place", `${number(facts.pose[0])}, ${number(facts.pose[1])} m`],
+  const rows = [["Position", `${number(facts.pose[0])}, ${number(facts.pose[1])} m`],
     ["Heading", `${number(degrees, 0)}°`]];
   if (facts.velocity) {
     rows.push(["Speed", `${number(Math.hypot(facts.velocity[0], facts.velocity[1]))} m/s`],
@@ -191,7 +191,7 @@ for (const [factor, text] of SPEEDS) {
   const button = document.createElement("button");
   Object.assign(button, { value: String(factor), textContent: text });
   button.setAttribute("role", "radio");
-  button.title = factor ? `${factor} simulated seconds for each real one` : "As fast as it can";
+  button.title = factor ? `${factor} simulated seconds per real second` : "As fast as possible";
   button.onclick = () => link.send("speed", { factor });
   $("speeds").append(button);
 }
