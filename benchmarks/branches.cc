@@ -3,8 +3,8 @@
 // Measures speed and size of snapshots, copies and branches, for the table of benchmarks/README.md.
 //
 //   branches                   a minute or two
-//   branches --threads 1,2,16  with so many threads (default: 1, and one for each processor)
-//   branches --branches N      so many of them (default 1000)
+//   branches --threads 1,2,16  numbers of threads (default: 1, and one per processor)
+//   branches --branches N      number of branches (default 1000)
 
 #include <algorithm>
 #include <cstdio>

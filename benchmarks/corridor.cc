@@ -4,9 +4,9 @@
 // what-if, from many starts. Prints the table of docs/what-if.md. All figures are simulated and
 // thus equal on every machine.
 //
-//   corridor                100 starts, some minutes
-//   corridor --starts N     so many
-//   corridor --threads N    several starts at once (default: one for each processor)
+//   corridor                100 starts, takes minutes
+//   corridor --starts N     N starts
+//   corridor --threads N    number of threads (default: one per processor)
 
 #include <algorithm>
 #include <atomic>
@@ -58,7 +58,7 @@ std::string Text(const std::string& file, const std::string& controller) {
   return world.replace(place, from.size(), "\"" + controller + "\"");
 }
 
-/// Different for each seed, without overlaps.
+/// Places the robots at random, but without overlaps.
 void Scatter(Stg::World* world, uint64_t seed) {
   Stg::RandomStream random(seed);
   std::vector<Stg::Pose> taken = {Stg::Pose(-8.5, 0, 0, 0)};

@@ -127,7 +127,7 @@ class World::StepCostMeter {
     const size_t count = std::min(subscribed, kMaxKinds);
     double all_rays = 0;
     for (size_t i = 0; i < count; i++) all_rays += groups[i].kind.RaysPerStep();
-    // Half of the time is divided by number of rays, half equally.
+    // Half of the time is divided equally, the other half in proportion to the rays.
     for (size_t i = 0; i < count; i++) {
       const double fraction = 0.5 / static_cast<double>(count) +
                               (all_rays > 0 ? 0.5 * groups[i].kind.RaysPerStep() / all_rays : 0);
@@ -431,9 +431,8 @@ class World::StepCostMeter {
   Scheduler scheduler_;  // holds the pending events while updates are measured
   sensing::TraceStatistics statistics_;
   std::vector<Saved> saved_;
-  double total_seconds_ = 0,
-         best_seconds_ = 0;  // seconds of all tries, and the same if each try had been as fast as
-                             // the best
+  double total_seconds_ = 0;  // seconds of all tries
+  double best_seconds_ = 0;   // the same, if each try had been as fast as the fastest one
   StepCosts costs_;
 };
 

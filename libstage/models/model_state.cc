@@ -160,7 +160,7 @@ void Model::ExchangeCallbacks(StateExchange& exchange) {
       exchange.Expect(static_cast<uint64_t>(entry.type) * 2 + entry.parallel, "a callback's type");
 }
 
-// ---- what controllers remember ------------------------------------------------------------------
+// ---- state of controllers -----------------------------------------------------------------------
 
 void Model::KeepState(const std::string& name, void* data, size_t bytes) {
   AddKeptState({name, data, bytes, nullptr});

@@ -24,7 +24,8 @@ using Nose = std::array<point_t, 3>;
 /// not enclose the frame's origin, so that there is nothing to draw it on.
 std::optional<Nose> NoseOf(const BlockGroup& body, const Pose& frame);
 
-/// A light tone of a dark body's colour, a dark tone of a light one, with the same opacity.
+/// A lighter tone of the body's colour if that is dark, a darker tone if it is light. Keeps the
+/// opacity.
 Color NoseColor(const Color& body);
 
 /// In pixels. Robots narrower than a dot are drawn as a dot, to be visible at any distance. Dots

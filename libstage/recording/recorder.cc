@@ -200,7 +200,7 @@ void Recorder::Impl::Finish() {
     throw std::runtime_error(problem);
 }
 
-// ---- written once -------------------------------------------------------------------------------
+// ---- messages written once ----------------------------------------------------------------------
 
 void Recorder::Impl::AddFiles() {
   const std::vector<WorldFile> files = FilesOf(world_);
@@ -254,7 +254,7 @@ void Recorder::Impl::CheckRobots() const {
                            (options_.robots.size() > 1 ? " or matching the other patterns" : ""));
 }
 
-// ---- written per step ---------------------------------------------------------------------------
+// ---- messages written in every step -------------------------------------------------------------
 
 void Recorder::Impl::WriteAll() {
   message_.Clear();

@@ -122,7 +122,7 @@ void World::LoadChecks::CheckPicture(const Model& model) {
           "warning");
 }
 
-// ---- what rangers see of robots -----------------------------------------------------------------
+// ---- visibility of robots to rangers ------------------------------------------------------------
 
 void World::LoadChecks::CheckRangers() {
   if (!FindSeenRobots()) return;

@@ -312,7 +312,7 @@ TEST(SceneTest, FootprintsGetFainterWithAge) {
   EXPECT_EQ(onlooker.scene.frame().solid.lines.size(), 4u * 3 * 2);  // arrows
 }
 
-// ---- what models carry and say ------------------------------------------------------------------
+// ---- flags and speech of models -----------------------------------------------------------------
 
 TEST(SceneTest, SpeechFlagsAndStallIcons) {
   const auto world = LoadText("position ( name \"r\" say \"hello\" size [1 1 0.5] )");

@@ -328,7 +328,7 @@ TEST_F(VideoTest, RealFfmpegMakesAVideo) {
   EXPECT_EQ(fs::file_size(folder_ / "raw"), 21u * 32 * 20 * 3);  // sides rounded up to even numbers
 }
 
-// ---- what can't be done -------------------------------------------------------------------------
+// ---- errors -------------------------------------------------------------------------------------
 
 void ExpectOneLine(const Outcome& outcome, int status, const std::string& part) {
   EXPECT_EQ(outcome.status, status);

@@ -68,7 +68,7 @@ TEST(NoseTest, StandsOutFromTheBody) {
   }
 }
 
-// ---- what the scene has of them -----------------------------------------------------------------
+// ---- robots in the scene ------------------------------------------------------------------------
 
 struct Onlooker {
   view::ViewState view;

@@ -168,7 +168,7 @@ const Call kNotANumber[] = {
 };
 INSTANTIATE_TEST_SUITE_P(Api, NotANumber, testing::ValuesIn(kNotANumber), NameOf);
 
-// ---- what infinity means ------------------------------------------------------------------------
+// ---- infinite arguments -------------------------------------------------------------------------
 
 TEST(Infinity, CommandsAreClippedToTheBounds) {
   Things things;
@@ -178,7 +178,7 @@ TEST(Infinity, CommandsAreClippedToTheBounds) {
   ExpectPose(things.robot->GetVelocity(), 1, -1, 0, M_PI / 2);
   EXPECT_NEAR(things.Part<ModelActuator>("arm")->GetPosition(), 0.1, 1e-9);
   EXPECT_TRUE(std::isfinite(things.robot->FindPowerPack()->GetStored()));
-  EXPECT_GT(things.robot->FindPowerPack()->GetStored(), 900) << "only the work done is charged";
+  EXPECT_GT(things.robot->FindPowerPack()->GetStored(), 900) << "only actual motion costs energy";
 }
 
 TEST(Infinity, AccelerationsAreClippedToTheBounds) {
@@ -213,7 +213,7 @@ TEST(Infinity, CommandsWithoutBoundsStall) {
   EXPECT_NEAR(robot.GetPose().x, -1.95, 1e-9);
 }
 
-// ---- numbers that anybody can write to ----------------------------------------------------------
+// ---- public members -----------------------------------------------------------------------------
 
 /// Public fields. After each is set to a value, the world runs for some steps with finite results.
 const Call kFields[] = {
@@ -347,7 +347,7 @@ TEST(Samples, BeyondTheLimitAreCutWithOneMessage) {
   EXPECT_EQ(ErrorsOf([&] { Step(*things.world); }), "");
 }
 
-// ---- everything at once -------------------------------------------------------------------------
+// ---- random combinations ------------------------------------------------------------------------
 
 TEST(Everything, WorldSurvivesAllCallsTogether) {
   for (const double value : {kNaN, kInfinity, -kInfinity}) {

@@ -96,7 +96,7 @@ TEST(Thin, RotatedWallsStopAllRaysAndRobots) {
   EXPECT_LE(error.value(), kTurnedFace);
 }
 
-// ---- without area -------------------------------------------------------------------------------
+// ---- bodies without area ------------------------------------------------------------------------
 
 TEST(Flat, BlocksOfPointsOnALineAreLines) {
   for (const std::vector<point_t>& corners :

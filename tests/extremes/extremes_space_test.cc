@@ -170,7 +170,7 @@ TEST(CellSizes, DoNotChangeReadingsInCells) {
   }
   difference.Record("cells");
   EXPECT_LE(difference.value(), 1e-4);
-  EXPECT_EQ(ReadingsInCells(0.25), expected) << "powers of two change nothing at all";
+  EXPECT_EQ(ReadingsInCells(0.25), expected) << "scaling by powers of two is exact";
 }
 
 TEST(CellSizes, OutOfRangeAreRefused) {

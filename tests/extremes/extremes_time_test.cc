@@ -63,7 +63,7 @@ TEST(Steps, FromAMicrosecondToAnHour) {
     EXPECT_NEAR(robot->GetPose().x, way, 1e-15 * way) << c.milliseconds;
     EXPECT_EQ(eye->GetSensors()[0].ranges.size(), 1u);
     EXPECT_NEAR(robot->FindPowerPack()->GetStored(), 10 - 7 * 0.12, 1e-12)
-        << "energy is charged by the step, whatever its length";
+        << "energy per step does not depend on its length";
   }
 }
 

@@ -70,7 +70,7 @@ bool MayBe(const Property& property, size_t index, const std::string& element) {
          index == 1 && (element == "\"inf\"" || element == "\"infinity\"");
 }
 
-// ---- not finite ---------------------------------------------------------------------------------
+// ---- values that are not finite -----------------------------------------------------------------
 
 TEST(NotFinite, IsRefusedInEveryProperty) {
   size_t refused = 0;
@@ -130,7 +130,7 @@ TEST(NotFinite, OverflowingEnergyIsRefused) {
   }
 }
 
-// ---- finite, but at the ends --------------------------------------------------------------------
+// ---- extreme finite values ----------------------------------------------------------------------
 
 /// A robot with all types of sensors that observes the model with the property.
 const char kWitness[] =

@@ -92,7 +92,7 @@ TEST_F(WholeFileTest, GrowingFileDoesNotFollowDanglingLinks) {
   EXPECT_EQ(Read("link"), "ours");
   fs::create_symlink(Path("link"), Path("second"));
   ASSERT_EQ(file.Open(Path("second"), BeginsWithOurs), 0);
-  EXPECT_EQ(Read("link"), "") << "what is ours is emptied";
+  EXPECT_EQ(Read("link"), "") << "our own file is emptied";
   EXPECT_TRUE(fs::is_symlink(Path("second")));
   EXPECT_EQ(file.Close(), 0);
   Write("link", "mine");

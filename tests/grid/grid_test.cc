@@ -649,7 +649,7 @@ TEST(GridChanges, AccumulateUntilTheyAreCleared) {
   Grid grid;
   const BodyId body = grid.AddBody(MakeBody(0, 1));
   DrawCell(&grid, 0, 0, body);
-  EXPECT_TRUE(Noted(grid.occupancy(kEverything)).empty()) << "nobody asked for them";
+  EXPECT_TRUE(Noted(grid.occupancy(kEverything)).empty()) << "no sensor requested them";
   grid.TrackChanges(true);
   EXPECT_TRUE(Noted(grid.occupancy(kEverything)).empty());
   DrawCell(&grid, 1, 0, body);

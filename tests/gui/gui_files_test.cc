@@ -176,7 +176,7 @@ TEST_F(FilesTest, AsksBeforeItQuits) {
   Type("q", {"Control_L"});
   EXPECT_FALSE(world_->TestQuit());
   EXPECT_TRUE(world_->shown());
-  EXPECT_GT(world_->UpdateCount(), steps + 5) << "the world stood still under the question";
+  EXPECT_GT(world_->UpdateCount(), steps + 5) << "the world stopped while the dialog was open";
 
   state().confirm_on_quit = false;
   TheHand().Close(WindowId(world_.get()));

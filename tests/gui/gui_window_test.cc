@@ -51,7 +51,7 @@ TEST_F(WindowTest, PausesAndSteps) {
   EXPECT_EQ(world_->SimTimeNow(), time + 100000);
 }
 
-// ---- the buttons beside the menus ---------------------------------------------------------------
+// ---- buttons of the toolbar ---------------------------------------------------------------------
 
 class ToolbarTest : public WindowTest {
  protected:

@@ -137,7 +137,7 @@ TEST_F(Sink, MayReportItself) {
   EXPECT_EQ(depth, 3);
 }
 
-// ---- calls with odd names -----------------------------------------------------------------------
+// ---- calls with unusual names -------------------------------------------------------------------
 
 /// Creates models with the name and makes invalid calls, each of which logs a message with it.
 void CallWrongly(World* world, const std::string& name) {

@@ -11,7 +11,7 @@
 namespace Stg {
 namespace {
 
-// ---- what Stage reports -------------------------------------------------------------------------
+// ---- blobs as in Stage 4.3 ----------------------------------------------------------------------
 
 std::string ReferenceWorld(const std::string& properties, const std::string& green) {
   return "position( name \"r\" size [0.3 0.3 0.22] blobfinder( name \"b\" " + properties +
@@ -186,7 +186,7 @@ TEST(Blobfinder, CanBeDeletedWithPendingRays) {
   EXPECT_EQ(Find<ModelBlobfinder>(*scene.world, "c")->GetBlobs().size(), 1u);
 }
 
-// ---- what it sees -------------------------------------------------------------------------------
+// ---- visibility ---------------------------------------------------------------------------------
 
 TEST(Sight, BlobIsAtThePositionOfTheModel) {
   Scene scene(Box("blue"));

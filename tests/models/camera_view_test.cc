@@ -60,7 +60,7 @@ TEST(CameraViewTest, OrthoZoomsAndPans) {
   view.scale(1e9);
   view.scale(1e9);
   view.scale(1e9);
-  EXPECT_EQ(view.scale(), 1) << "no farther out";
+  EXPECT_EQ(view.scale(), 1) << "zooming out has a limit";
 }
 
 TEST(CameraViewTest, LoadsAndSaves) {

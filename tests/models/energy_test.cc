@@ -415,7 +415,7 @@ TEST(Charging, IsOverWhenContactIsLost) {
   Step(*world);
   EXPECT_TRUE(pack->GetCharging());
   Find(*world, "giver")->Unsubscribe();
-  EXPECT_FALSE(pack->GetCharging()) << "a giver that stops lets go";
+  EXPECT_FALSE(pack->GetCharging()) << "a giver that stops releases the receiver";
 }
 
 TEST(Charging, ScarceEnergyIsGivenInOrderOfCreation) {

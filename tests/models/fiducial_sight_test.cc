@@ -11,7 +11,7 @@
 namespace Stg {
 namespace {
 
-// ---- who is found -------------------------------------------------------------------------------
+// ---- visible targets ----------------------------------------------------------------------------
 
 TEST(Found, OnlyModelsWithAReturn) {
   Scene scene(Target("a", 1, 0, "") + Target("b", 0, 1, "fiducial_return 0") +

@@ -12,7 +12,7 @@
 namespace Stg {
 namespace {
 
-// ---- what Stage reports -------------------------------------------------------------------------
+// ---- targets as in Stage 4.3 --------------------------------------------------------------------
 
 std::string ReferenceWorld(const std::string& properties) {
   return "define target model( size [0.2 0.2 0.5] )\n"
@@ -183,7 +183,7 @@ TEST(Finder, CallbacksSeeTheNewList) {
   EXPECT_EQ(seen, 1u);
 }
 
-// ---- what is told of them -----------------------------------------------------------------------
+// ---- reported data ------------------------------------------------------------------------------
 
 TEST(Report, IsExact) {
   test::RandomSource random(3);

@@ -260,7 +260,7 @@ TEST(Gripper, ReloadingReleasesAndKeepsTheBody) {
   ExpectPose(Find(*world, "puck")->GetPose(), 0.05, 0, 0, 0);
 }
 
-// ---- the same however it is run -----------------------------------------------------------------
+// ---- equal results with any options -------------------------------------------------------------
 
 TEST(Gripper, ResultsDoNotDependOnTheMethod) {
   const auto bot_and_thing = [](int i) {

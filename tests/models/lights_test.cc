@@ -40,7 +40,7 @@ TEST(Blinkenlight, PeriodAndDutyCycle) {
   EXPECT_EQ(PatternOf("dutycycle 1000000000", 12), "############");
 }
 
-// Stage reads "dutycycle" instead.
+// Stage 4.3 reads "dutycycle" in place of "enabled".
 TEST(Blinkenlight, MayBeDisabled) {
   EXPECT_EQ(PatternOf("enabled 0 dutycycle 4", 12), "............");
   EXPECT_EQ(PatternOf("enabled 1 dutycycle 0.25", 12), "##........##");

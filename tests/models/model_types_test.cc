@@ -43,7 +43,7 @@ uint64_t HashOfCrowd(const RunOptions& options) {
   return world.StateHash();
 }
 
-// ---- the library's own --------------------------------------------------------------------------
+// ---- built-in types -----------------------------------------------------------------------------
 
 TEST(ModelTypes, BuiltInTypesAreRegistered) {
   const auto world = EmptyWorld();
@@ -73,7 +73,7 @@ TEST(ModelTypes, OfDerivedClassesAreThoseOfTheirBase) {
   EXPECT_EQ(FindNearestModelType(derived)->name, "blobfinder");
 }
 
-// ---- those of others ----------------------------------------------------------------------------
+// ---- types of plug-ins --------------------------------------------------------------------------
 
 TEST(ModelTypes, ComeWithThePluginsOfAWorld) {
   const char* const source = std::getenv("STAGE_SOURCE_DIR");

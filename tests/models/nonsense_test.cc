@@ -120,7 +120,7 @@ TEST(Nonsense, NegativeNumbersThatAreListedLoad) {
   });
 }
 
-// ---- pairs the wrong way round, and other contradictions ----------------------------------------
+// ---- swapped limits and other contradictions ----------------------------------------------------
 
 struct Contradiction {
   const char* text;
@@ -179,7 +179,7 @@ TEST(Nonsense, APictureWithoutADarkPixelAddsNoBody) {
   EXPECT_NE(outcome.errors.find("without a dark pixel"), std::string::npos) << outcome.errors;
 }
 
-// ---- by the interface ---------------------------------------------------------------------------
+// ---- invalid calls ------------------------------------------------------------------------------
 
 TEST(Nonsense, SettersRefuseNegativeNumbers) {
   const auto world = LoadText("model( name \"m\" mass 2 model( name \"child\" mass 3 ) )");

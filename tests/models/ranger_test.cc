@@ -211,7 +211,7 @@ TEST(Ranger, StoppedRobotHasConstantRange) {
   for (int i = 0; i < 10; i++) EXPECT_EQ(scene.Ranges().at(0), still);
 }
 
-// ---- what is seen -------------------------------------------------------------------------------
+// ---- visibility ---------------------------------------------------------------------------------
 
 TEST(Visibility, IntensityIsTheRangerReturn) {
   for (const double value : {1.0, 0.7, 123.5, 0.0}) {

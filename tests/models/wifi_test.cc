@@ -401,7 +401,7 @@ TEST(LineInBodies, BlocksOfOneBodyThatOverlapCountOnce) {
   EXPECT_NEAR(FractionInside(cross, point3_t(-4, 0, 1.5), point3_t(4, 0, 1.5)), 0.25, 1e-12);
 }
 
-// ---- the same however it is run -----------------------------------------------------------------
+// ---- equal results with any options -------------------------------------------------------------
 
 int Delete(Model*, void* victim) {
   delete static_cast<Model*>(victim);

@@ -90,7 +90,7 @@ TEST_F(CacheTest, OptionsThatCrashTheCompiler) {
   EXPECT_EQ(CountOf(r.err, "stage: warning: "), 1u) << r.err;
 }
 
-// ---- without a home -----------------------------------------------------------------------------
+// ---- without a home folder ----------------------------------------------------------------------
 
 Environment Homeless(const fs::path& temporary, const std::string& session) {
   return {{"HOME", ""},

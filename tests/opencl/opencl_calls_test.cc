@@ -36,8 +36,7 @@ struct Fault {
 class CallsTest : public CliTest {
  protected:
   void SetUp() override {
-    if (kSanitized)
-      GTEST_SKIP() << "sanitizers want to be the first library, and crashes for themselves";
+    if (kSanitized) GTEST_SKIP() << "sanitizers must be the first library, and they catch crashes";
     CliTest::SetUp();
     if (!fs::exists(shim_)) GTEST_SKIP() << "the OpenCL headers are not installed";
     if (const std::string none = device::WhyNone(); !none.empty()) GTEST_SKIP() << none;
@@ -155,7 +154,7 @@ TEST_F(CallsTest, AreTriedOnceForSeveralWorlds) {
   EXPECT_EQ(CountOf(ReadFile(Path("log")), "parent clGetDeviceIDs"), 2u);  // number, then ids
 }
 
-// ---- what the plug-in calls ---------------------------------------------------------------------
+// ---- calls of the plug-in -----------------------------------------------------------------------
 
 /// All matches of the expression's first group.
 std::set<std::string> AllMatches(const std::string& text, const std::string& expression) {
@@ -188,7 +187,7 @@ TEST_F(CallsTest, AreAllMarkedAndAllTested) {
       called = AllMatches(OutputOf("nm -D --undefined-only '" + entry.path().string() + "'"),
                           " U (cl[A-Z]\\w+)");
   EXPECT_EQ(marked, tested);
-  EXPECT_EQ(marked, called) << "with calls of OpenCL 1.2, old drivers would not do";
+  EXPECT_EQ(marked, called) << "calls of OpenCL 1.2 would exclude old drivers";
 }
 
 }  // namespace

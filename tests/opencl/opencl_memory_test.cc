@@ -30,7 +30,7 @@ std::string Shim(const std::string& name) {
 class MemoryTest : public CliTest {
  protected:
   void SetUp() override {
-    if (kSanitized) GTEST_SKIP() << "sanitizers want to be the first library";
+    if (kSanitized) GTEST_SKIP() << "sanitizers must be the first library";
     CliTest::SetUp();
     if (!fs::exists(Shim("mapping"))) GTEST_SKIP() << "the OpenCL headers are not installed";
     if (const std::string none = device::WhyNone(); !none.empty()) GTEST_SKIP() << none;
@@ -97,7 +97,7 @@ TEST_F(ShippedWorldsTest, AreTheSameInEitherMemory) {
   for (const std::string& world : worlds) Compare(world);
 }
 
-// ---- what is copied -----------------------------------------------------------------------------
+// ---- copies of memory ---------------------------------------------------------------------------
 
 /// Bytes of a run: by its own statistics, and as seen by the shim.
 struct Traffic {
@@ -157,7 +157,7 @@ TEST_F(TrafficTest, FromMemoryOfItsOwnAllIsCopied) {
   EXPECT_EQ(traffic.mapped, 0u) << "pinned memory stays mapped";
 }
 
-// ---- what would be caught -----------------------------------------------------------------------
+// ---- mistakes that the shim detects -------------------------------------------------------------
 
 class MistakeTest : public TrafficTest {
  protected:

@@ -331,7 +331,7 @@ TEST(KernelText, IsPlainAndPortable) {
   EXPECT_TRUE(all.contains("walk_fans") && all.contains("ray_next"));
 }
 
-// ---- what the compiler makes of them ------------------------------------------------------------
+// ---- compiled kernels ---------------------------------------------------------------------------
 
 #ifdef STAGE_TEST_HAS_OPENCL_HEADER
 

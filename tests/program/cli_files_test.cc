@@ -50,7 +50,7 @@ class CliFilesTest : public CliTest {
 
 constexpr char kWorld[] = "quit_time 0.5\nmodel( name \"m\" )\n";
 
-// ---- a FILE that was forgotten, or is something else --------------------------------------------
+// ---- missing or wrong FILE arguments ------------------------------------------------------------
 
 TEST_F(CliFilesTest, AWorldIsNeverWrittenOver) {
   Write("my.world", kWorld);
@@ -137,7 +137,7 @@ TEST_F(CliFilesTest, AFilmReplacesNoPicture) {
   EXPECT_NE(r.status, 0);
 }
 
-// ---- how it is written --------------------------------------------------------------------------
+// ---- writing files ------------------------------------------------------------------------------
 
 /// In shared folders, others may create links with names that can be predicted.
 TEST_F(CliFilesTest, NoLinkIsWrittenThrough) {
@@ -180,7 +180,7 @@ TEST_F(CliFilesTest, WritesToOpenDescriptors) {
   EXPECT_EQ(Stats("five")["steps"], 5);
 }
 
-// ---- output that is lost ------------------------------------------------------------------------
+// ---- failing output -----------------------------------------------------------------------------
 
 TEST_F(CliFilesTest, LostOutputIsAFailure) {
   Write("my.world", kWorld);

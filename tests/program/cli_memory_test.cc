@@ -33,7 +33,7 @@ class MemoryTest : public CliTest {
 int RowOf(int i) { return i / 64; }
 
 TEST_F(MemoryTest, ThreadsEndInOneLineToo) {
-  if (Stg::test::IsEmulated()) GTEST_SKIP() << "the emulator keeps no limit of memory";
+  if (Stg::test::IsEmulated()) GTEST_SKIP() << "the emulator ignores memory limits";
   if (kSanitized) GTEST_SKIP() << "sanitizers reserve more memory than a limit would leave";
   Write("crowd.world",
         "resolution 0.05\n" + crowd::Repeat(4000, [](int i) {

@@ -79,7 +79,7 @@ class SweepLimitsTest : public CliTest {
   };
 
   void SetUp() override {
-    if (Stg::test::IsEmulated()) GTEST_SKIP() << "the emulator ends in other ways";
+    if (Stg::test::IsEmulated()) GTEST_SKIP() << "the emulator ends differently";
     CliTest::SetUp();
   }
 
@@ -173,7 +173,7 @@ TEST_F(SweepLimitsTest, EverySweepEndsInTimeAndSaysWhatWasWrong) {
 }
 
 TEST_F(SweepLimitsTest, MemoryOfControllersAndTheirChildrenIsLimited) {
-  if (kSanitized) GTEST_SKIP() << "sanitizers take more memory by themselves";
+  if (kSanitized) GTEST_SKIP() << "sanitizers need more memory";
   ForEachCase(kHungryDeeds, {"--limit-seconds", "600", "--limit-mb", "150"}, [](Case* one) {
     const Result result = one->process->Finish();
     EXPECT_FALSE(result.hung);

@@ -30,7 +30,7 @@ const std::vector<Name> kNames = {
     {"\xf4\x90\x80\x80", R"(\udcf4\udc90\udc80\udc80)"},          // beyond Unicode
     {"gr\xc3\xbc\xc3\x9f \xff", R"(gr\u00fc\u00df \udcff)"},      // mixed with UTF-8
     {"\xf0\x9f\xa4\x96", R"(\ud83e\udd16)"},                      // only UTF-8
-    {"\xf4\x8f\xbf\xbf", R"(\udcf4\udc8f\udcbf\udcbf)"},          // code points of such bytes
+    {"\xf4\x8f\xbf\xbf", R"(\udcf4\udc8f\udcbf\udcbf)"},          // a placeholder for a byte
     {"\\udcff \\\\udbff\\udfff", R"(\\udcff \\\\udbff\\udfff)"},  // looks like an escape
 };
 

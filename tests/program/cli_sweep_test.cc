@@ -121,7 +121,7 @@ TEST_F(SweepTest, GivesTheSameTable) {
   for (const char* folder : {"a", "b", "c", "d", "e"})
     for (const auto& file : fs::directory_iterator(Path(folder)))
       EXPECT_NE(file.path().stem(), "lock") << file;
-  if (!device::WhyNone().empty()) GTEST_SKIP() << "but for a device: " << device::WhyNone();
+  if (!device::WhyNone().empty()) GTEST_SKIP() << "except for a device: " << device::WhyNone();
   with("f", {"--opencl"});
   EXPECT_EQ(Merged("f"), table) << "devices change nothing";
 }
@@ -195,7 +195,8 @@ TEST_F(SweepTest, SeedsDependOnTheValuesAlone) {
 
 /// The controller's argument makes it crash, print, wait or end.
 TEST_F(SweepTest, FailedRunsAreNamed) {
-  if (Stg::test::IsEmulated()) GTEST_SKIP() << "the emulator's own words are a crashed run's last";
+  if (Stg::test::IsEmulated())
+    GTEST_SKIP() << "the emulator prints the last lines of a crashed run";
   Write("f.world", "quit_time 0.2\nposition( name \"a\" )\n");
   const std::string fails =
       std::string(std::getenv("STAGE_BINARY_DIR")) + "/tests/plugins/fails.so ";
@@ -340,7 +341,7 @@ TEST_F(SweepTest, AllOptionsOfLogsReachTheRuns) {
                                         {"--log-compression", "none"},
                                         {"--log-ranges", "stage"}};
   const std::string help = Stage({"--help"}).out;
-  EXPECT_EQ(CountOf(help, "\n  --log-"), options.size() - 1) << "a new one is to be tried here";
+  EXPECT_EQ(CountOf(help, "\n  --log-"), options.size() - 1) << "this test needs a new sweep";
   std::set<std::string> logs;
   for (size_t i = 0; i < options.size(); i++) {
     SCOPED_TRACE(testing::PrintToString(options[i]));

@@ -83,7 +83,7 @@ def test_pettingzoo_seeds(name: str) -> None:
     assert_same(*records)
 
 
-# ---- many worlds beside single ones -------------------------------------------------------------
+# ---- many worlds compared with single ones ------------------------------------------------------
 
 CASES: dict[str, Callable[[], tuple[str | None, Any]]] = {
     "Navigate": lambda: (None, stage_env.Navigate(goal_radius=0.65, limit=41)),
@@ -234,7 +234,7 @@ def test_worlds_have_seeds_of_their_own() -> None:
     assert len({*seeds, *env._episodes.batch.seeds}) == 4  # noqa: SLF001  (two are as before)
 
 
-# ---- what is returned ---------------------------------------------------------------------------
+# ---- returned arrays ----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", TASKS)

@@ -27,7 +27,7 @@ from stagesim.live.__main__ import arguments, parsed  # noqa: E402
 from stagesim.live.messages import order_of  # noqa: E402
 from websockets.exceptions import InvalidStatus  # noqa: E402
 
-# ---- who may come ----
+# ---- access ----------
 
 def get(server: Server, path: str, **headers: str) -> http.client.HTTPResponse:
     connection = http.client.HTTPConnection("127.0.0.1", urlsplit(server.url).port, timeout=PATIENCE)

@@ -243,7 +243,7 @@ def test_clock_does_not_go_back_in_a_pause(start: Callable[..., Process], client
     client.until(lambda: clock[-1].clock.sec == 0 and clock[-1].clock.nanosec < 500_000_000)
 
 
-# ---- what stands in the way, and where things are put ----
+# ---- obstacles and placement -----------------------------
 
 def test_stall_tells_that_a_robot_is_blocked(start: Callable[..., Process], client: Client, one: str) -> None:
     start(one, paused=True, base_watchdog_timeout=0)

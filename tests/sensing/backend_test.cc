@@ -52,7 +52,7 @@ void ExpectRefused(const std::string& backend, const std::string& reason) {
   EXPECT_EQ(Stg::ListDevices(PathOf(backend)), message + "\n");
 }
 
-// ---- what it finds ------------------------------------------------------------------------------
+// ---- results ------------------------------------------------------------------------------------
 
 TEST(BackendTest, ListsHitsLikeTheHostsWalk) {
   for (uint32_t per_ray = 1; per_ray <= 4; per_ray++) {
@@ -106,7 +106,7 @@ TEST(BackendTest, ChangesNothingInAnyWorld) {
   EXPECT_GT(resumed, 0u);
 }
 
-// ---- the door -----------------------------------------------------------------------------------
+// ---- the interface of the plug-in ---------------------------------------------------------------
 
 TEST(BackendTest, IsRefusedIfItIsOfAnotherVersion) {
   ExpectRefused("other_version", "found version 4711 of stage_backend, expected version 5");

@@ -131,7 +131,7 @@ TEST(FanOrder, IsRenewedAfterAWhile) {
   EXPECT_EQ(first_after(0, 1000), 0u);
   int batches = 1;
   while (first_after(1000, 0) == 0 && batches < 1000) batches++;
-  EXPECT_GT(batches, 10) << "sorting takes its time";
+  EXPECT_GT(batches, 10) << "sorting is expensive";
   EXPECT_LT(batches, 1000);
 }
 

@@ -138,7 +138,7 @@ class FreeBoxAt : public ::testing::TestWithParam<Place> {
       found += Check(terrain_, mask, starts);
       ASSERT_FALSE(HasFailure()) << i << ": (" << starts[0].x << ", " << starts[0].y << ")";
     }
-    EXPECT_GT(found, 150) << "these places prove little";
+    EXPECT_GT(found, 150) << "these places are not a strong test";
   }
 };
 INSTANTIATE_TEST_SUITE_P(Everywhere, FreeBoxAt, ::testing::ValuesIn(test::kBadPlaces));

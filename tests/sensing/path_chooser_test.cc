@@ -96,7 +96,7 @@ TEST(PathChooser, FollowsTheNumberOfRays) {
   machine.Run(20000, 100);
   machine.Forget();
   machine.Run(200, 100000);
-  EXPECT_GT(machine.on_device(), 190u) << "it is to notice a crowd at once";
+  EXPECT_GT(machine.on_device(), 190u) << "a crowd must be noticed immediately";
   machine.Forget();
   machine.Run(200, 100);
   EXPECT_LT(machine.on_device(), 10u);
@@ -235,7 +235,7 @@ TEST(PathChooser, AProbeIsClearAfterAnUnclearBatch) {
   for (int i = 0; i < 50; i++) paths.Next();
   paths.UntilProbe();
   paths.SetDevice(5);
-  EXPECT_EQ(paths.Probe(), 2) << "one less than if it had not been clear";
+  EXPECT_EQ(paths.Probe(), 2) << "one less than with an unclear difference";
 }
 
 TEST(PathChooser, AProbeSeesThatThePathHasBecomeFaster) {

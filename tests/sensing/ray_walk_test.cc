@@ -50,7 +50,7 @@ Hits Remaining(const ray_grid_t& view, const ray_mask_t& mask, ray_t ray) {
   while (ray_next(&view, &mask, &ray)) {
     hits.emplace_back(ray.u, ray.v);
     if (hits.size() > 2 * RAY_LEG_CELLS + 3) {
-      ADD_FAILURE() << "the walk does not get on";
+      ADD_FAILURE() << "the walk makes no progress";
       break;
     }
     const int x = ray.x0 + ray.sx * ray.u, y = ray.y0 + ray.sy * ray.v;

@@ -156,7 +156,7 @@ Rays RandomRays(RandomSource* random, const Terrain& terrain, const ray_grid_t& 
   return rays;
 }
 
-// ---- what is to be found ------------------------------------------------------------------------
+// ---- expected hits ------------------------------------------------------------------------------
 
 struct Found {
   uint32_t hit = RAY_NO_HIT;
@@ -320,7 +320,7 @@ TEST_P(WideWalkAt, Frames) {
   CheckMany(wide, terrain, 8, 80);
 }
 
-// ---- cases of their own -------------------------------------------------------------------------
+// ---- special cases ------------------------------------------------------------------------------
 
 TEST_P(WideWalkOf, EveryNumberOfRaysInPartsOfEveryKind) {
   const WideWalk& wide = GetParam();

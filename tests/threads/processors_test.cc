@@ -55,7 +55,7 @@ TEST_F(Groups, VersionTwoCountsAllAncestors) {
   EXPECT_EQ(Granted("0::/a/b\n"), 8u);
   Write("a/cpu.max", "250000 100000");  // 2.5: a third thread would stall all
   EXPECT_EQ(Granted("0::/a/b\n"), 2u);
-  EXPECT_EQ(Granted("0::/a/b/c/d\n"), 2u) << "groups that are not there have no limit";
+  EXPECT_EQ(Granted("0::/a/b/c/d\n"), 2u) << "missing groups have no limit";
   Write("cpu.max", "10000 100000");
   EXPECT_EQ(Granted("0::/a/b\n"), 1u) << "a tenth of a processor";
 }
@@ -81,7 +81,7 @@ TEST(Processors, AreThoseOfTheAffinityMask) {
   ASSERT_EQ(sched_getaffinity(0, sizeof before, &before), 0);
   EXPECT_GE(CountUsableProcessors(), 1u);
   EXPECT_LE(CountUsableProcessors(), static_cast<unsigned>(CPU_COUNT(&before)));
-  if (test::IsEmulated()) GTEST_SKIP() << "emulators hand on no masks";
+  if (test::IsEmulated()) GTEST_SKIP() << "emulators don't pass on affinity masks";
   cpu_set_t one;
   CPU_ZERO(&one);
   for (int cpu = 0; cpu < CPU_SETSIZE && CPU_COUNT(&one) == 0; cpu++)

@@ -133,7 +133,7 @@ TEST(WorkerPool, CanBeCreatedAndDestroyedRepeatedly) {
   }
 }
 
-// ---- the first of many --------------------------------------------------------------------------
+// ---- FindFirst() -------------------------------------------------------------------------------
 
 TEST(FindFirst, EqualsASequentialSearch) {
   test::RandomSource random(1);
@@ -248,7 +248,7 @@ TEST(WorkerPool, WorksWithFewerThreadsIfNoneCanBeCreated) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers reserve more memory than a limit would leave";
 #endif
-  if (test::IsEmulated()) GTEST_SKIP() << "the emulator keeps no limit of memory";
+  if (test::IsEmulated()) GTEST_SKIP() << "the emulator ignores memory limits";
   const auto work_with_little_memory = [] {
     rlimit limit{};
     getrlimit(RLIMIT_AS, &limit);

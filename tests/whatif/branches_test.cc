@@ -218,7 +218,7 @@ TEST_F(BranchesTest, ExecuteCommandsAndReportOutcomes) {
   branches.Step(40);
   ASSERT_EQ(branches[0].sightings.size(), 40u);
   EXPECT_EQ(branches[0].commands.front().step, 0u);
-  EXPECT_EQ(branches[0].sightings[1].velocity.x, 0.5) << "what was applied";
+  EXPECT_EQ(branches[0].sightings[1].velocity.x, 0.5) << "the applied commands";
   EXPECT_EQ(branches[0].sightings[25].velocity.x, 0);
   EXPECT_NEAR(branches[0].sightings[39].pose.x, 1.0, 0.1);
   EXPECT_NEAR(branches[1].sightings[39].pose.x, 0.8, 0.05);

@@ -147,7 +147,7 @@ TEST_F(Engine, KeepsToItsBudget) {
   EXPECT_FALSE(decision.complete);
   steps.scenario_steps = 1;
   decision = engine.Choose(question_, steps, &judge);
-  EXPECT_EQ(decision.rounds, 1u) << "there is an answer in any case";
+  EXPECT_EQ(decision.rounds, 1u) << "there is always an answer";
 
   Budget energy;
   double spent = 0;

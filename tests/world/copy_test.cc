@@ -50,13 +50,13 @@ TEST_F(CopyTest, EqualsANewlyLoadedWorld) {
     SCOPED_TRACE(file);
     const std::vector<uint64_t> expected = HashesOf(LoadFile(file, 5).get(), kSteps);
     std::unique_ptr<World> other = LoadFile(file, 1);
-    EXPECT_EQ(HashesOf(CopyOf(*other, 5).get(), kSteps), expected) << "of a fresh one";
+    EXPECT_EQ(HashesOf(CopyOf(*other, 5).get(), kSteps), expected) << "copy of a fresh world";
     HashesOf(other.get(), kSteps);
     const std::unique_ptr<World> copy = CopyOf(*other, 5);
     const std::unique_ptr<World> copy_of_copy = CopyOf(*copy, 5);
     other.reset();
-    EXPECT_EQ(HashesOf(copy.get(), kSteps), expected) << "of one that has moved on";
-    EXPECT_EQ(HashesOf(copy_of_copy.get(), kSteps), expected) << "of a copy";
+    EXPECT_EQ(HashesOf(copy.get(), kSteps), expected) << "copy of a world after some steps";
+    EXPECT_EQ(HashesOf(copy_of_copy.get(), kSteps), expected) << "copy of a copy";
     ASSERT_TRUE(copy->Reset(5));
     EXPECT_EQ(HashesOf(copy.get(), kSteps), expected) << "reset";
   }
@@ -78,7 +78,7 @@ TEST_F(CopyTest, DoesNotDependOnTheOriginalsState) {
     EXPECT_EQ(copy->StateHash(), fresh->StateHash()) << "later";
     Go(other.get(), seed, 10, 10);
     Go(undisturbed.get(), seed, 0, 20);
-    EXPECT_EQ(other->StateHash(), undisturbed->StateHash()) << "the other goes on as ever";
+    EXPECT_EQ(other->StateHash(), undisturbed->StateHash()) << "the other world is unaffected";
   }
 }
 

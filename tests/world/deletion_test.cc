@@ -10,7 +10,7 @@
 namespace Stg {
 namespace {
 
-// ---- making and deleting in the middle of things ------------------------------------------------
+// ---- creating and deleting models in callbacks --------------------------------------------------
 
 const char kTrio[] =
     "model( name \"a\" alwayson 1 ) model( name \"b\" alwayson 1 model( name \"c\" alwayson 1 ) )"
@@ -142,7 +142,7 @@ TEST(Creation, OfAModelThatIsSubscribedAndDeletedAtOnce) {
   EXPECT_EQ(world->GetAllModels().size(), 6u);
 }
 
-// ---- deleting what is in use --------------------------------------------------------------------
+// ---- deleting models in use ---------------------------------------------------------------------
 
 TEST(SelfDeletion, OfAWorldInTheCallbackOfAnother) {
   const auto first = LoadText("");

@@ -393,7 +393,7 @@ TEST(ExactRays, CostNothingIfUnused) {
   Step(*thin);
   Step(*exact);
   EXPECT_FALSE(thin->host().scene.exact_rasterization);
-  EXPECT_TRUE(exact->host().scene.exact_rasterization) << "since the first ray wanted it";
+  EXPECT_TRUE(exact->host().scene.exact_rasterization) << "since the first exact ray";
   EXPECT_GT(bytes(exact.get()), bytes(thin.get()));
 }
 

@@ -21,7 +21,7 @@ namespace {
 
 /// ThreadSanitizer confuses the threads of a child with those of its parent.
 #if defined(__SANITIZE_THREAD__)
-#define SKIP_WITH_THREAD_SANITIZER() GTEST_SKIP() << "ThreadSanitizer can't do without the parent"
+#define SKIP_WITH_THREAD_SANITIZER() GTEST_SKIP() << "ThreadSanitizer needs the parent process"
 #else
 #define SKIP_WITH_THREAD_SANITIZER()
 #endif
@@ -65,7 +65,7 @@ TEST(Fork, TheChildStepsAsTheParentDoes) {
   HashAfter(world.get(), 3);
   const uint64_t expected = HashAfter(same.get(), 8);
   EXPECT_TRUE(InChild([&] { return HashAfter(world.get(), 5) == expected; }));
-  EXPECT_EQ(HashAfter(world.get(), 5), expected) << "the parent goes on as well";
+  EXPECT_EQ(HashAfter(world.get(), 5), expected) << "the parent continues, too";
 }
 
 TEST(Fork, TheChildHasThreadsOfItsOwn) {

@@ -185,7 +185,7 @@ TEST(Lifecycle, SeveralWorldsDoNotDisturbEachOther) {
   EXPECT_EQ(alone->UpdateCount(), 60u);
 
   for (const auto& world : worlds) world->Quit();
-  EXPECT_FALSE(World::UpdateAll()) << "one goes on";
+  EXPECT_FALSE(World::UpdateAll()) << "one world continues";
   alone->Quit();
   EXPECT_TRUE(World::UpdateAll());
 }

@@ -202,7 +202,7 @@ TEST(Limits, ManyModelsWithOnePicture) {
   }
 }
 
-// ---- in other files -----------------------------------------------------------------------------
+// ---- mistakes in included files -----------------------------------------------------------------
 
 TEST(Include, ErrorsNameTheFileTheyAreIn) {
   const Folder folder;

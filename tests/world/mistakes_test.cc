@@ -276,7 +276,7 @@ TEST(Starts, InsideObstaclesCauseWarnings) {
 }
 
 TEST(Starts, InFreeSpaceCauseNoWarnings) {
-  EXPECT_EQ(WarningsOf("position( ) position( )"), "") << "programs put them elsewhere";
+  EXPECT_EQ(WarningsOf("position( ) position( )"), "") << "programs may move them";
   EXPECT_EQ(WarningsOf(std::string(kWall) + "position( pose [2 0 0 0] )"), "");
   EXPECT_EQ(WarningsOf(std::string(kWall) + "position( pose [0 0 1 0] )"), "") << "on top of it";
   EXPECT_EQ(WarningsOf("model( size [2 2 1] obstacle_return 0 ) position( )"), "");

@@ -108,7 +108,7 @@ TEST_F(PopulationsTest, DependOnTheSeedAndTheirNameAlone) {
   EXPECT_NE(poses(3, {}, 5), poses(4, {}, 5));
   std::vector<Pose> more = poses(3, {"a=9"}, 9);
   more.resize(5);
-  EXPECT_EQ(poses(3, {}, 5), more) << "the first of more stand where those of fewer do";
+  EXPECT_EQ(poses(3, {}, 5), more) << "a larger population begins with the same places";
   EXPECT_EQ(poses(3, {}, 5), poses(3, {"b=0"}, 5));
   EXPECT_EQ(poses(3, {"a.seed=8"}, 5), poses(4, {"a.seed=8"}, 5));
 }
@@ -135,7 +135,7 @@ TEST_F(PopulationsTest, DoNotDependOnTheHistory) {
     Go(fresh.get(), seed, 0, kSteps);
     Go(other.get(), seed + 9, 0, kSteps);
     Go(&copy, seed, 0, kSteps);
-    EXPECT_EQ(copy.StateHash(), fresh->StateHash()) << "a copy of one with another seed";
+    EXPECT_EQ(copy.StateHash(), fresh->StateHash()) << "a copy of a world with another seed";
     for (int round = 0; round < 3; round++) {
       ASSERT_TRUE(other->Reset(seed));
       Go(other.get(), seed, 0, kSteps);
@@ -145,7 +145,7 @@ TEST_F(PopulationsTest, DoNotDependOnTheHistory) {
     World late(OptionsOf(seed));
     ASSERT_TRUE(late.LoadCopy(*other));
     Go(&late, seed, 0, kSteps);
-    EXPECT_EQ(late.StateHash(), fresh->StateHash()) << "a copy of one that has been reset";
+    EXPECT_EQ(late.StateHash(), fresh->StateHash()) << "a copy of a reset world";
   }
 }
 

@@ -167,7 +167,7 @@ TEST(Fans, NoRays) {
   EXPECT_TRUE(results.empty());
 }
 
-// ---- odd arguments ------------------------------------------------------------------------------
+// ---- unusual arguments --------------------------------------------------------------------------
 
 TEST(OddRays, NothingHitGivesTheRangeItself) {
   const std::unique_ptr<World> world = EmptyWorld();

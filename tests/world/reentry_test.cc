@@ -41,7 +41,7 @@ int DeleteOther(Model* mod, void* other) {
 
 bool SaveNowhere(World* world) { return world->Save("/nonexistent/folder/t.world"); }
 
-// ---- models that come and go while the world is loaded again or saved ---------------------------
+// ---- creating and deleting models while the world is reloaded or saved --------------------------
 
 TEST(Reentry, ModelsMadeWhileTheWorldIsReloadedOrSaved) {
   const auto world = LoadText(kWorld);

@@ -217,7 +217,7 @@ TEST(SaveAndReloadTable, HasEveryType) {
         << type;
 }
 
-// ---- types that move ----------------------------------------------------------------------------
+// ---- models that move ---------------------------------------------------------------------------
 
 TEST_F(SaveAndReload, ARobotOnItsWay) {
   const std::string path = Write(

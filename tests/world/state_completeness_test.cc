@@ -199,7 +199,7 @@ TEST_P(State, ChangesWithEachChange) {
   const Scene scene;
   const uint64_t before = scene.world->StateHash();
   const StateExchange::Bytes saved = scene.Save();
-  EXPECT_EQ(scene.world->StateHash(), before) << "looking on changes nothing";
+  EXPECT_EQ(scene.world->StateHash(), before) << "reading changes nothing";
   GetParam().make(scene);
   EXPECT_NE(scene.world->StateHash(), before);
   if (!GetParam().comes_back) return;

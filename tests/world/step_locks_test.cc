@@ -74,7 +74,7 @@ class StepLocks : public testing::Test {
  protected:
   static void SetUpTestSuite() { InitLibrary(); }
   void SetUp() override {
-    if (kSanitized) GTEST_SKIP() << "sanitizers see locks in this way themselves";
+    if (kSanitized) GTEST_SKIP() << "sanitizers intercept locks themselves";
   }
 };
 

@@ -79,7 +79,7 @@ TEST_F(ChosenThreads, AreAllProcessorsByDefault) {
   const std::unique_ptr<World> world = Load("hospital.world", 0);
   EXPECT_TRUE(world->engine().chooses_threads());
   EXPECT_EQ(world->engine().max_threads(), threads::CountUsableProcessors());
-  EXPECT_EQ(world->engine().threads(), 1u) << "none is started before it is worth it";
+  EXPECT_EQ(world->engine().threads(), 1u) << "no thread is started before it pays";
   EXPECT_TRUE(world->Summary().chooses_threads);
   EXPECT_EQ(Load("hospital.world", 3)->engine().max_threads(), 3u);
   EXPECT_FALSE(Load("hospital.world", 3)->engine().chooses_threads());

@@ -403,16 +403,16 @@ class Report:
         return """
 ## What the figures are
 
-* **truth**: the nearest crossing of the ray, from the sensor's pose in double precision, with the
-  outline of a body that stops it, in extended precision and without the simulator's grid
-  (`ray_truth --help`). Walls of a bitmap are the polygons that it is traced into.
-* **error**: |reading - truth| where both hit something. *missed*: only the truth does; *false*:
-  only the reading does; *wrong object*: they hit different models.
-* **p50, p95, p99**: so many per cent of the errors are no greater; the median of the populations.
-* **r_ACC**: robots times simulated seconds for each second of real time; the whole program with
-  controllers (`disperse`), one thread unless said otherwise; the median of the repeats, which took
-  turns.
-* **MB**: the greatest memory of the process.
+* **truth**: the distance to the nearest outline that stops the ray, computed in extended precision
+  without the simulator's grid, from the sensor's pose in double precision (`ray_truth --help`).
+  Walls of a bitmap are the polygons that it is traced into.
+* **error**: |reading - truth| where both hit something. *missed*: only the true ray hits something;
+  *false*: only the reading does; *wrong object*: they hit different models.
+* **p50, p95, p99**: percentiles of the errors; median of the populations.
+* **r_ACC**: robots times simulated seconds per second of real time, for the whole program with
+  controllers (`disperse`) and one thread unless stated otherwise. The value is the median of the
+  repeats; the settings alternate.
+* **MB**: the peak memory of the process.
 """
 
 

@@ -201,8 +201,8 @@ class Approach:
 
 
 def approaches(count: int, seed: int) -> list[Approach]:
-    """Approaches in all directions, from all places within a cell, at up to 50 degrees to the
-    wall."""
+    """Approaches in all directions, from random places within a cell, at up to 50 degrees from the
+    perpendicular of the wall."""
     dice = random.Random(seed)
     found = []
     for i in range(count):

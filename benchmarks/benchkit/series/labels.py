@@ -11,7 +11,7 @@ from benchkit.series.analysis import Series
 PAPER = "Jones et al."
 PAPER_FASTER = 1.82  # "up to 82 % faster": greatest ratio of r_ACC with OpenCL to that without
 PAPER_ENERGY = 0.70  # "30 % less energy": best ratio of r_EPSS with OpenCL to that without
-PAPER_ROBOTS = 100  # approximate number of rays from which on its GPU was faster
+PAPER_ROBOTS = 100  # approximate number of robots below which its GPU was slower
 
 
 def short_device(device: str) -> str:

@@ -158,8 +158,10 @@ def preparations(plan: Plan, history: History) -> Iterator[Job]:
 
 
 def balanced_order(backends: tuple[Backend, ...], turn: int) -> tuple[Backend, ...]:
-    """Order of the backends in a turn. Over as many turns as backends (twice as many if that is
-    odd), each backend has each position equally often, and follows each other one equally often.
+    """Order of the backends in a turn.
+
+    After n turns of n backends (2 n turns if n is odd), each backend has been at each position
+    equally often, and has directly followed each other backend equally often.
 
     Source: E. J. Williams, Experimental designs balanced for the estimation of residual effects of
     treatments, 1949.

@@ -64,7 +64,7 @@ class PowerPack {
   void Subtract(joules_t j);
   /// Transfers as much as is stored and fits, up to `amount`.
   void TransferTo(PowerPack* dest, joules_t amount);
-  /// Turns up to the stored amount into heat. The second form gives the place, for the map.
+  /// Turns up to the stored amount into heat. The second form adds it to the heat map at `p`.
   void Dissipate(joules_t j);
   void Dissipate(joules_t j, const Pose& p);
 
@@ -80,7 +80,8 @@ class PowerPack {
   /// Totals over the packs of all listed worlds, without infinite supplies; World::energy_totals()
   /// has those of one world.
   static joules_t global_stored, global_capacity;
-  /// Since the program started: dissipated by packs, drawn from infinite supplies.
+  /// Energy dissipated by packs, and energy drawn from infinite supplies, since the program
+  /// started.
   static joules_t global_dissipated, global_input;
 
  private:

@@ -224,7 +224,8 @@ class World : public Ancestor {
   void SetQuitTime(usec_t time) { quit_time = time; }
   usec_t GetQuitTime() const { return quit_time; }
 
-  /// Calls cb(world, user) at the end of each step, in registration order. Non-zero removes it.
+  /// Calls cb(world, user) at the end of each step, in registration order, until it returns
+  /// non-zero.
   void AddUpdateCallback(world_callback_t cb, void* user);
   int RemoveUpdateCallback(world_callback_t cb, void* user);
   /// Calls `call` once after the current or next step, when snapshots can be taken. It must not
@@ -345,8 +346,8 @@ class World : public Ancestor {
   /// variable STAGE_VALIDATE=1, builds with assertions do it after each phase of a step: see
   /// STAGE_ASSERT.
   std::string Validate() const;
-  /// Enumerates that state; Model::ExchangeState() does it for each model. Restoring requires the
-  /// same models in the same tree.
+  /// Enumerates the state that StateHash() covers; Model::ExchangeState() does it for each model.
+  /// Restoring requires the same models in the same tree.
   void ExchangeState(StateExchange& exchange);
   const RunOptions& options() const { return options_; }
   uint64_t seed() const { return options_.seed; }

@@ -332,7 +332,7 @@ void ModelGripper::ReceiveHits(uint32_t tag, const sensing::RayHits& hits) {
   hit_ids_[tag] = hits_[tag] ? hits_[tag]->GetId() : 0;
 }
 
-// ---- after sensing ------------------------------------------------------------------------------
+// ---- moving after sensing -----------------------------------------------------------------------
 
 void ModelGripper::Sensed() {
   if (shape_due_) {

@@ -33,8 +33,8 @@ constexpr double kFriis = 32.44177;
 constexpr double kItuIndoor = -28.0;
 constexpr double kDecibelsPerMetre = 100.0;  // of obstacle, times wall_factor
 
-/// Uses only additions, multiplications and divisions to be equal on every processor: the artanh
-/// series for a mantissa in [sqrt(1/2), sqrt(2)).
+/// The result is equal on every processor, because only additions, multiplications and divisions
+/// are used: the artanh series for a mantissa in [sqrt(1/2), sqrt(2)).
 double Log10(double x) {
   if (!(x > 0)) return std::numeric_limits<double>::quiet_NaN();
   int exponent = 0;

@@ -180,7 +180,7 @@ bool GatherPhase::CanRunInParallel(const Scheduler::Event& event) {
          !event.model->HasCallbacks(Model::CB_VELOCITY);
 }
 
-// ---- getting ready ------------------------------------------------------------------------------
+// ---- preparations -------------------------------------------------------------------------------
 
 /// Prepares all entries. Returns false if the updates cannot run in parallel.
 bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count, World* world,

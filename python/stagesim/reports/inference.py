@@ -44,7 +44,7 @@ def percentile(values: Iterable[float], share: float) -> float:
     return ordered[max(math.ceil(share * len(ordered)), 1) - 1]
 
 
-# ---- how sure medians of a few repeats are: their scatter is drawn from again and again ----------
+# ---- confidence intervals of medians of a few repeats, by resampling their scatter ---------------
 
 DRAWS = 2000
 LEVEL = 0.95

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// A controller that loads another world after half a second, like learning in episodes: the file
-// named by --args.
+// A controller that loads the world file named by --args after half a second, as programs that
+// learn in episodes do.
 
 #include <string>
 

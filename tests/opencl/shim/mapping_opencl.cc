@@ -167,7 +167,7 @@ bool MayBeTransferred(cl_mem memory, std::size_t bytes) {
 
 }  // namespace
 
-// ---- the calls ----------------------------------------------------------------------------------
+// ---- replaced functions of OpenCL ---------------------------------------------------------------
 
 STAGE_SHIM_CALL cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, std::size_t size,
                                       void* host, cl_int* error) {

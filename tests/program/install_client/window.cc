@@ -10,7 +10,7 @@
 
 using namespace Stg;
 
-// Names in the client that are also namespaces or folders of the library; must not collide.
+// These names are also namespaces or folders of the library. They must not collide with them.
 static int draw = 0, view = 0, window = 0, offscreen = 0;
 
 class Node : public WorldGui {
