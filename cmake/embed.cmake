@@ -9,8 +9,8 @@
 # writes the source of one constant.
 
 if(CMAKE_SCRIPT_MODE_FILE)
-  # Writes a list of character constants, one line per line of the file: it has no length limit, unlike string
-  # literals, and nothing in the text can end it.
+  # Writes a list of character constants, one line per line of the file. Unlike a string literal, such a list has no
+  # length limit, and nothing in the text can end it.
   file(READ "${INPUT}" bytes HEX)
   string(REGEX REPLACE "(..)" "'\\\\x\\1'," bytes "${bytes}")
   string(REPLACE "'\\x0a'," "'\\x0a',\n" bytes "${bytes}")

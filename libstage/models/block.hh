@@ -51,8 +51,8 @@ class Block {
   std::vector<grid::CellSet> cells_;
 };
 
-/// Reverses a polygon if the sum of its turning angles is not positive, as Stage does. Gives the
-/// same result on every processor.
+/// Reverses a polygon if the sum of its turning angles is not positive, as Stage 4.3 does. Gives
+/// the same result on every processor.
 void OrientPolygon(std::vector<point_t>* points);
 
 }  // namespace Stg

@@ -172,7 +172,7 @@ void World::ForgetAll() {
   engine_->calls_after_step.clear();
   engine_->energy.clear();
   engine_->metrics.Clear();
-  // Not erased: this may be called by one of them.
+  // The entries are not erased, because one of these callbacks may have called this function.
   for (WorldEngine::UpdateCallback& entry : engine_->update_callbacks) entry.function = nullptr;
 }
 

@@ -143,7 +143,7 @@ TEST(SpeedMeter, LeavesOutPauses) {
   for (int i = 1; i <= 30; i++) meter.Stepped(0.05 * i, static_cast<usec_t>(i) * 100000);
   EXPECT_NEAR(meter.ratio(), 2, 1e-9);
   meter.Restart(100, 3000000);
-  EXPECT_NEAR(meter.ratio(), 2, 1e-9) << "no frame is due before a change";
+  EXPECT_NEAR(meter.ratio(), 2, 1e-9) << "the old ratio remains until there is a new one";
   for (int i = 1; i <= 3; i++)
     meter.Stepped(100 + 0.1 * i, 3000000 + static_cast<usec_t>(i) * 100000);
   EXPECT_NEAR(meter.ratio(), 1, 1e-9);

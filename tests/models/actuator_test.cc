@@ -78,7 +78,7 @@ TEST(Actuator, BadPropertiesAreRefused) {
   }
 }
 
-// In Stage the start position replaces the pose.
+// In Stage 4.3 the start position replaces the pose.
 TEST(Actuator, StartPositionIsAddedToThePose) {
   const auto world = LoadText(
       "actuator( name \"j\" pose [1 2 3 90] axis [3 4 0] start_position 2 max_position 5 )\n"

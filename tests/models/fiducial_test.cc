@@ -60,7 +60,7 @@ TEST(Reference, Defaults) {
   ExpectReference("", {{3, 1.0, 0, 1.571}, {0, 6.3246, 0.3218, kTen}, {-6, 2.5, 0.6435, kTen}});
 }
 
-// Stage reports the first fiducial at a range of 1.0.
+// Stage 4.3 reports the first fiducial at a range of 1.0.
 TEST(Reference, MinimumRange) {
   ExpectReference("range_min 1.5",
                   {{3, 1.5, 0, 1.571}, {0, 6.3246, 0.3218, kTen}, {-6, 2.5, 0.6435, kTen}});

@@ -76,7 +76,7 @@ TEST(Gripper, CarriesAndDropsWhereItIs) {
   robot.gripper->CommandOpen();
   robot.Step();
   ExpectPose(puck->GetPose(), 3.5, 4.23, 0.02, M_PI / 2);
-  // In Stage the puck then has no parent and is not a child of the world.
+  // In Stage 4.3 the puck then has no parent and is not a child of the world.
   const std::vector<Model*>& top = robot.world->GetChildren();
   EXPECT_EQ(std::count(top.begin(), top.end(), puck), 1);
   EXPECT_EQ(puck->Root(), puck);
@@ -179,7 +179,7 @@ TEST(Gripper, ReleasesAModelThatIsTakenAway) {
   EXPECT_EQ(robot.Step(20).paddles, Gripper::PADDLE_OPEN);
 }
 
-// Stage releases and snatches again endlessly.
+// Stage 4.3 releases and snatches again endlessly.
 TEST(Gripper, AutosnatchClosesAndHolds) {
   Robot robot("", "autosnatch 1");
   EXPECT_EQ(robot.Step(5).paddles, Gripper::PADDLE_OPEN);

@@ -116,7 +116,7 @@ TEST(GripperBody, ClosedAndUp) {
   ExpectBounds(right.z, 0.12, 0.2);
 }
 
-// In Stage the fingers of a moving gripper jump to wrong places.
+// In Stage 4.3 the fingers of a moving gripper jump to wrong places.
 TEST(GripperBody, FingersMoveWithTheirPositions) {
   Robot robot;
   robot.gripper->CommandClose();
@@ -167,7 +167,7 @@ TEST(GripperBody, HasTheSizeThatItIsGiven) {
   ExpectBounds(BoxOf(gripper, 1).x, 0, 1);
 }
 
-// In Stage the fingers then point to deleted blocks.
+// In Stage 4.3 the fingers then point to deleted blocks.
 TEST(GripperBody, AdditionalBlocksExtendTheBody) {
   const auto world = LoadText(
       "gripper( name \"g\" block( points 4 point[0] [0.1 -0.15] point[1] [0.3 -0.15]\n"

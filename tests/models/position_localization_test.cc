@@ -25,7 +25,7 @@ TEST(Localization, GpsTellsThePoseBeforeTheMove) {
   ExpectPose(robot.position->GetPose(), 1, 2.1, 0, M_PI / 2);
 }
 
-// In Stage the origin also affects GPS, but only the estimate before the first update.
+// In Stage 4.3 the origin also affects GPS, but only the estimate before the first update.
 TEST(Localization, OriginIsThatOfTheOdometryAndNothingToGps) {
   Robot gps("pose [3 2 0 0] localization_origin [1 2 0.5 450]");
   EXPECT_DOUBLE_EQ(gps.position->est_origin.a, 2.5 * M_PI);  // as it was given
@@ -65,7 +65,7 @@ TEST(Odometry, StartsAtTheOriginGiven) {
   ExpectPose(robot.position->est_pose, 3.1, 2, 0, 0);
 }
 
-// In Stage the sideways part has the wrong sign: (0.05, -0.04).
+// In Stage 4.3 the sideways part has the wrong sign: (0.05, -0.04).
 TEST(Odometry, SidewaysIsToTheLeft) {
   Robot robot("drive \"omni\" localization \"odom\" odom_error [0 0 0 0]");
   robot.position->SetSpeed(0.5, 0.4, 0);
@@ -121,7 +121,7 @@ TEST(Odometry, ATimeWithoutSubscribersDoesNotCount) {
   EXPECT_NEAR(p.est_pose.x, 0.15, 1e-12);
 }
 
-// In Stage the odometry goes on, as if the wheels slipped.
+// In Stage 4.3 the odometry goes on, as if the wheels slipped.
 TEST(Odometry, StandsStillWhileTheRobotIsStalled) {
   Robot robot("localization \"odom\" odom_error [0 0 0 0]", "model( pose [0.7 0 0 0] )");
   ModelPosition& p = *robot.position;

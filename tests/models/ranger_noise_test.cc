@@ -68,7 +68,7 @@ TEST(Noise, TheAngularPartIsZeroForAFieldOfViewOfZero) {
   EXPECT_EQ(noisy.Ranges(), exact.Ranges());
 }
 
-// Stage does not clip noisy readings, which may be negative or beyond the maximum.
+// Stage 4.3 does not clip noisy readings, which may be negative or beyond the maximum.
 TEST(Noise, MakesNoReadingBelowTheMinimumOrAboveTheMaximum) {
   for (const char* range : {"[0 5]", "[0.3 2.6]", "[2.4 2.6]", "[2.5 100]"})
     for (const char* noise : {"[4 0 0]", "[0 5 0]", "[4 5 90]", "[0.0001 0 0]"}) {

@@ -195,7 +195,7 @@ TEST(Ranger, SeesTheWorldAtTheStartOfTheStep) {
   EXPECT_NEAR(robot->GetPose().x, 4 - 20 * 0.08, 1e-9);
 }
 
-// When a robot stops, Stage keeps its last but one image in one of two grids, so that readings
+// When a robot stops, Stage 4.3 keeps its last but one image in one of two grids, so that readings
 // alternate endlessly: 3.58 3.62 3.58 3.62 ...
 TEST(Ranger, StoppedRobotHasConstantRange) {
   Scene scene("sensor( range [0 9] )",
@@ -504,7 +504,7 @@ TEST(EdgeCases, NonFinitePosesSeeNothing) {
   }
 }
 
-// In Stage a ray at height NaN passes every test of heights.
+// In Stage 4.3 a ray at height NaN passes every test of heights.
 TEST(EdgeCases, SensorAtHeightNaNSeesNothing) {
   Scene scene("sensor( )");
   scene.sensor().pose.z = kNaN;

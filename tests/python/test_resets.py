@@ -89,7 +89,7 @@ def test_batches() -> None:
         batch.step(5)
         batch.reset(seeds)
         batch.step(5)
-        assert len(set(batch.state_hashes())) == len(set(seeds)), "the seed decides about noise"
+        assert len(set(batch.state_hashes())) == len(set(seeds)), "different seeds must give different noise"
         for i, seed in enumerate(seeds):
             world = st.World.from_text(ODD, seed=seed)
             fleet = world.fleet()
@@ -130,7 +130,7 @@ def test_controllers_left_out_are_told_once(caplog: pytest.LogCaptureFixture) ->
 
 
 def log_of_a_run(file: Path, reset: bool, steps: int) -> bytes:
-    """Logs three steps of driving robots, then a reset or none, then `steps` steps more."""
+    """Logs three steps of driving robots, resets the world if `reset`, and logs `steps` more steps."""
     world = st.World.from_text(ODD)
     world.reset(2)
     log = world._core.record(str(file), None, [], "none", "rep117")

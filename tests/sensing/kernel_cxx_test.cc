@@ -61,9 +61,9 @@ class Guess {
 #define float Guess
 // NOLINTEND(bugprone-reserved-identifier,clang-diagnostic-keyword-macro)
 #include "kernels/ray_walk.h"
-// The order matters: each file uses declarations of those before.
+// The order matters: each file uses declarations of the previous ones.
 #include "kernels/records.h"
-// Must follow both.
+// This file must come last.
 #include "kernels/prefilter.cl"
 #undef float
 #undef long

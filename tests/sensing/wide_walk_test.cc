@@ -328,7 +328,8 @@ TEST_P(WideWalkOf, EveryNumberOfRaysInPartsOfEveryKind) {
   RandomSource random(9);
   terrain.AddDust(&random, 3000);
   const ray_grid_t view = terrain.View(Terrain::kTight);
-  std::vector<uint32_t> counts;  // all small and the largest ones; between them all remainders of 8
+  // All small and all large counts; between them, counts with all remainders modulo 8.
+  std::vector<uint32_t> counts;
   for (uint32_t count = 1; count <= RayGroup::kMaxRays; count += count < 72 || count > 245 ? 1 : 5)
     counts.push_back(count);
   ASSERT_EQ(counts.back(), RayGroup::kMaxRays);

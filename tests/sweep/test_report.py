@@ -116,7 +116,7 @@ def test_a_report_replaces_only_reports(experiment: Experiment, tmp_path: Path) 
         assert f"{out}: found {found}" in done.stderr
         assert {file: file.read_bytes() for file in results.folder.rglob("*") if file.is_file()} == before
 
-    out.mkdir()  # an empty one is nobody's
+    out.mkdir()  # an empty folder may be used
     page = results.report()
     (out / "driven-over-bots.png").write_bytes(b"older")
     assert results.report() == page and (out / "driven-over-bots.png").read_bytes()[1:4] == b"PNG"

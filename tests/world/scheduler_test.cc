@@ -153,7 +153,7 @@ TEST(Subscriptions, CannotFallBelowZero) {
   EXPECT_EQ(a->GetSubscriptionCount(), 1u);
 }
 
-// In Stage, each subscription before the pending event starts an additional series of updates.
+// In Stage 4.3, each subscription before the pending event starts an additional series of updates.
 TEST(Subscriptions, AModelIsUpdatedOncePerIntervalHoweverOftenItIsSubscribedTo) {
   const auto world = LoadText("model( name \"a\" update_interval 200 )");
   Journal journal;

@@ -36,7 +36,8 @@ const StageWorld kWorlds[] = {
     {"tests/include-01.world", 0, "tests/include-01.world:9:9", "unable to open include file"},
     {"tests/include-02.world", 0, "tests/include-02.world:9:9",
      "syntax error in include statement"},
-    // Stage counts a line end between a name and its parenthesis twice. The correct lines are here.
+    // Stage 4.3 counts a line end between a name and its parenthesis twice. The correct lines are
+    // here.
     {"tests/syntax-02.world", 0, "tests/syntax-02.world:14:10", "syntax error"},
     {"tests/syntax-03.world", 0, "tests/syntax-03.world:19:1", "missing ')'"},
     {"tests/syntax-04.world", 0, "tests/syntax-04.world:16:1", "syntax error"},

@@ -214,7 +214,7 @@ TEST_F(WorldCallbacks, AreCalledInOrderDuplicatesAllowed) {
   EXPECT_EQ(journal.Text(), "y x y y x y");
 }
 
-// In Stage, the next callback is skipped, or all are called again.
+// In Stage 4.3, the next callback is skipped, or all are called again.
 TEST_F(WorldCallbacks, ThatRemoveThemselvesDoNotDisturbOthers) {
   world->AddUpdateCallback(NoteOnce, &x);
   world->AddUpdateCallback(Note, &y);

@@ -355,7 +355,7 @@ TEST(WorldfileSamples, StageRegressionFiles) {
   const char* shared = std::getenv("STAGE_SHARED_DIR");
   if (shared == nullptr) GTEST_SKIP() << "STAGE_SHARED_DIR is not set";
   const std::string folder = std::string(shared) + "/stage-worlds/tests/";
-  // These are the correct lines. Stage counts a line end between a name and its '(' twice.
+  // These are the correct lines. Stage 4.3 counts a line end between a name and its '(' twice.
   const std::vector<std::pair<std::string, int>> files{
       {"include-02", 9}, {"syntax-01", 0},  {"syntax-02", 14}, {"syntax-03", 19}, {"syntax-04", 16},
       {"syntax-05", 16}, {"syntax-06", 12}, {"syntax-07", 9},  {"macro-01", 0},   {"macro-02", 0}};

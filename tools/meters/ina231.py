@@ -104,8 +104,8 @@ def find(root: Path, clock: Clock) -> list[SensorMeter]:
     if not rails:
         return []
     missing = set(RAILS.values()) - {rail.name for rail in rails}
-    trouble = (f"{root / FOLDER} lacks the rail {', '.join(sorted(missing))}, without which a sum "
-               "is none" if missing else None)
+    trouble = (f"{root / FOLDER} lacks the rail {', '.join(sorted(missing))}, so the sum would be "
+               "incomplete" if missing else None)
     meters = [make_meter("ina231", rails, clock, trouble)]
     return meters + [make_meter(f"ina231:{rail.name}", [rail], clock, None) for rail in rails]
 

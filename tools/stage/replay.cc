@@ -18,7 +18,7 @@ std::unique_ptr<ReplayRun> ReplayRun::Open(Options* options) {
   if (run->replay_.ends_early())
     messages::Warn(messages::Quoted(log) + " ends early, at " +
                    std::to_string(static_cast<double>(run->replay_.end()) / 1e6) +
-                   " s: what came later was not written whole");
+                   " s; later data are incomplete");
   options->worldfiles = {run->files_->world_file()};
   options->run.settings = run->replay_.settings();
   options->run.seed = run->replay_.seed();

@@ -330,7 +330,7 @@ void ModelPosition::Gather(internal::sensing::FanList*) {
   vel.y = velocity_bounds[1].Constrain(vel.y);
   vel.z = velocity_bounds[2].Constrain(vel.z);
   vel.a = velocity_bounds[3].Constrain(vel.a);
-  // Uses the unbounded velocity, as Stage does, unless that is infinite.
+  // Uses the unbounded velocity, as Stage 4.3 does, unless that is infinite.
   if (!std::isfinite(power)) power = PowerOf(vel);
   if (std::isfinite(power)) watts = power;
   ApplyVelocity(vel);

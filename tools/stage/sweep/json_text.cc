@@ -105,7 +105,7 @@ bool IsLow(uint32_t code) { return code >= 0xdc00 && code < 0xe000; }
 /// Calls f(text, code) for each unit of a JSON text. Escapes have a code; a pair of surrogates
 /// counts as one escape. Other units are single characters and other escapes, without a code.
 template <typename F>
-void ForEachSet(std::string_view text, F f) {
+void ForEachUnit(std::string_view text, F f) {
   for (size_t at = 0, length = 0; at < text.size(); at += length) {
     std::optional<uint32_t> code = EscapeAt(text, at);
     length = code ? 6 : text[at] == '\\' ? 2 : 1;
@@ -122,29 +122,30 @@ void ForEachSet(std::string_view text, F f) {
 
 std::string ToJsonText(const Json& json, int indent) {
   std::string text;
-  ForEachSet(Changed(json, WithPlaceholders).dump(indent, ' ', true),
-             [&text](std::string_view part, std::optional<uint32_t> code) {
-               if (code && *code >= kFirstPlaceholder)
-                 text.append("\\udc").append(part.substr(part.size() - 2));
-               else
-                 text += part;
-             });
+  ForEachUnit(Changed(json, WithPlaceholders).dump(indent, ' ', true),
+              [&text](std::string_view part, std::optional<uint32_t> code) {
+                if (code && *code >= kFirstPlaceholder)
+                  text.append("\\udc").append(part.substr(part.size() - 2));
+                else
+                  text += part;
+              });
   return text;
 }
 
 Json ParseJsonText(const std::string& text) {
   std::string taken;
-  ForEachSet(WithPlaceholders(text), [&taken](std::string_view part, std::optional<uint32_t> code) {
-    if (code && *code >= 0xdc80 && *code < 0xdd00) {
-      AppendPlaceholder(static_cast<unsigned char>(*code & 0xff), &taken);
-    } else if (code && *code >= kFirstPlaceholder) {
-      const char bytes[] = {'\xf4', '\x8f', static_cast<char>(0xbc + ((*code >> 6) & 0x3)),
-                            static_cast<char>(0x80 | (*code & 0x3f))};
-      for (const char c : bytes) AppendPlaceholder(static_cast<unsigned char>(c), &taken);
-    } else {
-      taken += part;
-    }
-  });
+  ForEachUnit(
+      WithPlaceholders(text), [&taken](std::string_view part, std::optional<uint32_t> code) {
+        if (code && *code >= 0xdc80 && *code < 0xdd00) {
+          AppendPlaceholder(static_cast<unsigned char>(*code & 0xff), &taken);
+        } else if (code && *code >= kFirstPlaceholder) {
+          const char bytes[] = {'\xf4', '\x8f', static_cast<char>(0xbc + ((*code >> 6) & 0x3)),
+                                static_cast<char>(0x80 | (*code & 0x3f))};
+          for (const char c : bytes) AppendPlaceholder(static_cast<unsigned char>(c), &taken);
+        } else {
+          taken += part;
+        }
+      });
   return Changed(Json::parse(taken), WithoutPlaceholders);
 }
 
