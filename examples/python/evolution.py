@@ -80,7 +80,7 @@ def main(arguments: list[str] | None = None) -> dict[str, float]:
     kind = ThreadPoolExecutor if options.executor == "threads" else ProcessPoolExecutor
     with kind(options.workers) as executor:
         figures = evolve(executor, options.generations, options.population, options.seconds, options.seed)
-    print("{tried} trials: from {first:.2f} m, the mean at first, to {best:.2f} m, the best"
+    print("{tried} trials: fitness rose from {first:.2f} m (first mean) to {best:.2f} m (best genome)"
           .format(**figures))
     return figures
 

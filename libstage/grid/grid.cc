@@ -383,7 +383,7 @@ void Grid::EndConcurrentEdit(std::vector<Edit>* edits) {
 void Grid::Restamp(BodyId id, uint64_t stamp, std::span<const CellSet> sets) {
   STAGE_ASSERT(id < bodies_.size() && stamp <= serial_edit_.last_stamp);
   stamps_[id] = stamp;
-  if (bodies_[id].exact()) return;  // their lists have no order
+  if (bodies_[id].exact()) return;  // lists of exact cells have no order
   for (const CellSet& set : sets)
     ForEachBit(Crowded(set), [&](uint32_t bit) {
       SortIn(&lists_[tiles_[set.slot].bodies & ~kListFlag][bit], id);

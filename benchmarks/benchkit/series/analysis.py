@@ -181,7 +181,7 @@ class Series:
         points = []
         for population in self.populations(world, device, base):
             rays = self.column(world, population, device, "rays_per_step")
-            # Both ran the same steps, so ratios of r_ACC are ratios of the step time.
+            # Device and host ran the same steps, so ratios of r_ACC are ratios of the step time.
             ratios = self.ratios(world, population, device, base)
             if rays is not None and rays.median > 0:
                 points.append(Point(rays.median, population, tuple(ratios)))

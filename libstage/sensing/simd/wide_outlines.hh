@@ -126,7 +126,7 @@ struct LegLanes {
   static V All(int64_t number) { return Lanes::All(number); }
 };
 
-/// Rays from `first` on that meet nothing before the outline that they meet at `ranges`.
+/// Lanes of the rays from `first` on for which the outline at `ranges` is certainly the nearest.
 template <class Lanes>
 typename Lanes::M ResolvedLanes(const OutlineRays& rays, uint32_t first, typename Lanes::D ranges) {
   using V = typename Lanes::V;
