@@ -6,6 +6,9 @@
 # Installations and packages take what was built, which need not include tests and benchmarks.
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
 
+# Programs and plug-ins are not linked again when only code inside a shared library has changed.
+set(CMAKE_LINK_DEPENDS_NO_SHARED ON)
+
 # Always PREFIX/lib, because clients of Stage look for plug-ins there.
 set(CMAKE_INSTALL_LIBDIR lib CACHE PATH "Directory of libraries, below the prefix")
 include(GNUInstallDirs)

@@ -113,9 +113,9 @@ stage_show_build() {
   if [[ $open == yes ]]; then printf '\r\033[K' >&2; fi
 }
 
-# stage_build PRESET TARGET [SETUP OPTION]...
+# stage_build PRESET TARGETS [SETUP OPTION]...
 #
-# Installs what tools/setup finds missing with these options, configures and builds. A stamp records a finished build
+# Installs what tools/setup finds missing with these options, configures and builds these targets, which blanks separate. A stamp records a finished build
 # with these options; after that, only the build tool runs.
 stage_build() {
   stage_check_tree "$1"
@@ -123,7 +123,8 @@ stage_build() {
 }
 
 stage_build_alone() {
-  local preset=$1 target=$2
+  local preset=$1 targets
+  read -ra targets <<<"$2"
   shift 2
   local folder=$root/build/$preset
   local stamp="$folder/.setup$*"
@@ -131,6 +132,6 @@ stage_build_alone() {
   if [[ ! $stamp -nt $root/tools/setup || ! -e $folder/CMakeCache.txt ]]; then
     stage_configure "$preset" "$@"
   fi
-  cmake --build "$folder" --target "$target" --parallel "$(stage_jobs)" 2>&1 | stage_show_build
+  cmake --build "$folder" --target "${targets[@]}" --parallel "$(stage_jobs)" 2>&1 | stage_show_build
   if [[ ! $stamp -nt $root/tools/setup ]]; then : >"$stamp"; fi
 }
