@@ -2,17 +2,11 @@
 //
 // A plug-in that carries the stamp of another version. It leaves a file if any of its code runs.
 
-#include <cstdint>
 #include <fstream>
 
-namespace {
+#include "tests/controllers/plugins/other_stamp.hh"
 
-struct Note {
-  uint32_t name_size, stamp_size, type;
-  char name[8], stamp[32];
-};
-__attribute__((section(".note.stage"), aligned(4), used))
-const Note note = {6, 32, 1, "Stage", "4.9.0 0123456789abcdef"};
+namespace {
 
 struct WhenOpened {
   WhenOpened() { std::ofstream("opened") << "\n"; }
