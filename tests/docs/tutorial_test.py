@@ -21,7 +21,8 @@ from pathlib import Path
 from PIL import Image, ImageChops, ImageFilter
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
-from pages import BINARY_DIR, COMPILER, HASH, Block, Home, blocks_of  # noqa: E402
+from build_tree import BINARY_DIR, COMPILER, HAS_WINDOW  # noqa: E402
+from pages import HASH, Block, Home, blocks_of  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 
 SOURCE_DIR = Path(os.environ["STAGE_SOURCE_DIR"]).resolve()
@@ -96,7 +97,7 @@ FEW_PIXELS = 20
 
 def no_pictures(folder: Path) -> str:
     """The reason why no pictures can be made here; empty if they can."""
-    if not (BINARY_DIR / "lib" / "libstagegui.so").exists():
+    if not HAS_WINDOW:
         return "built without the window"
     world = folder / "nothing.world"
     world.write_text("quit_time 1\n", encoding="utf-8")

@@ -15,49 +15,20 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from build_tree import BINARY_DIR, CMAKE, COMPILER, HAS_WINDOW, SANITIZE, SOURCE_DIR, cache_entry, run  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 
-BINARY_DIR = Path(os.environ["STAGE_BINARY_DIR"]).resolve()
-SOURCE_DIR = Path(os.environ["STAGE_SOURCE_DIR"]).resolve()
 CLIENT_DIR = SOURCE_DIR / "tests" / "program" / "install_client"
 PKG_CONFIG = shutil.which("pkg-config")
 XVFB = shutil.which("Xvfb")
-HAS_WINDOW = (BINARY_DIR / "lib" / "libstagegui.so").exists()
 WINDOW_WORLD = """
 interval_sim 50
 window ( size [500 400] show_data 1 show_arrow 1 )
 position ( name "wanderer" size [0.4 0.4 0.3] ranger( sensor( range [0 3] samples 19 ) ) )
 """
 VERSION = "5.0.0"
-
-
-def cache_entry(name: str) -> str:
-    """The build whose installation is tested."""
-    text = (BINARY_DIR / "CMakeCache.txt").read_text(encoding="utf-8")
-    found = re.search(rf"^{name}:\w+=(.*)$", text, re.MULTILINE)
-    return found[1] if found else ""
-
-
-CMAKE = cache_entry("CMAKE_COMMAND")
-COMPILER = cache_entry("CMAKE_CXX_COMPILER")
-# A library with a sanitizer only runs in programs with the same sanitizer.
-SANITIZE = [f"-fsanitize={cache_entry('STAGE_SANITIZE')}"] if cache_entry("STAGE_SANITIZE") else []
 # Warnings that clients would get from our headers are errors.
 COMPILE = [COMPILER, "-std=c++17", "-Wall", "-Wextra", "-Werror", *SANITIZE]
-
-
-def run(*command: object, **environment: object) -> str:
-    """Returns the output of a command that must succeed, without the caller's Stage in its environment."""
-    variables = {name: value for name, value in os.environ.items()
-                 if name not in ("CMAKE_PREFIX_PATH", "CPATH", "DESTDIR", "LD_LIBRARY_PATH",
-                                 "PKG_CONFIG_PATH", "STAGEPATH")}
-    variables.update({name: str(value) for name, value in environment.items()})
-    done = subprocess.run([str(word) for word in command], env=variables, text=True, check=False,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=PATIENCE)
-    if done.returncode != 0:
-        words = " ".join(str(word) for word in command)
-        raise AssertionError(f"{words}\nended with {done.returncode}:\n{done.stdout}")
-    return done.stdout
 
 
 class InstallTest(unittest.TestCase):

@@ -5,7 +5,6 @@ packages that README installs suffice for a run. Without stage-opencl, a run wit
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 import subprocess
@@ -15,11 +14,9 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from build_tree import BINARY_DIR, HAS_WINDOW, SOURCE_DIR as ROOT  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 
-BINARY_DIR = Path(os.environ["STAGE_BINARY_DIR"]).resolve()
-ROOT = Path(os.environ["STAGE_SOURCE_DIR"]).resolve()
-HAS_WINDOW = (BINARY_DIR / "lib" / "libstagegui.so").exists()
 HAS_OPENCL = bool(list(BINARY_DIR.glob("lib/stage-*/stage_cl.so")))
 
 

@@ -6,10 +6,8 @@ with and without a window."""
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -17,13 +15,10 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
-from patience import PATIENCE  # noqa: E402
+from build_tree import BINARY_DIR, CMAKE, COMPILER, HAS_WINDOW, SANITIZE, SOURCE_DIR, run  # noqa: E402
 
-BINARY_DIR = Path(os.environ["STAGE_BINARY_DIR"]).resolve()
-SOURCE_DIR = Path(os.environ["STAGE_SOURCE_DIR"]).resolve()
 NODE = SOURCE_DIR / "tests" / "program" / "ros_client" / "node.cc"
 PKG_CONFIG, XVFB_RUN = shutil.which("pkg-config"), shutil.which("xvfb-run")
-HAS_WINDOW = (BINARY_DIR / "lib" / "libstagegui.so").exists()
 STANDARDS = ("c++11", "c++14", "c++17", "c++20")
 WORLD = """
 interval_sim 100
@@ -36,27 +31,6 @@ define robot position( size [0.4 0.4 0.4] localization "gps"
 robot( name "one" pose [0 0 0 0] )
 robot( name "two" pose [0 2 0 0] )
 """
-
-
-def cache_entry(name: str) -> str:
-    text = (BINARY_DIR / "CMakeCache.txt").read_text(encoding="utf-8")
-    found = re.search(rf"^{name}:\w+=(.*)$", text, re.MULTILINE)
-    return found[1] if found else ""
-
-
-SANITIZE = [f"-fsanitize={cache_entry('STAGE_SANITIZE')}"] if cache_entry("STAGE_SANITIZE") else []
-
-
-def run(*command: object, **environment: object) -> str:
-    """Returns the output of a command that must succeed."""
-    variables = {name: value for name, value in os.environ.items() if name != "PKG_CONFIG_PATH"}
-    variables.update({name: str(value) for name, value in environment.items()})
-    done = subprocess.run([str(word) for word in command], env=variables, text=True, check=False,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=PATIENCE)
-    if done.returncode != 0:
-        words = " ".join(str(word) for word in command)
-        raise AssertionError(f"{words}\nended with {done.returncode}:\n{done.stdout}")
-    return done.stdout
 
 
 class ManifestTest(unittest.TestCase):
@@ -107,7 +81,7 @@ class NodeTest(unittest.TestCase):
         cls.prefix = cls.folder / "stage"
         components = ["libstage5", "libstage-dev", *(["libstagegui5"] if HAS_WINDOW else [])]
         for component in components:
-            run(cache_entry("CMAKE_COMMAND"), "--install", BINARY_DIR, "--prefix", cls.prefix,
+            run(CMAKE, "--install", BINARY_DIR, "--prefix", cls.prefix,
                 "--component", component)
         cls.flags = run(PKG_CONFIG, "--cflags", "--libs", "stage",
                         PKG_CONFIG_PATH=cls.prefix / "lib" / "pkgconfig").split()
@@ -123,7 +97,7 @@ class NodeTest(unittest.TestCase):
                          (SOURCE_DIR / "package.xml").read_bytes())
 
     def test_compiles_in_each_standard(self) -> None:
-        compilers = {cache_entry("CMAKE_CXX_COMPILER"), *filter(None, map(shutil.which, ("g++", "clang++")))}
+        compilers = {COMPILER, *filter(None, map(shutil.which, ("g++", "clang++")))}
         for compiler in sorted(compilers):
             for standard in STANDARDS:
                 with self.subTest(compiler=compiler, standard=standard):
@@ -132,7 +106,7 @@ class NodeTest(unittest.TestCase):
     def build(self) -> Path:
         program = self.folder / "node"
         if not program.exists():
-            self.compile(cache_entry("CMAKE_CXX_COMPILER"), "c++11", *SANITIZE, "-o", program)
+            self.compile(COMPILER, "c++11", *SANITIZE, "-o", program)
         return program
 
     def check(self, output: str) -> None:

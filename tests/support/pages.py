@@ -13,9 +13,8 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
+from build_tree import CMAKE, COMPILER, cache_entry, clean_environment
 from patience import PATIENCE
-
-BINARY_DIR = Path(os.environ["STAGE_BINARY_DIR"]).resolve()
 
 FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NAMED = re.compile(r"[Ss]ave (?:this|it) as `([\w.]+)`|and this as `([\w.]+)`")
@@ -46,16 +45,6 @@ def blocks_of(page: str) -> list[Block]:
     return found
 
 
-def cache_entry(name: str) -> str:
-    text = (BINARY_DIR / "CMakeCache.txt").read_text(encoding="utf-8")
-    found = re.search(rf"^{name}:\w+=(.*)$", text, re.MULTILINE)
-    return found[1] if found else ""
-
-
-COMPILER = cache_entry("CMAKE_CXX_COMPILER")
-CMAKE = cache_entry("CMAKE_COMMAND")
-
-
 class Home:
     """A reader's home folder, in which commands run one after the other in the same shell."""
 
@@ -66,11 +55,9 @@ class Home:
         commands.mkdir()
         (commands / "c++").symlink_to(COMPILER)
         (commands / "cmake").symlink_to(CMAKE)
-        self.variables = {name: value for name, value in os.environ.items()
-                          if name not in ("CMAKE_PREFIX_PATH", "CPATH", "DESTDIR", "DISPLAY",
-                                          "LD_LIBRARY_PATH", "PKG_CONFIG_PATH", "STAGEPATH")}
-        self.variables.update(HOME=str(folder), PATH=f"{commands}:{os.environ['PATH']}",
-                              CXX=COMPILER, CMAKE_GENERATOR=cache_entry("CMAKE_GENERATOR"))
+        self.variables = clean_environment(HOME=folder, PATH=f"{commands}:{os.environ['PATH']}", CXX=COMPILER,
+                                           CMAKE_GENERATOR=cache_entry("CMAKE_GENERATOR"))
+        self.variables.pop("DISPLAY", None)
         self.state.write_text(f"cd '{folder}'\n", encoding="utf-8")
 
     def run(self, commands: str) -> str:
