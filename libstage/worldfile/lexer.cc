@@ -15,6 +15,7 @@
 
 #include "geometry/load_error.hh"
 #include "messages/report.hh"
+#include "worldfile/characters.hh"
 #include "worldfile/find_file.hh"
 #include "worldfile/numbers.hh"
 #include "worldfile/old_names.hh"
@@ -23,10 +24,7 @@ namespace Stg::worldfile {
 namespace {
 
 bool IsBlank(char c) { return c == ' ' || c == '\t'; }
-bool IsLineEnd(char c) { return c == '\n' || c == '\r'; }
-bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 bool IsLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
-bool IsNumberPart(char c) { return IsDigit(c) || c == '+' || c == '-' || c == '.'; }
 
 bool IsWordPart(char c) {
   return IsLetter(c) || IsDigit(c) || c == '.' || c == '-' || c == '_' || c == '[' || c == ']';

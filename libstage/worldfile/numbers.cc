@@ -13,14 +13,12 @@
 #include <limits>
 #include <system_error>
 
+#include "worldfile/characters.hh"
+
 namespace Stg::worldfile {
 namespace {
 
 bool IsSpace(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
-bool IsDigit(char c) { return c >= '0' && c <= '9'; }
-
-// True for characters that the lexer accepts in a number before its exponent.
-bool IsRunPart(char c) { return IsDigit(c) || c == '+' || c == '-' || c == '.'; }
 
 bool OnlySpaces(std::string_view text) { return std::all_of(text.begin(), text.end(), IsSpace); }
 
@@ -66,7 +64,7 @@ namespace {
 // hexadecimal; the caller then reads the text like atoi().
 bool ReadDecimal(std::string_view text, ReadInteger* integer) {
   constexpr double kAllExact = 9007199254740992.0;  // 2^53: not every larger integer is a double
-  const auto decimal = [](char c) { return IsRunPart(c) || IsSpace(c) || c == 'e' || c == 'E'; };
+  const auto decimal = [](char c) { return IsNumberPart(c) || IsSpace(c) || c == 'e' || c == 'E'; };
   const ReadNumber number = ReadFloatText(text);
   if (!number.clean || !(std::fabs(number.value) <= kAllExact)) return false;
   if (!std::all_of(text.begin(), text.end(), decimal)) return false;
@@ -149,7 +147,7 @@ std::size_t ExponentLength(std::string_view text) {
 
 bool IsNumberToken(std::string_view text) {
   std::size_t run = 0;
-  while (run < text.size() && IsRunPart(text[run])) ++run;
+  while (run < text.size() && IsNumberPart(text[run])) ++run;
   if (run == text.size()) return run > 0;
   const bool has_digit =
       std::any_of(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(run), IsDigit);

@@ -5,13 +5,12 @@
 #include <utility>
 
 #include "geometry/load_error.hh"
+#include "worldfile/characters.hh"
 
 namespace Stg::worldfile {
 namespace {
 
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // UTF-8
-
-bool IsLineEnd(char c) { return c == '\n' || c == '\r'; }
 
 }  // namespace
 

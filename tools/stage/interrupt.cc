@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cmath>
 #include <csignal>
+#include <ctime>
 
 namespace Stg::program {
 
@@ -71,7 +72,8 @@ bool SleepUntil(double time) {
     const double left = std::min(time - WallClock(), kMaxNap);
     if (left <= 0) return true;
     const double seconds = std::floor(left);
-    const timespec nap = {static_cast<time_t>(seconds), static_cast<long>((left - seconds) * 1e9)};
+    const timespec nap = {static_cast<std::time_t>(seconds),
+                          static_cast<long>((left - seconds) * 1e9)};
     pollfd wake = {wake_pipe[0], POLLIN, 0};
     ppoll(&wake, 1, &nap, nullptr);
   }

@@ -11,7 +11,7 @@
 namespace Stg {
 
 namespace {
-constexpr size_t kGrain = 8;
+constexpr size_t kCallbackGrain = 8;
 }  // namespace
 
 void CallbackPhase::Run(WorldEngine* engine) {
@@ -51,7 +51,7 @@ size_t CallbackPhase::CallParallel(Model* const* models, size_t count, threads::
   };
   try {
     interval_finder_.Do(count, workers->threads(), [&] {
-      workers->RunAlongside(beside, groups, workers->Grain(groups, kGrain), call);
+      workers->RunAlongside(beside, groups, workers->Grain(groups, kCallbackGrain), call);
     });
   } catch (...) {
     exception_origin_.Publish();

@@ -19,7 +19,7 @@ namespace Stg {
 
 namespace {
 
-constexpr size_t kGrain = 32;
+constexpr size_t kGatherGrain = 32;
 
 /// Freezes or unfreezes the index of fiducials; the destructor does the opposite.
 class FiducialsFrozen {
@@ -77,7 +77,8 @@ void GatherPhase::StoreSensedPose(WorldEngine* engine, bool parallel) const {
       if (moving[i]->root->tree_updated_in_ == step_) moving[i]->StoreSensedPose();
   };
   if (!parallel || moving.size() < kMany) return note(0, moving.size(), 0);
-  engine->workers()->Run(moving.size(), engine->workers()->Grain(moving.size(), kGrain), note);
+  engine->workers()->Run(moving.size(), engine->workers()->Grain(moving.size(), kGatherGrain),
+                         note);
 }
 
 void GatherPhase::RunEvent(WorldEngine* engine, size_t index) {
@@ -159,7 +160,7 @@ void GatherPhase::RecordIfThrown(const Entry& entry, F f) {
 
 template <typename F>
 void GatherPhase::ForEachBlock(threads::WorkerPool* workers, F f) {
-  workers->Run(block_count_, workers->Grain(block_count_, kGrain / kBlock),
+  workers->Run(block_count_, workers->Grain(block_count_, kGatherGrain / kBlock),
                [&](size_t begin, size_t end, unsigned) {
                  for (size_t i = begin; i < end; i++) f(&blocks_[i]);
                });
@@ -189,7 +190,7 @@ bool GatherPhase::Prepare(const Scheduler::Event* events, size_t count, World* w
   block_count_ = (count + kBlock - 1) / kBlock;
   if (blocks_.size() < block_count_) blocks_.resize(block_count_);
   std::atomic<unsigned> needs{0};
-  workers->Run(count, workers->Grain(count, kGrain), [&](size_t begin, size_t end, unsigned) {
+  workers->Run(count, workers->Grain(count, kGatherGrain), [&](size_t begin, size_t end, unsigned) {
     unsigned all = 0;
     for (size_t i = begin; i < end; i++) all |= PrepareEntry(events[i], &entries_[i]);
     if (all != 0) needs.fetch_or(all, std::memory_order_relaxed);

@@ -19,7 +19,7 @@ namespace {
 constexpr size_t kAtOnce = 256;  // movers per thread, so that their proposals stay in its cache
 constexpr size_t kMaxAtOnce = 4096;
 constexpr int64_t kMaxTiles = 256;  // a mover that uses more tiles moves alone
-constexpr size_t kGrain = 16;
+constexpr size_t kMoveGrain = 16;
 constexpr size_t kFew = 4;  // with fewer movers in a color, waking threads does not pay
 static_assert(kMaxAtOnce <= TileOwnership::kMaxRectangles);
 
@@ -199,7 +199,7 @@ void MovePhase::ProposeMoves(Model* const* models, size_t count, threads::Worker
   marks_.assign(count, 0);
   ownership_.Begin(*grid_);
   sets_ = cells_ = exact_sets_ = 0;
-  workers->Run(count, workers->Grain(count, kGrain), [&](size_t begin, size_t end, unsigned) {
+  workers->Run(count, workers->Grain(count, kMoveGrain), [&](size_t begin, size_t end, unsigned) {
     size_t sets = 0, cells = 0, exact_sets = 0;
     for (size_t i = begin; i < end; i++) {
       MoveProposal& proposal = proposals_[i];
@@ -262,7 +262,7 @@ void MovePhase::MoveColors(size_t begin, size_t end, threads::WorkerPool* worker
 
 void MovePhase::MoveColorsParallel(size_t begin, size_t end, threads::WorkerPool* workers) {
   const size_t all = end - begin;
-  workers->Run(all, workers->Grain(all, kGrain), [&](size_t from, size_t to, unsigned thread) {
+  workers->Run(all, workers->Grain(all, kMoveGrain), [&](size_t from, size_t to, unsigned thread) {
     for (size_t i = begin + from; i < begin + to; i++)
       if (proposals_[i].shared && proposals_[i].color == 0) ExecuteMove(&proposals_[i], thread);
   });
@@ -270,7 +270,7 @@ void MovePhase::MoveColorsParallel(size_t begin, size_t end, threads::WorkerPool
   for (const uint32_t color_end : color_ends_) {
     const uint32_t* movers = order_.data() + first;
     const size_t count = color_end - first;
-    workers->Run(count, std::max(workers->Grain(count, kGrain), kFew),
+    workers->Run(count, std::max(workers->Grain(count, kMoveGrain), kFew),
                  [&](size_t from, size_t to, unsigned thread) {
                    for (size_t i = from; i < to; i++) ExecuteMove(&proposals_[movers[i]], thread);
                  });
