@@ -17,6 +17,7 @@
 #include "recording/moved_models.hh"
 #include "recording/occupancy_map.hh"
 #include "recording/robots.hh"
+#include "recording/ros_names.hh"
 #include "recording/world_files.hh"
 #include "stage_config.hh"
 #include "world/engine.hh"
@@ -27,7 +28,7 @@ namespace Stg::recording {
 
 namespace {
 
-const std::string kMapFrame = "map";
+const std::string kMap = kMapFrame;
 
 /// A robot's true and estimated pose at the time when a model of its tree updated.
 struct RobotState {
@@ -342,10 +343,9 @@ void Recorder::Impl::WriteFixedTransforms() {
   for (const LoggedRobot& robot : robots_) {
     const Robot& names = robot.robot;
     if (names.position)
-      transforms_.push_back({&kMapFrame, &names.odom_frame, robot.origin, now_});
+      transforms_.push_back({&kMap, &names.odom_frame, robot.origin, now_});
     else
-      transforms_.push_back(
-          {&kMapFrame, &names.footprint_frame, names.model->GetGlobalPose(), now_});
+      transforms_.push_back({&kMap, &names.footprint_frame, names.model->GetGlobalPose(), now_});
     transforms_.push_back({&names.footprint_frame, &names.base_frame, Pose(), now_});
     for (const LoggedScan& scan : robot.scans)
       if (!scan.source.moves)
@@ -367,10 +367,10 @@ void Recorder::Impl::WriteOdometry(LoggedRobot* robot) {
     maker->Write(pose, velocity, error, time, space);
   };
   const ModelPosition& position = *robot->robot.position;
-  write("odom", &robot->odometry_channel, &robot->odometry, robot->robot_state.estimate,
+  write(kOdometryTopic, &robot->odometry_channel, &robot->odometry, robot->robot_state.estimate,
         position.GetEstimatedVelocity(), OdometryErrorOf(position));
-  write("ground_truth", &robot->truth_channel, &robot->truth, robot->robot_state.truth,
-        position.GetActualVelocity(), Velocity());
+  write(NamingSchemes().front().ground_truth, &robot->truth_channel, &robot->truth,
+        robot->robot_state.truth, position.GetActualVelocity(), Velocity());
 }
 
 void Recorder::Impl::WriteScans(LoggedRobot* robot) {

@@ -2,12 +2,12 @@
 
 #include "recording/robots.hh"
 
-#include <cctype>
 #include <set>
 #include <unordered_map>
 
 #include "geometry/trigonometry.hh"
 #include "models/actuator.hh"
+#include "recording/ros_names.hh"
 
 namespace Stg::recording {
 
@@ -29,60 +29,45 @@ bool IsMoved(const Model* sensor, const Model* robot) {
   return false;
 }
 
-/// Reduces a name to letters, digits and single underscores that do not start with a digit.
-std::string RosName(const std::string& token) {
-  std::string name;
-  for (const char c : token) {
-    const bool allowed = std::isalnum(static_cast<unsigned char>(c)) != 0;
-    if (allowed || (!name.empty() && name.back() != '_')) name += allowed ? c : '_';
-  }
-  if (!name.empty() && name.back() == '_') name.pop_back();
-  if (name.empty()) return "robot";
-  return std::isdigit(static_cast<unsigned char>(name[0])) ? "_" + name : name;
-}
-
-/// Returns a name that is not taken yet, and marks it as taken.
-std::string FreeName(const std::string& token, std::set<std::string>* taken) {
-  const std::string name = RosName(token);
-  std::string free = name;
-  for (int i = 2; !taken->insert(free).second; i++) free = name + "_" + std::to_string(i);
-  return free;
-}
-
-/// Numbers rangers if there are several. The first sensor of a ranger has the ranger's name.
+/// Numbers rangers if there are several.
 void NameScans(const std::string& prefix, std::vector<ScanSource>* scans) {
+  const NamingScheme& scheme = NamingSchemes().front();
   std::vector<const ModelRanger*> rangers;
   for (const ScanSource& scan : *scans)
     if (rangers.empty() || rangers.back() != scan.ranger) rangers.push_back(scan.ranger);
   size_t index = 0;
   for (ScanSource& scan : *scans) {
     while (rangers[index] != scan.ranger) index++;
-    const std::string number = rangers.size() > 1 ? std::to_string(index) : "";
-    const std::string part = scan.sensor > 0 ? "_sensor_" + std::to_string(scan.sensor) : "";
-    scan.topic = "/" + prefix + "base_scan" + number + part;
-    scan.frame = prefix + "base_scan_link" + number + part;
+    const auto name = [&](const char* base) {
+      return Joined(prefix, SensorName(scheme.Numbered(base, index, rangers.size()), scan.sensor));
+    };
+    scan.topic = "/" + name(kScanTopic);
+    scan.frame = name(scheme.scan_frame);
   }
 }
 
 void NameRobot(const std::string& prefix, Robot* robot) {
-  robot->topics = "/" + prefix;
-  robot->odom_frame = prefix + "odom";
-  robot->footprint_frame = prefix + "base_footprint";
-  robot->base_frame = prefix + "base_link";
+  robot->topics = "/" + Joined(prefix, "");
+  robot->odom_frame = Joined(prefix, kOdometryFrame);
+  robot->footprint_frame = Joined(prefix, kFootprintFrame);
+  robot->base_frame = Joined(prefix, kBaseFrame);
   NameScans(prefix, &robot->scans);
 }
 
 /// Models that are not robots always get a prefix. They are named last, so robots keep their names.
 void NameAll(std::vector<Robot>* robots) {
-  size_t count = 0;
-  for (const Robot& robot : *robots) count += robot.position != nullptr;
   std::set<std::string> taken;
-  for (const bool drives : {true, false})
+  for (const bool drives : {true, false}) {
+    std::vector<Robot*> named;
+    std::vector<std::string> tokens;
     for (Robot& robot : *robots) {
       if (drives != (robot.position != nullptr)) continue;
-      const bool only = drives && count == 1;
-      NameRobot(only ? "" : FreeName(robot.model->TokenStr(), &taken) + "/", &robot);
+      named.push_back(&robot);
+      tokens.push_back(robot.model->TokenStr());
     }
+    const auto prefixes = NamingSchemes().front().Prefixes(tokens, !drives, &taken);
+    for (size_t i = 0; i < named.size(); i++) NameRobot(prefixes[i], named[i]);
+  }
 }
 
 }  // namespace

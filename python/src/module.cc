@@ -18,6 +18,7 @@ NB_MODULE(_core, module) {
   BindFailures(module);
   BindModel(module);
   BindCrowd(module);
+  BindRosNames(module);
   BindWorld(module);
   module.def("count_processors", &Stg::threads::CountUsableProcessors,
              "Processors that this process may use, by its affinity mask and control groups.");

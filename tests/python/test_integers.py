@@ -54,6 +54,8 @@ def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str,
     add_sensor = s.world.create("ranger").add_sensor
     return {
         **crowd_calls(s, s.world.fleet()._crowd, "Crowd"),
+        "NamingScheme.numbered": (_core.naming_schemes()[0].numbered, {"base": "name", "number": 1, "count": 2}),
+        "sensor_name": (_core.sensor_name, {"ranger": "name", "number": 1}),
         "mix_seeds": (_core.mix_seeds, {"seed": 1, "part": 2}),
         "Model.fiducial_return": (lambda arg: setattr(model, "fiducial_return", arg), {"arg": 1}),
         "Model.fiducial_key": (lambda arg: setattr(model, "fiducial_key", arg), {"arg": 1}),

@@ -8,7 +8,7 @@ import os
 
 import pytest
 from stagesim.live.messages import packed, unpacked
-from stagesim.ros.names import SCHEMES, joined, prefixes
+from stagesim.ros.names import SCHEMES, joined
 from stagesim.text import printable
 
 
@@ -25,6 +25,6 @@ def test_printable_names_can_be_carried_by_everything(name: bytes, shown: str) -
 
 def test_names_of_ros_have_the_signs_that_ros_allows() -> None:
     names = [os.fsdecode(name) for name in (b"r\xff", b"\xff", b"\x80", b"r", b"a\xff\xfeb")]
-    found = prefixes(SCHEMES["stage_ros2"], names, False)
+    found = SCHEMES["stage_ros2"].prefixes(names, False)
     assert found == ["r", "robot", "robot_2", "r_2", "a_b"]
     assert all(joined(name, "odom").isascii() for name in found)

@@ -9,7 +9,7 @@ from typing import Any, Callable
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 
-from .names import SCHEMES
+from .names import BASE_FRAME, FOOTPRINT_FRAME, MAP_FRAME, ODOMETRY_FRAME, SCHEMES
 
 
 @dataclass(frozen=True)
@@ -43,10 +43,10 @@ PARAMETERS = {
     "world_file": Parameter("", "the world, if it is not on the command line", fixed=True),
     "naming": Parameter("stage_ros2", "naming scheme of topics and frames", **_one_of(*SCHEMES)),
     "enforce_prefixes": Parameter(False, "use a prefix for a single robot, too", fixed=True),
-    "odom_frame_id": Parameter("odom", "frame of the odometry", fixed=True),
-    "base_link_frame_id": Parameter("base_link", "frame of a robot's body", fixed=True),
-    "base_footprint_frame_id": Parameter("base_footprint", "frame of a robot on the floor", fixed=True),
-    "map_frame_id": Parameter("map", "frame of the world", fixed=True),
+    "odom_frame_id": Parameter(ODOMETRY_FRAME, "frame of the odometry", fixed=True),
+    "base_link_frame_id": Parameter(BASE_FRAME, "frame of a robot's body", fixed=True),
+    "base_footprint_frame_id": Parameter(FOOTPRINT_FRAME, "frame of a robot on the floor", fixed=True),
+    "map_frame_id": Parameter(MAP_FRAME, "frame of the world", fixed=True),
     "publish_tf": Parameter(True, "publish /tf and /tf_static", fixed=True),
     "publish_map_tf": Parameter(False, "publish the true transform from the map to each odometry",
                                 fixed=True),

@@ -13,7 +13,8 @@ from ..fleet import Fleet
 from ..world import World
 from .feeds import (MAX_DETECTIONS, BatteryFeed, BlobsFeed, Bodies, BumperFeed, CameraInfoFeed, Feed,
                     FiducialsFeed, ImageFeed, OdometryFeed, RangeFeed, ScanFeed, StallFeed)
-from .names import SCHEMES, Scheme, joined, numbered, part_of, prefixes
+from .names import (BASE_FRAME, FOOTPRINT_FRAME, MAP_FRAME, ODOMETRY_FRAME, ODOMETRY_TOPIC, SCAN_TOPIC, SCHEMES,
+                    NamingScheme, joined, sensor_name)
 
 
 @dataclass(frozen=True)
@@ -28,12 +29,12 @@ class Look:
         by_rep117: True: ranges and depths follow REP 117; False: they are published as Stage has them.
     """
 
-    scheme: Scheme = SCHEMES["stage_ros2"]
+    scheme: NamingScheme = SCHEMES["stage_ros2"]
     enforce_prefixes: bool = False
-    odom: str = "odom"
-    base: str = "base_link"
-    footprint: str = "base_footprint"
-    map: str = "map"
+    odom: str = ODOMETRY_FRAME
+    base: str = BASE_FRAME
+    footprint: str = FOOTPRINT_FRAME
+    map: str = MAP_FRAME
     single_beams: str = "scan"
     by_rep117: bool = True
 
@@ -87,7 +88,7 @@ class Robot:
 
 def make_robots(world: World, fleet: Fleet, bodies: Bodies, look: Look) -> list[Robot]:
     """Makes all robots of the fleet, with their feeds and frames."""
-    names = prefixes(look.scheme, fleet.names, look.enforce_prefixes)
+    names = look.scheme.prefixes(list(fleet.names), look.enforce_prefixes)
     models = {model.id: model for model in world.models}  # by id, because names may be ambiguous
     return [_Maker(world, fleet, bodies, look, i, Robot(models[fleet.ids[i]], names[i])).robot
             for i in range(len(fleet))]
@@ -173,7 +174,7 @@ class _Maker:
         look = self._look
         footprint = self._frame(look.footprint)
         self.robot.mounts.append((footprint, self._frame(look.base), np.array([0, 0, 0, 0, 0, 0, 1.0])))
-        self._feed(OdometryFeed(self._topic("odom"), self._number, bodies, bodies.estimate,
+        self._feed(OdometryFeed(self._topic(ODOMETRY_TOPIC), self._number, bodies, bodies.estimate,
                                 bodies.estimated_velocity, bodies.covariance, self._frame(look.odom), footprint))
         self._feed(OdometryFeed(self._topic(look.scheme.ground_truth), self._number, bodies,
                                 bodies.truth, bodies.velocity, bodies.exact, look.map, footprint))
@@ -181,23 +182,23 @@ class _Maker:
 
     def _add_ranger(self, model: Model, index: int, count: int) -> None:
         look, row, fleet = self._look, self._number, self._fleet
-        topic = numbered(look.scheme, "base_scan", index, count)
-        frame = numbered(look.scheme, look.scheme.scan_frame, index, count)
+        topic = look.scheme.numbered(SCAN_TOPIC, index, count)
+        frame = look.scheme.numbered(look.scheme.scan_frame, index, count)
         first = 0
         for i, sensor in enumerate(model.sensors):
             single = sensor.samples == 1
             if not (single and look.single_beams == "none"):
                 make = RangeFeed if single and look.single_beams == "range" else ScanFeed
-                mount = self._mount(part_of(frame, i), model, sensor.pose)
+                mount = self._mount(sensor_name(frame, i), model, sensor.pose)
                 self._feed(make(
-                    self._topic(part_of(topic, i)), self._interval(model),
+                    self._topic(sensor_name(topic, i)), self._interval(model),
                     lambda: (fleet.ranger(index).ranges[row], fleet.ranger(index).intensities[row]),
                     first, sensor, mount, look.by_rep117), model)
             first += sensor.samples
 
     def _add_camera(self, model: Model, index: int, count: int) -> None:
         scheme, row, fleet, view = self._look.scheme, self._number, self._fleet, model.view
-        frame = self._mount(numbered(scheme, scheme.camera_frame, index, count), model, pan=view.pan,
+        frame = self._mount(scheme.numbered(scheme.camera_frame, index, count), model, pan=view.pan,
                             tilt=view.tilt)
         # Optical frames have z forwards, x to the right and y down (REP 103).
         eye = f"{frame}_optical"
@@ -205,7 +206,7 @@ class _Maker:
         interval = self._interval(model)
 
         def topic(name: str) -> str:
-            return self._topic(numbered(scheme, name, index, count))
+            return self._topic(scheme.numbered(name, index, count))
 
         self._feed(ImageFeed(topic("image"), interval, view, eye, "rgb8",
                              lambda: fleet.camera(index).color[row]), model)
@@ -214,19 +215,19 @@ class _Maker:
         self._feed(CameraInfoFeed(topic("camera_info"), interval, view, eye), model)
 
     def _add_fiducials(self, model: Model, index: int, count: int) -> None:
-        name = numbered(self._look.scheme, "fiducials", index, count)
+        name = self._look.scheme.numbered("fiducials", index, count)
         frame = self._mount(f"{name}_link", model)
         self._feed(FiducialsFeed(self._topic(name), self._interval(model), self._number,
                                  lambda: self._fleet.fiducials(index, MAX_DETECTIONS), frame), model)
 
     def _add_blobs(self, model: Model, index: int, count: int) -> None:
-        name = numbered(self._look.scheme, "blobs", index, count)
+        name = self._look.scheme.numbered("blobs", index, count)
         frame = self._mount(f"{name}_link", model)
         self._feed(BlobsFeed(self._topic(name), self._interval(model), self._number,
                              lambda: self._fleet.blobs(index, MAX_DETECTIONS), frame, model.view), model)
 
     def _add_bumper(self, model: Model, index: int, count: int) -> None:
-        name = numbered(self._look.scheme, "bumper", index, count)
+        name = self._look.scheme.numbered("bumper", index, count)
 
         def source() -> Any:
             return self._fleet.bumper(index)[self._number]
