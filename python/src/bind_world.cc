@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/tuple.h>
+#include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <map>
 #include <sstream>
 #include <tuple>
 #include <utility>
@@ -22,21 +25,13 @@ namespace Stg::python {
 
 namespace {
 
-std::shared_ptr<Simulation> Make(uint64_t seed, int threads, bool opencl, bool opencl_always,
-                                 const std::string& device, const std::string& ray_model,
-                                 bool controllers, const std::vector<std::string>& settings) {
+/// Makes a world without a file. Options that are not given have their defaults.
+std::shared_ptr<Simulation> Make(const nb::dict& given) {
   RunOptions options;
-  options.seed = seed;
-  options.threads = threads;
-  options.opencl = opencl;
-  options.always_on_device = opencl_always;
-  options.device = device;
-  options.ray_model = ray_model == "cell"    ? RayModel::kCell
-                      : ray_model == "exact" ? RayModel::kExact
-                                             : RayModel::kDefault;
-  options.controllers = controllers;
-  options.settings = settings;
   options.listed = false;
+  for (const RunOption& option : RunOptionTable())
+    if (given.contains(option.name))
+      option.set(&options, nb::cast<OptionValue>(given[option.name]));
   return std::make_shared<Simulation>(std::make_unique<World>(options));
 }
 
@@ -220,16 +215,19 @@ void BindSnapshot(nb::module_& module) {
 void BindWorld(nb::module_& module) {
   BindSnapshot(module);
   nb::class_<Simulation> world(module, "Simulation", "A world; see stagesim.World.");
-  world.def(nb::new_(&Make), nb::arg("seed"), nb::arg("threads"), nb::arg("opencl"),
-            nb::arg("opencl_always"), nb::arg("device"), nb::arg("ray_model"),
-            nb::arg("controllers"), nb::arg("settings"));
+  world.def(nb::new_(&Make), nb::arg("options"));
   BindRunning(world);
   BindState(world);
   BindCast(world);
   BindPicture(world);
   BindScene(module, world);
   BindSweep(module, world);
-  world.def("metrics", &MetricsOf)
+  world
+      .def("options",
+           [](Simulation& simulation) {
+             return simulation.With([](World& own) { return ValuesOf(own.options()); });
+           })
+      .def("metrics", &MetricsOf)
       .def("set_metric", &SetMetric, nb::arg("name"), nb::arg("value"))
       .def("models", &ModelsOf)
       .def("find", &FindByName, nb::arg("name"))

@@ -7,9 +7,16 @@
 
 #include <nanobind/nanobind.h>
 
+#include <map>
+#include <string>
+
 #include "integers.hh"
+#include "world/run_option.hh"
 
 namespace Stg::python {
+
+/// Values of the options of worlds by their names: arguments of World().
+std::map<std::string, OptionValue> ValuesOf(const RunOptions& options);
 
 class ModelHandle;
 class Simulation;
@@ -17,6 +24,7 @@ class Simulation;
 void BindCast(nanobind::class_<Simulation>& world);
 void BindModel(nanobind::module_& module);
 void BindSensors(nanobind::module_& module, nanobind::class_<ModelHandle>& model);
+void BindOptions(nanobind::module_& module);
 void BindRosNames(nanobind::module_& module);
 void BindPicture(nanobind::class_<Simulation>& world);
 void BindCrowd(nanobind::module_& module);

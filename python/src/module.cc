@@ -18,6 +18,7 @@ NB_MODULE(_core, module) {
   BindFailures(module);
   BindModel(module);
   BindCrowd(module);
+  BindOptions(module);
   BindRosNames(module);
   BindWorld(module);
   module.def("count_processors", &Stg::threads::CountUsableProcessors,

@@ -4,13 +4,9 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-
-MAX_SEED = 2**64 - 1
-MAX_THREADS = 1024
 
 
 def integer(value: Any, name: str, least: int, most: int | None = None) -> int:
@@ -26,30 +22,10 @@ def integer(value: Any, name: str, least: int, most: int | None = None) -> int:
     try:
         number = operator.index(value)
     except TypeError:
-        raise TypeError(f"found {_shown(value)} as {name}, expected {expected}") from None
+        raise TypeError(f"found {shown(value)} as {name}, expected {expected}") from None
     if number < least or (most is not None and number > most):
         raise ValueError(f"found {number} as {name}, expected {expected}")
     return number
-
-
-def seed(value: Any) -> int:
-    """Converts the value to a seed, 0 to 2**64 - 1. Raises TypeError or ValueError."""
-    return integer(value, "a seed", 0, MAX_SEED)
-
-
-def seeds(values: Iterable[Any], n: int) -> list[int]:
-    """Converts the values to seeds. Raises ValueError unless there are exactly `n`."""
-    if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
-        raise TypeError(f"found {_shown(values)} as seeds, expected {n} whole numbers")
-    listed = [seed(value) for value in values]
-    if len(listed) != n:
-        raise ValueError(f"found {len(listed)} seeds, expected {n}")
-    return listed
-
-
-def threads(value: Any) -> int:
-    """Converts the value to a number of threads, 1 to 1024. Raises TypeError or ValueError."""
-    return integer(value, "the number of threads", 1, MAX_THREADS)
 
 
 def steps(value: Any) -> int:
@@ -57,6 +33,7 @@ def steps(value: Any) -> int:
     return integer(value, "the number of steps", 0)
 
 
-def _shown(value: Any) -> str:
+def shown(value: Any) -> str:
+    """A short representation of the value, for messages."""
     text = repr(value)
     return text if len(text) <= 80 else text[:77] + "..."

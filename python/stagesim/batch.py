@@ -10,13 +10,14 @@ from typing import Any, Mapping, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _checks, _core
+from . import _checks, _core, _options
 from ._core import Snapshot
 from .fleet import Bools, Crowd, Floats
 from .pictures import Pixels
-from .world import Recipe, Settings, World, rendered
+from .world import Recipe, World, rendered
 
 MAX_WORLDS = 2**31
+OWN = ("seed", "threads")  # options of World() that a batch has in another form
 #: State of a batch: a snapshot per world, the failures by index, and the commands or None.
 _States = tuple[list[Snapshot], Mapping[int, str], Union[Floats, None]]
 #: Selects worlds: None for all, indices, or a boolean mask of shape (n,).
@@ -43,7 +44,7 @@ class Batch(Crowd):
         threads: number of threads that the worlds are distributed over, 1 to 1024; None: one per available
             processor.
         robots: a pattern of names or types, as in World.fleet(); None: all that drive on the ground.
-        opencl, ray_model, controllers, settings: as in World().
+        options: all others of World().
 
     Raises:
         WorldError: the file can't be loaded.
@@ -51,11 +52,11 @@ class Batch(Crowd):
         TypeError, ValueError: an argument has a wrong type or is out of range.
     """
 
+    @_options.accepting(OWN)
     def __init__(self, file: str | os.PathLike[str], n: int, *, seeds: Iterable[int] | None = None,
-                 threads: int | None = None, robots: str | None = None, opencl: bool | str = False,
-                 ray_model: str | None = None, controllers: bool = True, settings: Settings = ()) -> None:
-        self._begin(World(file, threads=1, opencl=opencl, ray_model=ray_model,
-                          controllers=controllers, settings=settings), n, seeds, threads, robots)
+                 threads: int | None = None, robots: str | None = None, **options: Any) -> None:
+        own = _options.complete(options, OWN)
+        self._begin(World(file, threads=1, **own), n, seeds, threads, robots)
 
     @classmethod
     def of(cls, world: World, n: int, *, seeds: Iterable[int] | None = None,
@@ -69,8 +70,8 @@ class Batch(Crowd):
                robots: str | None) -> None:
         n = _checks.integer(n, "the number of worlds", 1, MAX_WORLDS)
         ids, names = prototype._choose(robots)
-        threads = _core.count_processors() if threads is None else _checks.threads(threads)
-        core = _core.Batch(prototype._core, _checks.seeds(range(n) if seeds is None else seeds, n), threads, ids)
+        threads = _core.count_processors() if threads is None else _options.checked("threads", threads)
+        core = _core.Batch(prototype._core, _options.seeds(range(n) if seeds is None else seeds, n), threads, ids)
         self._take(core, n, names, prototype._recipe, ids)
 
     def _take(self, core: _core.Batch, n: int, names: tuple[str, ...], recipe: Recipe, ids: list[int]) -> None:
@@ -163,11 +164,11 @@ class Batch(Crowd):
             had = self.seeds
             new = [had[i] for i in chosen.tolist()]
         elif not isinstance(seeds, Iterable) or (isinstance(seeds, np.ndarray) and seeds.ndim == 0):
-            new = [_checks.seed(seeds)] * len(chosen)
+            new = [_options.checked("seed", seeds)] * len(chosen)
         elif isinstance(seeds, np.ndarray) and seeds.dtype == bool:
             raise TypeError("found truth values as seeds, expected whole numbers; ids= chooses worlds")
         else:
-            new = _checks.seeds(seeds, len(chosen))
+            new = _options.seeds(seeds, len(chosen))
         self._core.reset(chosen, new)
 
     @property
@@ -294,7 +295,7 @@ class Batch(Crowd):
 def _unpickle_batch(cls: type[Batch], recipe: Recipe, seeds: list[int], threads: int, ids: list[int],
                  states: _States) -> Batch:
     """Unpickles a batch."""
-    prototype = World._from_recipe(recipe._replace(options={**recipe.options, "threads": 1}), 1)
+    prototype = World._from_recipe(recipe._replace(options={**recipe.options, "threads": 1}))
     batch = cls.__new__(cls)
     names = {id_: name for id_, name, _, _ in prototype._core.robots()}
     batch._take(_core.Batch(prototype._core, seeds, threads, ids), len(seeds),

@@ -6,41 +6,16 @@ from __future__ import annotations
 import fnmatch
 import math
 import os
-from typing import Any, Callable, Iterable, Mapping, NamedTuple, Union
+from typing import Any, Callable, Iterable, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _checks, _core, _paths
+from . import _checks, _core, _options, _paths
 from ._core import Model, Snapshot
 from .errors import GoneError, StageError, WorldError
 from .fleet import Fleet, Floats
 from .pictures import Pixels, png_of
-
-#: Values that replace those of a world file: strings "NAME=VALUE", or a mapping of names to values.
-Settings = Union[Iterable[str], Mapping[str, Any]]
-
-
-def setting_text(value: Any) -> str:
-    """Formats a value as in world files: tuples in brackets, booleans as 1 or 0."""
-    if isinstance(value, (bool, np.bool_)):
-        return str(int(value))
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return f"[{' '.join(map(setting_text, value))}]"
-    return str(value)
-
-
-def settings_list(settings: Settings) -> list[str]:
-    """Converts settings to strings "NAME=VALUE". Raises TypeError for a single string."""
-    if isinstance(settings, str):
-        raise TypeError(f"found the text {settings!r} as settings, expected a list of texts or a mapping")
-    if isinstance(settings, Mapping):
-        return [f"{name}={setting_text(value)}" for name, value in settings.items()]
-    texts = list(settings)
-    for text in texts:
-        if not isinstance(text, str):
-            raise TypeError(f"found {text!r} as a setting, expected a text such as 'robots=10'")
-    return texts
 
 
 class Recipe(NamedTuple):
@@ -48,7 +23,7 @@ class Recipe(NamedTuple):
 
     path: str
     text: str | None  # contents of the world file; None: read from `path`
-    options: dict[str, Any]  # arguments of World() except for the seed
+    options: dict[str, Any]  # all options, see _options.complete()
 
 
 class World:
@@ -65,16 +40,7 @@ class World:
     Args:
         file: path of the world file. A plain file name that does not exist in the working folder selects a
             shipped world: see `shipped_worlds()`.
-        seed: seed of all random numbers, 0 to 2**64 - 1. Runs with the same seed are bit-equal.
-        threads: number of threads that share a step, 1 to 1024. None: the number in the world file, or else
-            one per available processor, used for steps where they save time. Results don't depend on it.
-        opencl: True: use an OpenCL device for steps where it saves time, if there is one. A string selects
-            the device, as in `stage --opencl=`. Results don't depend on it.
-        opencl_always: use the device for every step, even where it is slower; for measurements.
-        ray_model: "cell" or "exact", overriding the world file: rays hit grid cells or exact outlines.
-        controllers: False: load no controllers and no plug-ins, so that the file runs no code.
-        settings: values that override the world file, as in `stage --set`: strings such as "robots=10" or
-            "world.resolution=0.05", or a mapping such as {"robots": 10, "world.resolution": 0.05}.
+        OPTIONS
 
     Raises:
         WorldError: the file can't be loaded, or a setting matches nothing in it. The error has the place in
@@ -82,18 +48,13 @@ class World:
         TypeError, ValueError: an argument has a wrong type or is out of range.
     """
 
-    def __init__(self, file: str | os.PathLike[str], *, seed: int = 1, threads: int | None = None,
-                 opencl: bool | str = False, opencl_always: bool = False,
-                 ray_model: str | None = None, controllers: bool = True, settings: Settings = ()) -> None:
-        options = {"threads": threads, "opencl": opencl, "opencl_always": opencl_always, "ray_model": ray_model,
-                   "controllers": controllers, "settings": settings_list(settings)}
-        self._load(Recipe(_paths.resolve(file), None, options), seed)
+    @_options.accepting()
+    def __init__(self, file: str | os.PathLike[str], **options: Any) -> None:
+        self._load(Recipe(_paths.resolve(file), None, _options.complete(options)))
 
     @classmethod
-    def from_text(cls, text: str, folder: str | os.PathLike[str] = "", *, seed: int = 1,
-                  threads: int | None = None, opencl: bool | str = False,
-                  opencl_always: bool = False, ray_model: str | None = None,
-                  controllers: bool = True, settings: Settings = ()) -> World:
+    @_options.accepting()
+    def from_text(cls, text: str, folder: str | os.PathLike[str] = "", **options: Any) -> World:
         """Loads a world from a string.
 
         Args:
@@ -102,19 +63,17 @@ class World:
 
         All other arguments are those of World().
         """
-        options = {"threads": threads, "opencl": opencl, "opencl_always": opencl_always, "ray_model": ray_model,
-                   "controllers": controllers, "settings": settings_list(settings)}
         path = os.path.join(os.fspath(folder) or _paths.WORLDS[0], "<text>")
-        return cls._from_recipe(Recipe(path, text, options), seed)
+        return cls._from_recipe(Recipe(path, text, _options.complete(options)))
 
     @classmethod
-    def _from_recipe(cls, recipe: Recipe, seed: int) -> World:
+    def _from_recipe(cls, recipe: Recipe) -> World:
         world = cls.__new__(cls)
-        world._load(recipe, seed)
+        world._load(recipe)
         return world
 
-    def _load(self, recipe: Recipe, seed: int) -> None:
-        self._core = self._make(seed, **recipe.options)
+    def _load(self, recipe: Recipe) -> None:
+        self._core = _core.Simulation(recipe.options)
         self._recipe = recipe._replace(path=os.path.abspath(recipe.path))
         try:
             if recipe.text is None:
@@ -125,17 +84,6 @@ class World:
             if recipe.text is None and "did you mean" not in str(error):
                 error = error._with(_paths.advice(recipe.path))
             raise error._about(recipe.path, recipe.path if recipe.text is None else "<text>") from None
-
-    @staticmethod
-    def _make(seed: int, threads: int | None, opencl: bool | str, opencl_always: bool,
-              ray_model: str | None, controllers: bool, settings: list[str]) -> _core.Simulation:
-        if ray_model not in (None, "cell", "exact"):
-            raise ValueError(f"found the ray model {ray_model!r}, expected 'cell' or 'exact'")
-        return _core.Simulation(
-            seed=_checks.seed(seed), threads=0 if threads is None else _checks.threads(threads),
-            opencl=bool(opencl) or opencl_always,
-            opencl_always=opencl_always, device=opencl if isinstance(opencl, str) else "",
-            ray_model=ray_model or "", controllers=controllers, settings=settings)
 
     # ---- copies ----
 
@@ -199,7 +147,7 @@ class World:
         `Model` objects and fleets of models in the world file stay valid, because these models keep their
         ids. The commands of fleets become 0.
         """
-        self._core.reset(self.seed if seed is None else _checks.seed(seed))
+        self._core.reset(self.seed if seed is None else _options.checked("seed", seed))
 
     def close(self) -> None:
         """Frees the world. Arrays of its fleets keep their values; any other use raises GoneError."""
@@ -451,9 +399,12 @@ class World:
             return "<World, in use by another thread>"
 
 
+World.__doc__ = _options.documented(World.__doc__)
+
+
 def _unpickle_world(cls: type[World], recipe: Recipe, seed: int, state: Snapshot, state_hash: str) -> World:
     """Unpickles a world. Raises WorldError if its world file has changed."""
-    world = cls._from_recipe(recipe, seed)
+    world = cls._from_recipe(recipe._replace(options={**recipe.options, "seed": seed}))
     misfit = f"found another world file in {recipe.path} than the world was made from, expected the same"
     try:
         world.restore(state)

@@ -259,7 +259,7 @@ def test_duration_and_statistics(start: Callable[..., Process]) -> None:
     ([], {"paused": 3}, "paused"),
     ([], {"lockstep": "r0"}, "found robots in lockstep, whose commands carry no time"),
     ([], {"gui": 8642}, "gui"),
-    (["--threads", "0"], {}, "found 0 as the number of threads, expected a whole number, 1 to 1024"),
+    (["--threads", "0"], {}, "found 0 as threads, expected a whole number, 1 to 1024"),
     (["nothing.world"], {}, "nothing.world: unable to open world file"),
 ))
 def test_errors_in_one_line(start: Callable[..., Process], arguments: list[str],

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "stage/explain.hh"
+#include "stage/option_json.hh"
 
 namespace Stg::program {
 
@@ -140,7 +141,7 @@ Json Describe(const Explanation& e, const RunOptions& options) {
 }  // namespace
 
 std::string ExplanationJson(const std::vector<Explanation>& worlds, const RunOptions& options) {
-  Json json = {{"program", "stage"}, {"version", Version()}};
+  Json json = {{"program", "stage"}, {"version", Version()}, {"options", ToJson(options)}};
   Json list = Json::array();
   for (const Explanation& world : worlds) list.push_back(Describe(world, options));
   if (list.size() == 1)

@@ -2,9 +2,16 @@
 
 #include "stage/help.hh"
 
+#include <sstream>
+
+#include "world/run_option.hh"
+
 namespace Stg::program {
 
-const char kHelpText[] =
+namespace {
+
+// The lines that start with @ stand for options of RunOptionTable().
+constexpr char kText[] =
     R"(Usage: stage [OPTION]... WORLDFILE...
        stage replay [OPTION]... LOG
        stage sweep [OPTION]... WORLDFILE -o FOLDER
@@ -18,37 +25,13 @@ shows it in the window, where < and > skip backward and forward, or makes pictur
 --screenshot and --record; no controllers run.
 
 Run length and results
-  --duration S         end after S simulated seconds; overrides the worlds' quit_time. Without
-                       either, a world runs until its controllers or Ctrl-C end it
-  --seed N             seed of the random numbers (default 1). Equal seeds give equal runs
-  --ray-model MODEL    ray model of all sensors that do not set their own; overrides the world's.
-                       With cell, ranges go to the grid cell that was hit, accurate to about one
-                       cell; with exact, to the outline of the body, whatever the size of the cells
+@results
   -a, --args STR       pass STR to every controller
-  --set NAME.PROPERTY=VALUE
-                       replace a value of the world file. NAME is "world", a type such as ranger, a
-                       macro such as robot, or the name of one model. May be given several times:
-                       --set world.resolution=0.05 --set robot.ctrl=wander
-  --set NAME=COUNT     number of models of the population NAME; if there is none, of the type NAME.
-                       Replaces those of the file by models at random free places: --set robots=100
-  --no-controllers     load no controllers. Controllers are programs: use this option to look at a
-                       world file that you do not trust
 
 Performance
   A world with a positive speedup runs at that multiple of real time, any other as fast as possible
   (in a window: in real time). None of these options changes any result.
-  --threads N          number of threads, 1 to 1024 (default: that of the world, or else one for
-                       each processor that the program may use, in steps that are faster with
-                       them)
-  --opencl[=DEVICE]    trace sensor rays with an OpenCL device in steps where that is faster, which
-                       needs some ten thousand rays per step. DEVICE is one of
-                         auto            the best device; without any, the run continues (default)
-                         cpu, gpu, accelerator
-                                         the first device of that kind
-                         NAME[:INDEX]    a device whose name contains NAME; the INDEXth, from 0
-                         list            print the available devices and exit
-  --opencl-always      use the device in every step, even where it is slower: for measurements
-  --no-batch           trace the rays of each sensor separately: for comparisons
+@performance
 
 Output
   -c, --clock          print the simulated time, every show_clock_interval steps of the world
@@ -168,5 +151,45 @@ Exit status
   128+N    ended by signal N, such as 130 for Ctrl-C: the step is finished, statistics are written
   A controller that ends the program chooses its own status.
 )";
+
+}  // namespace
+
+std::string HelpEntry(const std::string& head, const std::string& text) {
+  constexpr size_t kIndent = 23, kWidth = 100;
+  const std::string new_line = "\n" + std::string(kIndent, ' ');
+  std::string entry = "  " + head;
+  entry += entry.size() < kIndent ? std::string(kIndent - entry.size(), ' ') : new_line;
+  std::istringstream lines(text);
+  for (std::string line, start; std::getline(lines, line); start = new_line) {
+    entry += start;
+    if (line.starts_with(' ')) {
+      entry += line;
+      continue;
+    }
+    std::istringstream words(line);
+    size_t column = kIndent;
+    for (std::string word; words >> word; column += word.size()) {
+      if (column > kIndent && column + 1 + word.size() > kWidth) {
+        entry += new_line;
+        column = kIndent;
+      }
+      if (column > kIndent) entry += ' ', column++;
+      entry += word;
+    }
+  }
+  return entry + "\n";
+}
+
+std::string HelpText() {
+  std::string text = kText;
+  for (const bool results : {true, false}) {
+    std::string entries;
+    for (const RunOption& option : RunOptionTable())
+      if (option.changes_results == results) entries += HelpEntry(option.Usage(), option.help);
+    const std::string mark = results ? "@results\n" : "@performance\n";
+    text.replace(text.find(mark), mark.size(), entries);
+  }
+  return text;
+}
 
 }  // namespace Stg::program

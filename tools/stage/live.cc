@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "stage/python_module.hh"
+#include "world/run_option.hh"
 
 namespace Stg::program {
 
@@ -18,7 +19,6 @@ void CheckOptions(const Options& options) {
       {!options.controller_args.empty(), "--args"},
       {options.run.clock, "--clock"},
       {!options.first_snapshot.empty(), "--from-snapshot"},
-      {!options.run.batch, "--no-batch"},
       {options.progress.has_value(), "--progress"},
       {!options.pictures.film.empty(), "--record"},
       {options.snapshot.has_value(), "--save-snapshot"},
@@ -35,19 +35,14 @@ void CheckOptions(const Options& options) {
 
 void ShowLive(const Options& options) {
   CheckOptions(options);
-  const RunOptions& run = options.run;
-  std::vector<std::string> arguments = {"--seed=" + std::to_string(run.seed)};
+  std::vector<std::string> arguments;
   if (!options.live_port.empty()) arguments.push_back("--port=" + options.live_port);
   if (options.foxglove)
     arguments.push_back(options.foxglove_port.empty() ? "--foxglove"
                                                       : "--foxglove=" + options.foxglove_port);
-  if (run.threads > 0) arguments.push_back("--threads=" + std::to_string(run.threads));
-  if (run.always_on_device) arguments.push_back("--opencl-always");
-  if (run.opencl) arguments.push_back(run.device.empty() ? "--opencl" : "--opencl=" + run.device);
-  if (run.ray_model != RayModel::kDefault)
-    arguments.push_back(std::string("--ray-model=") +
-                        (run.ray_model == RayModel::kCell ? "cell" : "exact"));
-  if (!run.controllers) arguments.push_back("--no-controllers");
+  for (const RunOption& option : RunOptionTable())
+    for (const auto& [flag, value] : option.Arguments(options.run))
+      arguments.push_back(value.empty() ? flag : flag + "=" + value);
   arguments.insert(arguments.end(), {"--", options.worldfiles.front()});
   BecomePythonModule("stagesim.live", arguments);
 }

@@ -102,7 +102,7 @@ int Main(int argc, char* argv[]) {
   Options options = ParseOptions(argc, argv);
   switch (options.action) {
     case Options::Action::kHelp:
-      PrintWhole(kHelpText);
+      PrintWhole(HelpText());
       return 0;
     case Options::Action::kVersion:
       PrintWhole(std::string("stage ") + Version() + "\n");

@@ -6,8 +6,6 @@
 #ifndef STAGE_TOOLS_STAGE_OPTION_VALUES_HH
 #define STAGE_TOOLS_STAGE_OPTION_VALUES_HH
 
-#include <getopt.h>
-
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -25,16 +23,10 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// First value for options without a short form, above all characters.
-constexpr int kFirstLongOption = 256;
 constexpr double kMaxDuration = 1e12;  // seconds; well below the maximum of usec_t
 
 [[noreturn]] void RefuseValue(const std::string& option, const std::string& expected,
                               const std::string& found);
-
-/// Reports an option that getopt_long() rejected; its short options must start with a colon. `id`
-/// is getopt's return value and `word` the argument it looked at last.
-[[noreturn]] void RefuseOption(int id, const option* table, const std::string& word);
 
 /// `expected` describes the limits.
 double ParseWithin(const std::string& option, double min, double max, const char* expected,
@@ -43,9 +35,6 @@ double ParseWithin(const std::string& option, double min, double max, const char
 usec_t ParseDuration(const std::string& option, const std::string& text);
 /// Parses NAME,NAME.
 std::vector<std::string> ParseNames(const std::string& option, const std::string& text);
-uint64_t ParseSeed(const std::string& option, const std::string& text);
-int ParseThreads(const std::string& option, const std::string& text);
-RayModel ParseRayModel(const std::string& option, const std::string& text);
 recording::Compression ParseCompression(const std::string& option, const std::string& text);
 recording::RangeConvention ParseRanges(const std::string& option, const std::string& text);
 

@@ -19,6 +19,7 @@
 
 #include "files/whole_file.hh"
 #include "messages/report.hh"
+#include "stage/option_json.hh"
 #include "stage/process.hh"
 #include "stage/world_statistics.hh"
 #include "world/statistics.hh"
@@ -91,6 +92,7 @@ Json Describe(const LoadedWorld& loaded) {
 
   return {{"worldfile", loaded.file},
           {"seed", world->seed()},
+          {"options", ToJson(world->options())},
           {"robots", counts.robots},
           {"position_models", counts.positions},
           {"models", counts.models},

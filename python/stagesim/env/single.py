@@ -39,7 +39,7 @@ class StageEnv(gymnasium.Env[Observations, npt.NDArray[np.float32]]):
         render_mode: "rgb_array": render() returns a picture. "human": each action is shown in a window, in
             real time; this needs pygame. None: no pictures.
         render_size: width and height of pictures, pixels.
-        options: `opencl`, `ray_model`, `controllers`, `settings` as in World().
+        options: options of World() but `seed` and `threads`.
 
     Raises:
         WorldError: the file can't be loaded.

@@ -14,7 +14,7 @@ from gymnasium.utils.seeding import np_random
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from .. import _checks
+from .._options import checked
 from ..fleet import Bools, Floats
 from ..pictures import Pixels
 from ..world import World
@@ -154,9 +154,9 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
         if seed is None:
             return [None] * self.num_envs
         if not isinstance(seed, Iterable):
-            first = _checks.seed(seed)
+            first = checked("seed", seed)
             return [first + i for i in range(self.num_envs)]
-        seeds = [None if number is None else _checks.seed(number) for number in seed]
+        seeds = [None if number is None else checked("seed", number) for number in seed]
         if len(seeds) != self.num_envs:
             raise ValueError(f"found {len(seeds)} seeds, expected {self.num_envs}")
         return seeds

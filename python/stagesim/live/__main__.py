@@ -9,9 +9,10 @@ import sys
 import threading
 from collections.abc import Sequence
 
+from .. import _options
 from ..errors import StageError
 from ..world import World
-from .command_line import open_page, port_of, with_device, with_port
+from .command_line import open_page, port_of, with_port
 from .server import Server
 
 PORT, FOXGLOVE_PORT = 8642, 8765
@@ -33,24 +34,14 @@ def arguments() -> argparse.ArgumentParser:
                         help="simulated seconds per real second; 0: as fast as possible (default: that of the"
                              " world file, or else 1)")
     parser.add_argument("--paused", action="store_true", help="start paused")
-    parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the random numbers (default 1)")
-    parser.add_argument("--threads", type=int, metavar="N",
-                        help="number of threads (default: the world's, or else one per processor where that is faster)")
-    parser.add_argument("--opencl", type=lambda device: device or True, nargs="?", default=False, metavar="DEVICE",
-                        help="use an OpenCL device where that is faster")
-    parser.add_argument("--opencl-always", action="store_true", help="use the device in every step: for measurements")
-    parser.add_argument("--ray-model", choices=("cell", "exact"), help="ray model of sensors that do not set their own")
-    parser.add_argument("--no-controllers", action="store_true", help="load no controllers")
+    _options.add_to(parser)
     return parser
 
 
 def server_of(options: argparse.Namespace) -> Server:
     """Makes the server for the options; it is not started yet."""
-    world = World(options.world, seed=options.seed, threads=options.threads, opencl=options.opencl,
-                  opencl_always=options.opencl_always, ray_model=options.ray_model,
-                  controllers=not options.no_controllers)
-    return Server(world, host=options.host, port=options.port, foxglove=options.foxglove,
-                  speed=options.speed, paused=options.paused)
+    return Server(World(options.world, **_options.given_in(options)), host=options.host, port=options.port,
+                  foxglove=options.foxglove, speed=options.speed, paused=options.paused)
 
 
 def show(server: Server, browser: bool) -> None:
@@ -70,7 +61,7 @@ def show(server: Server, browser: bool) -> None:
 
 def parsed(words: Sequence[str]) -> argparse.Namespace:
     """Parses the arguments. Options with an optional value accept it only as --opt=VALUE; see with_port()."""
-    return arguments().parse_args(with_port(with_device(words), "--foxglove", FOXGLOVE_PORT))
+    return arguments().parse_args(with_port(_options.unambiguous(words), "--foxglove", FOXGLOVE_PORT))
 
 
 def main() -> int:

@@ -23,11 +23,6 @@ def with_port(words: Sequence[str], option: str, default: int) -> list[str]:
             for word, next_ in zip(words, after)]
 
 
-def with_device(words: Sequence[str]) -> list[str]:
-    """Replaces --opencl by --opencl=, so that a device can only be given as --opencl=DEVICE, as with `stage`."""
-    return ["--opencl=" if word == "--opencl" else word for word in words]
-
-
 def open_page(url: str) -> None:
     """Opens the page in a browser if there is a display."""
     if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):

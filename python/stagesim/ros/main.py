@@ -14,6 +14,7 @@ from rclpy.exceptions import InvalidParameterTypeException, ParameterUninitializ
 from rclpy.node import Node
 from rclpy.utilities import remove_ros_args
 
+from .. import _options
 from ..errors import StageError, WorldError
 from ..text import printable
 from ..world import World
@@ -27,11 +28,7 @@ def options(argv: Sequence[str]) -> argparse.Namespace:
         epilog="Arguments of ROS follow, such as: --ros-args -p naming:=stage_ros -p speed:=2.0")
     parser.add_argument("world", nargs="?", help="a world file, or the name of a shipped world "
                         "(default: the parameter world_file)")
-    parser.add_argument("--seed", type=int, default=1, help="seed of the random numbers (default 1)")
-    parser.add_argument("--threads", type=int,
-                        help="number of threads (default: the world's, or else one per processor where that is faster)")
-    parser.add_argument("--opencl", action="store_true", help="use an OpenCL device where that is faster")
-    parser.add_argument("--no-controllers", action="store_true", help="load no controllers")
+    _options.add_to(parser)
     parser.add_argument("--duration", type=float, default=float("inf"), metavar="SECONDS",
                         help="simulated time after which the node ends (default: it never ends)")
     parser.add_argument("--stats", action="store_true", help="at the end, print how long each part took, as JSON")
@@ -47,7 +44,7 @@ def options(argv: Sequence[str]) -> argparse.Namespace:
         from ..live.command_line import with_port
 
         own = with_port(own, "--gui", 0)
-    return parser.parse_args(own)
+    return parser.parse_args(_options.unambiguous(own))
 
 
 def _port_of(text: str) -> int:
@@ -99,8 +96,7 @@ def _run(chosen: argparse.Namespace) -> int | str:
     file = world_file(chosen.world)
     if not file:
         return "stagesim.ros: found no world, expected one on the command line or in the parameter world_file"
-    with World(file, seed=chosen.seed, threads=chosen.threads, opencl=chosen.opencl,
-               controllers=not chosen.no_controllers) as world:
+    with World(file, **_options.given_in(chosen)) as world:
         node = StageNode(world, gui=chosen.gui)
         node.get_logger().info(f"{printable(file)}: {len(node.robots)} robots, {node.topics} topics")
         try:

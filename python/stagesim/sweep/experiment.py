@@ -12,7 +12,7 @@ from typing import Any, Callable, Mapping, Union
 import numpy as np
 
 from .. import _paths
-from ..world import setting_text
+from .._options import setting_text
 from .plan import SweepError
 
 #: Runs of each set of values: their number, a range, or (first, last) where `last` is excluded.

@@ -105,7 +105,7 @@ def replay_command(plan: Plan, index: int) -> str:
         words += ["--duration", f"{plan.duration:.17g}"]
     if plan.options["args"]:
         words += ["--args", shell_word(plan.options["args"])]
-    if plan.options["ray_model"] != "default":
+    if plan.options["ray_model"] is not None:
         words += ["--ray-model", plan.options["ray_model"]]
     if not plan.options["controllers"]:
         words.append("--no-controllers")
@@ -165,7 +165,7 @@ class Worker:
         device = options["opencl"]
         return World(self._plan.world, seed=seed, settings=settings, threads=options["threads"],
                      opencl=False if device is None else device or True, controllers=options["controllers"],
-                     ray_model=None if options["ray_model"] == "default" else options["ray_model"])
+                     ray_model=options["ray_model"])
 
     def _run(self, index: int, attempt: int) -> None:
         world, seconds = self._load(index)

@@ -2,9 +2,17 @@
 
 #include "stage/sweep/help.hh"
 
+#include <string_view>
+
+#include "stage/help.hh"
+#include "world/run_option.hh"
+
 namespace Stg::program {
 
-const char kSweepHelpText[] =
+namespace {
+
+// The line that starts with @ stands for options of RunOptionTable().
+constexpr char kSweepText[] =
     R"(Usage: stage sweep [OPTION]... WORLDFILE -o FOLDER
        stage sweep --resume FOLDER
        stage sweep --status FOLDER
@@ -22,12 +30,9 @@ Plan
   --seed N             seed of the sweep (default 1). The seed of a run depends on it, on the run's
                        values and on its number, not on the number of runs
   --common-seeds       run n has the same seed in every combination, for comparisons in pairs
-  --duration S         end each run after S simulated seconds; overrides the world's quit_time
   -a, --args STR       pass STR to every controller
-  --ray-model MODEL    cell or exact
-  --no-controllers     load no controllers
   --threads N          threads of each worker (default 1); changes no result
-  --opencl[=DEVICE]    trace rays with that device; changes no result
+@options
   --log                record each run as an MCAP file beside its record; --log-every SECONDS,
                        --log-models NAMES, --log-compression HOW, --log-ranges HOW as for stage
   --dry-run            print the plan and exit
@@ -64,6 +69,25 @@ Examples
   stage merge out -o all.csv; stage report out
       the results as a table, and as a page with figures
 )";
+
+/// True for options that are described in kSweepText, as they have another meaning in sweeps.
+bool IsOwn(const RunOption& option) {
+  const std::string_view name = option.name;
+  return name == "seed" || name == "settings" || name == "threads";
+}
+
+}  // namespace
+
+std::string SweepHelpText() {
+  std::string text = kSweepText, entries;
+  for (const RunOption& option : RunOptionTable()) {
+    if (IsOwn(option)) continue;
+    entries += HelpEntry(option.Usage(),
+                         option.Summary() + (option.changes_results ? "" : "; changes no result"));
+  }
+  const std::string mark = "@options\n";
+  return text.replace(text.find(mark), mark.size(), entries);
+}
 
 const char kMergeHelpText[] =
     R"(Usage: stage merge [OPTION]... FOLDER... -o FILE

@@ -3,10 +3,12 @@
 #ifndef STAGE_TOOLS_STAGE_SWEEP_HELP_HH
 #define STAGE_TOOLS_STAGE_SWEEP_HELP_HH
 
+#include <string>
+
 namespace Stg::program {
 
 /// The outputs of --help.
-extern const char kSweepHelpText[];
+std::string SweepHelpText();
 extern const char kMergeHelpText[];
 
 }  // namespace Stg::program

@@ -2,8 +2,6 @@
 //
 // stage merge: writes the records of a sweep as one table. Equal records give equal bytes.
 
-#include <getopt.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
@@ -15,6 +13,7 @@
 
 #include "files/whole_file.hh"
 #include "messages/report.hh"
+#include "stage/command_line.hh"
 #include "stage/option_values.hh"
 #include "stage/process.hh"
 #include "stage/python_module.hh"
@@ -34,38 +33,19 @@ struct MergeOptions {
   bool partial = false, timings = false, help = false;
 };
 
-enum Id : int { kHelp = 'h', kOut = 'o', kPartial = kFirstLongOption, kTimings };
-
-constexpr option kLongOptions[] = {
-    {"help", no_argument, nullptr, kHelp},
-    {"out", required_argument, nullptr, kOut},
-    {"partial", no_argument, nullptr, kPartial},
-    {"timings", no_argument, nullptr, kTimings},
-    {nullptr, 0, nullptr, 0},
-};
-
 MergeOptions ParseMergeOptions(int argc, char* argv[]) {
   std::vector<char*> arguments(argv, argv + argc);
   arguments.erase(arguments.begin() + 1);
-  const int count = static_cast<int>(arguments.size());
-  arguments.push_back(nullptr);
   MergeOptions options;
-  int id;
-  while ((id = getopt_long(count, arguments.data(), ":ho:", kLongOptions, nullptr)) != -1) {
-    if (id == kOut)
-      options.file = optarg;
-    else if (id == kPartial)
-      options.partial = true;
-    else if (id == kTimings)
-      options.timings = true;
-    else if (id == kHelp)
-      options.help = true;
-    else
-      RefuseOption(id, kLongOptions, arguments[static_cast<size_t>(optind - 1)]);
-  }
+  const std::vector<CommandOption> known = {
+      {"help", no_argument, Set(&options.help, true), 'h'},
+      {"out", required_argument, Store(&options.file), 'o'},
+      {"partial", no_argument, Set(&options.partial, true)},
+      {"timings", no_argument, Set(&options.timings, true)},
+  };
+  options.folders = ParseCommandLine(arguments, known, [&] { return options.help; }).operands;
   if (options.help) return options;
-  if (count == optind) throw UsageError("merge: expected a folder, that of a sweep");
-  options.folders.assign(arguments.begin() + optind, arguments.end() - 1);
+  if (options.folders.empty()) throw UsageError("merge: expected a folder, that of a sweep");
   for (const char* ending : {".csv", ".parquet", ".h5"})
     if (options.file.size() > std::strlen(ending) && options.file.ends_with(ending)) return options;
   RefuseValue("--out", "a name that ends in .csv, .parquet or .h5", options.file);

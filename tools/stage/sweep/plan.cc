@@ -10,6 +10,7 @@
 
 #include "random/fnv1a.hh"
 #include "random/random.hh"
+#include "stage/option_json.hh"
 #include "stage/option_values.hh"
 #include "stage/sweep/json_text.hh"
 #include "worldfile/worldfile.hh"
@@ -29,7 +30,7 @@ uint64_t SeedOf(const Plan& plan, const RunSpec& spec) {
   std::ranges::sort(sorted);
   std::string canonical;
   for (const auto& [name, value] : sorted) canonical += name + "=" + value + "\n";
-  return MixSeeds(MixSeeds(plan.seed, Fnv1a(canonical)), spec.run) >> 11;
+  return MixSeeds(MixSeeds(plan.run.seed, Fnv1a(canonical)), spec.run) >> 11;
 }
 
 /// Quotes text with single quotes if a shell would not read it as one word.
@@ -40,24 +41,6 @@ std::string ShellWord(const std::string& text) {
   std::string quoted = "'";
   for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return quoted + "'";
-}
-
-/// Formats seconds so that parsing returns the same number.
-std::string SecondsText(usec_t time) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.17g", static_cast<double>(time) / 1e6);
-  return text;
-}
-
-const char* NameOf(RayModel model) {
-  if (model == RayModel::kDefault) return "default";
-  return model == RayModel::kCell ? "cell" : "exact";
-}
-
-RayModel RayModelOf(const std::string& name) {
-  for (const RayModel model : {RayModel::kDefault, RayModel::kCell, RayModel::kExact})
-    if (name == NameOf(model)) return model;
-  throw std::runtime_error("found the ray model '" + name + "'");
 }
 
 const char* NameOfCompression(recording::Compression compression) {
@@ -75,13 +58,10 @@ Json LogToJson(const recording::LogOptions& log) {
           {"ranges", NameOf(log.ranges)}};
 }
 
-usec_t TimeOf(const Json& seconds) {
-  return seconds.is_null() ? 0 : static_cast<usec_t>(std::llround(seconds.get<double>() * 1e6));
-}
-
 recording::LogOptions LogOf(const Json& json) {
   recording::LogOptions log;
-  log.every = TimeOf(json.at("every"));
+  if (!json.at("every").is_null())
+    log.every = static_cast<usec_t>(std::llround(json.at("every").get<double>() * 1e6));
   log.robots = json.at("models").get<std::vector<std::string>>();
   log.compression = ParseCompression("the sweep's log", json.at("compression"));
   // Plans of earlier states of this version have no such option.
@@ -89,13 +69,17 @@ recording::LogOptions LogOf(const Json& json) {
   return log;
 }
 
+/// True for options that all runs have alike. Others have their own places in the plan.
+bool IsShared(const RunOption& option) {
+  return option.of_world && option.name != std::string_view("seed") &&
+         option.type != RunOption::Type::kTexts;
+}
+
 void ReadOptions(const Json& options, Plan* plan) {
   plan->controller_args = options.at("args");
-  plan->run.threads = options.at("threads");
-  plan->run.ray_model = RayModelOf(options.at("ray_model"));
-  plan->run.opencl = !options.at("opencl").is_null();
-  if (plan->run.opencl) plan->run.device = options.at("opencl");
-  plan->run.controllers = options.at("controllers");
+  for (const RunOption& option : RunOptionTable())
+    if (IsShared(option) && options.contains(option.name))  // plans of earlier states lack some
+      FromJson(options.at(option.name), option, &plan->run);
   if (!options.at("worker").is_null()) plan->worker = options.at("worker");
   if (!options.at("log").is_null()) plan->log = LogOf(options.at("log"));
 }
@@ -144,6 +128,7 @@ Axis ParseAxis(const std::string& text) {
 }
 
 RunSpec RunAt(const Plan& plan, uint64_t index) {
+  if (index >= plan.Count()) throw std::runtime_error("found a run that the sweep lacks");
   RunSpec spec;
   spec.index = index;
   spec.run = plan.first + index % plan.RunsEach();
@@ -172,18 +157,18 @@ RunOptions RunOptionsOf(const Plan& plan, const RunSpec& spec) {
   RunOptions options = plan.run;
   options.seed = spec.seed;
   options.settings = SettingsOf(spec);
-  options.duration = plan.duration;
   return options;
 }
 
 std::string ReplayCommand(const Plan& plan, const RunSpec& spec) {
-  std::string command = "stage -g --seed " + std::to_string(spec.seed);
-  for (const std::string& setting : SettingsOf(spec)) command += " --set " + ShellWord(setting);
-  if (plan.duration > 0) command += " --duration " + SecondsText(plan.duration);
+  const RunOptions options = RunOptionsOf(plan, spec);
+  std::string command = "stage -g";
+  for (const RunOption& option : RunOptionTable()) {
+    if (!option.changes_results) continue;
+    for (const auto& [flag, value] : option.Arguments(options))
+      command += " " + flag + (value.empty() ? "" : " " + ShellWord(value));
+  }
   if (!plan.controller_args.empty()) command += " --args " + ShellWord(plan.controller_args);
-  if (plan.run.ray_model != RayModel::kDefault)
-    command += std::string(" --ray-model ") + NameOf(plan.run.ray_model);
-  if (!plan.run.controllers) command += " --no-controllers";
   return command + " --state-hash " + ShellWord(plan.world);
 }
 
@@ -200,26 +185,23 @@ std::string DigestOf(const std::string& world) {
 std::string ToJson(const Plan& plan) {
   Json axes = Json::array();
   for (const Axis& axis : plan.axes) axes.push_back({{"name", axis.name}, {"values", axis.values}});
-  const Json options = {{"args", plan.controller_args},
-                        {"threads", plan.run.threads},
-                        {"ray_model", NameOf(plan.run.ray_model)},
-                        {"opencl", plan.run.opencl ? Json(plan.run.device) : Json()},
-                        {"controllers", plan.run.controllers},
-                        {"worker", plan.worker.empty() ? Json() : Json(plan.worker)},
-                        {"log", plan.log ? LogToJson(*plan.log) : Json()}};
-  const Json json = {
-      {"program", "stage sweep"},
-      {"format", kFormat},
-      {"version", Version()},
-      {"world", plan.world},
-      {"world_digest", plan.digest},
-      {"axes", axes},
-      {"runs", {plan.first, plan.last}},
-      {"seed", plan.seed},
-      {"common_seeds", plan.common_seeds},
-      {"duration", plan.duration == 0 ? Json() : Json(static_cast<double>(plan.duration) / 1e6)},
-      {"options", options},
-      {"count", plan.Count()}};
+  Json options = {{"args", plan.controller_args}};
+  for (const RunOption& option : RunOptionTable())
+    if (IsShared(option)) options[option.name] = ToJson(option.get(plan.run));
+  options["worker"] = plan.worker.empty() ? Json() : Json(plan.worker);
+  options["log"] = plan.log ? LogToJson(*plan.log) : Json();
+  const Json json = {{"program", "stage sweep"},
+                     {"format", kFormat},
+                     {"version", Version()},
+                     {"world", plan.world},
+                     {"world_digest", plan.digest},
+                     {"axes", axes},
+                     {"runs", {plan.first, plan.last}},
+                     {"seed", plan.run.seed},
+                     {"common_seeds", plan.common_seeds},
+                     {"duration", ToJson(FindRunOption("duration").get(plan.run))},
+                     {"options", options},
+                     {"count", plan.Count()}};
   return ToJsonText(json, 2) + "\n";
 }
 
@@ -238,9 +220,9 @@ Plan ReadPlan(const std::string& text) try {
     plan.axes.push_back({axis.at("name"), axis.at("values").get<std::vector<std::string>>()});
   plan.first = json.at("runs").at(0);
   plan.last = json.at("runs").at(1);
-  plan.seed = json.at("seed");
+  plan.run.seed = json.at("seed");
   plan.common_seeds = json.at("common_seeds");
-  plan.duration = TimeOf(json.at("duration"));
+  FromJson(json.at("duration"), FindRunOption("duration"), &plan.run);
   ReadOptions(json.at("options"), &plan);
   const bool empty =
       plan.last <= plan.first ||

@@ -27,12 +27,10 @@ struct Plan {
   std::string digest;            ///< digest of the texts that the world is read from
   std::vector<Axis> axes;        ///< the last one varies fastest
   uint64_t first = 0, last = 1;  ///< run numbers per combination: first..last-1
-  uint64_t seed = 1;             ///< base seed of the sweep
   bool common_seeds = false;     ///< run n has the same seed in every combination
-  usec_t duration = 0;           ///< 0: the world's quit_time
   std::string controller_args;
   std::string worker;  ///< shell command of a foreign worker; empty: this program
-  RunOptions run;      ///< only threads, device, ray model and controllers are used
+  RunOptions run;      ///< options of all runs; its seed is the base seed of the sweep
   std::optional<recording::LogOptions> log;  ///< its file name is not used
 
   uint64_t RunsEach() const { return last - first; }
@@ -53,7 +51,7 @@ constexpr uint64_t kMaxRuns = 100'000'000;
 /// Parses NAME=VALUE,VALUE. Commas within quotes or brackets belong to a value. Throws UsageError.
 Axis ParseAxis(const std::string& text);
 
-/// `index` must be below the plan's Count().
+/// Throws std::runtime_error if the plan has no run with that index.
 RunSpec RunAt(const Plan& plan, uint64_t index);
 /// Returns the values in the format of RunOptions::settings.
 std::vector<std::string> SettingsOf(const RunSpec& spec);

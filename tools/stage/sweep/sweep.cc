@@ -223,7 +223,7 @@ int Resume(const SweepFolder& folder, const SweepOptions& options) {
 int Sweep(int argc, char* argv[]) {
   SweepOptions options = ParseSweepOptions(argc, argv);
   if (options.action == Action::kHelp) {
-    PrintWhole(kSweepHelpText);
+    PrintWhole(SweepHelpText());
     return 0;
   }
   const SweepFolder folder(options.folder);
