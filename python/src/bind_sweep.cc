@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Functions for the workers of sweeps, whose records must equal those of the program `stage`.
+// The part of the program `stage` that workers of sweeps need: plan, records and logs.
 
+#include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
-#include <algorithm>
+#include <functional>
+#include <map>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -16,109 +19,107 @@
 #include <vector>
 
 #include "bindings.hh"
-#include "models/host.hh"
 #include "recording/mcap_reader.hh"
 #include "recording/recorder.hh"
 #include "recording/ros_messages.hh"
 #include "simulation.hh"
+#include "stage/sweep/folder.hh"
+#include "stage/sweep/record.hh"
 #include "text.hh"
-#include "world/statistics.hh"
 
 namespace Stg::python {
 
 namespace {
 
-/// Statistics of a run. Only position models with subscribers count as robots.
-nb::dict FiguresOf(Simulation& simulation) {
-  return simulation.With([](World& world) {
-    const RunStatistics run = world.statistics();
-    const EnergyTotals& totals = world.energy_totals();
-    const auto is_robot = [](const Model* model) {
-      return dynamic_cast<const ModelPosition*>(model) && model->HasSubscribers();
-    };
-    const std::vector<Model*>& models = world.host().models;
-    nb::dict energy, figures;
-    energy["stored"] = totals.stored;
-    energy["dissipated"] = totals.dissipated;
-    energy["input"] = totals.input;
-    figures["steps"] = run.steps;
-    figures["rays"] = run.trace.rays;
-    figures["robots"] = std::count_if(models.begin(), models.end(), is_robot);
-    figures["energy"] = energy;
-    figures["load_seconds"] = run.load_seconds;
-    return figures;
-  });
-}
-
 /// Calls f() and turns a std::runtime_error into a Failure.
 template <typename F>
-void Recording(F f) {
+auto Failing(F f) {
   try {
-    f();
+    return f();
   } catch (const std::runtime_error& error) {
     throw Failure{Kind::kStage, error.what()};
   }
 }
 
-recording::Compression CompressionCalled(const std::string& name) {
-  using recording::Compression;
-  for (const Compression compression : {Compression::kLz4, Compression::kZstd})
-    if (name == recording::NameOf(compression) && recording::IsAvailable(compression))
-      return compression;
-  if (name == "none") return Compression::kNone;
-  throw Failure{Kind::kStage, "found the compression '" + name +
-                                  "', expected none, lz4 or zstd, and one that was built in"};
-}
-
-recording::RangeConvention RangesCalled(const std::string& name) {
-  if (name == "rep117") return recording::RangeConvention::kRep117;
-  if (name == "stage") return recording::RangeConvention::kStage;
-  throw Failure{Kind::kStage, "found the ranges '" + name + "', expected rep117 or stage"};
-}
-
-/// An MCAP log of a world. It keeps the world's Simulation alive.
-class WorldLog {
+/// The log of a run. It keeps the world's Simulation alive.
+class RunLog {
  public:
-  WorldLog(std::shared_ptr<Simulation> simulation, const recording::LogOptions& options)
-      : simulation_(std::move(simulation)), recorder_(options) {}
+  RunLog(std::shared_ptr<Simulation> simulation, const recording::LogOptions& options,
+         std::function<void()> keep)
+      : simulation_(std::move(simulation)), recorder_(options), keep_(std::move(keep)) {}
 
   void Attach(World* world) { recorder_.Attach(world); }
-  /// Closes the log. The world may have been deleted before.
+  /// Closes the log and gives it its final name. The world may have been deleted before.
   void Finish() {
     const Source::Use use(simulation_.get());
-    recorder_.Finish();
+    Failing([&] {
+      recorder_.Finish();
+      keep_();
+    });
   }
 
  private:
   const std::shared_ptr<Simulation> simulation_;
   recording::Recorder recorder_;
+  const std::function<void()> keep_;
 };
 
-/// Starts a log. `every` is its period in simulated seconds; without it, each update is logged.
-std::shared_ptr<WorldLog> Record(Simulation& simulation, const std::string& file,
-                                 std::optional<double> every,
-                                 const std::vector<std::string>& robots,
-                                 const std::string& compression, const std::string& ranges) {
-  return simulation.With([&](World& world) {
-    recording::LogOptions options;
-    options.file = file;
-    options.every = static_cast<usec_t>(every.value_or(0) * 1e6 + 0.5);
-    options.robots = robots;
-    options.compression = CompressionCalled(compression);
-    options.ranges = RangesCalled(ranges);
-    std::shared_ptr<WorldLog> log;
-    Recording([&] {
-      log = std::make_shared<WorldLog>(simulation.shared_from_this(), options);
-      log->Attach(&world);
+/// The folder of a sweep, for workers.
+class Sweep {
+ public:
+  explicit Sweep(const std::string& folder)
+      : folder_(folder), plan_(Failing([&] { return folder_.Read(); })) {}
+
+  const program::Plan& plan() const { return plan_; }
+
+  /// Indices of runs with a record.
+  std::vector<uint64_t> Finished() const {
+    const std::vector<bool> has_record = Failing([&] { return folder_.Finished(plan_); });
+    std::vector<uint64_t> indices;
+    for (uint64_t i = 0; i < has_record.size(); i++)
+      if (has_record[i]) indices.push_back(i);
+    return indices;
+  }
+
+  /// The arguments of World() for a run.
+  std::map<std::string, OptionValue> OptionsOf(uint64_t index) const {
+    return ValuesOf(RunOptionsOf(plan_, RunAt(plan_, index)));
+  }
+
+  /// Returns null if the sweep has no logs.
+  std::shared_ptr<RunLog> StartLog(uint64_t index, Simulation& simulation) const {
+    if (!plan_.log) return nullptr;
+    return simulation.With([&](World& world) {
+      return Failing([&] {
+        recording::LogOptions options = *plan_.log;
+        options.file = folder_.StartLog(index);
+        auto log = std::make_shared<RunLog>(simulation.shared_from_this(), options,
+                                            [folder = folder_, index] { folder.KeepLog(index); });
+        log->Attach(&world);
+        return log;
+      });
     });
-    return log;
-  });
-}
+  }
+
+  void WriteRecord(uint64_t index, Simulation& simulation, int attempt, double wall_seconds,
+                   const program::OwnMetrics& metrics) const {
+    simulation.With([&](World& world) {
+      Failing([&] {
+        folder_.WriteRecord(
+            index, RecordOf(plan_, RunAt(plan_, index), &world, wall_seconds, attempt, metrics));
+      });
+    });
+  }
+
+ private:
+  program::SweepFolder folder_;
+  program::Plan plan_;
+};
 
 /// The positions of moving models at all moments of a log: pairs of x and y in metres, as doubles.
 nb::bytes PlacesInLog(const std::string& file) {
   std::vector<double> places;
-  Recording([&] {
+  Failing([&] {
     const recording::McapReader log(file);
     recording::Buffer records;
     std::vector<recording::ModelPose> poses;
@@ -141,17 +142,30 @@ nb::bytes PlacesInLog(const std::string& file) {
 
 }  // namespace
 
-void BindSweep(nb::module_& module, nb::class_<Simulation>& world) {
-  module.def("mix_seeds", &MixSeeds, nb::arg("seed"), nb::arg("part"));
+void BindSweep(nb::module_& module) {
   module.def(
       "set_controller_arguments", [](const std::string& text) { World::ctrlargs = text; },
       nb::arg("text"));
+  module.def(
+      "make_sweep_folder",
+      [](const std::string& path) { Failing([&] { program::SweepFolder(path).Make(); }); },
+      nb::arg("path"));
   module.def("places_in_log", &PlacesInLog, nb::arg("file"));
-  nb::class_<WorldLog>(module, "Recorder", "Writes a log of a world, like stage --log.")
-      .def("finish", [](WorldLog& log) { Recording([&] { log.Finish(); }); });
-  world.def("figures", &FiguresOf)
-      .def("record", &Record, nb::arg("file"), nb::arg("every").none(), nb::arg("robots"),
-           nb::arg("compression"), nb::arg("ranges"));
+  nb::class_<RunLog>(module, "RunLog", "The log of a run, as stage sweep --log makes it.")
+      .def("finish", &RunLog::Finish);
+  nb::class_<Sweep>(module, "Sweep", "The folder of a sweep, for workers.")
+      .def(nb::init<std::string>(), nb::arg("folder"))
+      .def_prop_ro("world", [](const Sweep& sweep) { return sweep.plan().world; })
+      .def_prop_ro("controller_arguments",
+                   [](const Sweep& sweep) { return sweep.plan().controller_args; })
+      .def_prop_ro(
+          "duration",
+          [](const Sweep& sweep) { return FindRunOption("duration").get(sweep.plan().run); })
+      .def("finished", &Sweep::Finished)
+      .def("options", &Sweep::OptionsOf, nb::arg("index"))
+      .def("start_log", &Sweep::StartLog, nb::arg("index"), nb::arg("world"))
+      .def("write_record", &Sweep::WriteRecord, nb::arg("index"), nb::arg("world"),
+           nb::arg("attempt"), nb::arg("wall_seconds"), nb::arg("metrics"));
 }
 
 }  // namespace Stg::python

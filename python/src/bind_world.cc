@@ -221,7 +221,6 @@ void BindWorld(nb::module_& module) {
   BindCast(world);
   BindPicture(world);
   BindScene(module, world);
-  BindSweep(module, world);
   world
       .def("options",
            [](Simulation& simulation) {

@@ -29,7 +29,7 @@ void BindRosNames(nanobind::module_& module);
 void BindPicture(nanobind::class_<Simulation>& world);
 void BindCrowd(nanobind::module_& module);
 void BindScene(nanobind::module_& module, nanobind::class_<Simulation>& world);
-void BindSweep(nanobind::module_& module, nanobind::class_<Simulation>& world);
+void BindSweep(nanobind::module_& module);
 void BindWorld(nanobind::module_& module);
 
 }  // namespace Stg::python

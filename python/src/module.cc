@@ -21,6 +21,7 @@ NB_MODULE(_core, module) {
   BindOptions(module);
   BindRosNames(module);
   BindWorld(module);
+  BindSweep(module);
   module.def("count_processors", &Stg::threads::CountUsableProcessors,
              "Processors that this process may use, by its affinity mask and control groups.");
   module.def("version", &Stg::Version, "The version of the simulator.");

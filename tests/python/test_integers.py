@@ -8,15 +8,18 @@ from __future__ import annotations
 
 import inspect
 import re
+import subprocess
+import tempfile
 from collections.abc import Callable, Iterator
 from decimal import Decimal
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import stagesim as st
-from stagesim import _core
+from stagesim import _core, _paths
 
 NO_INTEGERS = (True, False, np.True_, 1.0, np.float32(1), np.float64(1), Decimal(1), Fraction(1), "1", b"1", 1j, [1],
                np.array([1]))
@@ -38,6 +41,11 @@ class Subjects:
         self.pixels = np.zeros((4, 4, 3), np.uint8)
         self.which = np.array([0], np.uint32)
         self.recorded = np.zeros((1, 2), bool)
+        self.folder = tempfile.TemporaryDirectory()
+        Path(self.folder.name, "w.world").write_text("quit_time 1")
+        subprocess.run([_paths.PROGRAM, "sweep", f"{self.folder.name}/w.world", "--plan-only", "-o",
+                        f"{self.folder.name}/out"], check=True)
+        self.sweep = _core.Sweep(f"{self.folder.name}/out")
 
 
 def crowd_calls(subjects: Subjects, crowd: Any, prefix: str) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
@@ -56,7 +64,10 @@ def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str,
         **crowd_calls(s, s.world.fleet()._crowd, "Crowd"),
         "NamingScheme.numbered": (_core.naming_schemes()[0].numbered, {"base": "name", "number": 1, "count": 2}),
         "sensor_name": (_core.sensor_name, {"ranger": "name", "number": 1}),
-        "mix_seeds": (_core.mix_seeds, {"seed": 1, "part": 2}),
+        "Sweep.options": (s.sweep.options, {"index": 0}),
+        "Sweep.start_log": (s.sweep.start_log, {"index": 0, "world": core}),
+        "Sweep.write_record": (s.sweep.write_record, {"index": 0, "world": core, "attempt": 1, "wall_seconds": 1.0,
+                                                      "metrics": []}),
         "Model.fiducial_return": (lambda arg: setattr(model, "fiducial_return", arg), {"arg": 1}),
         "Model.fiducial_key": (lambda arg: setattr(model, "fiducial_key", arg), {"arg": 1}),
         "Model.add_sensor": (add_sensor, {"range": 5, "fov": 1, "samples": 3}),
@@ -168,7 +179,7 @@ def wrong_values(right: Any) -> list[Any]:
 def test_lists_are_whole() -> None:
     """Fails if signatures are parsed wrongly: the list has examples of each kind."""
     some = {("compiled", "Model.fiducial_key", "arg"), ("compiled", "Batch.__init__", "seeds"),
-            ("compiled", "Batch.set_failures", "failures"), ("compiled", "mix_seeds", "part"),
+            ("compiled", "Batch.set_failures", "failures"), ("compiled", "sensor_name", "number"),
             ("public", "World.__init__", "threads"), ("public", "Batch.rollout", "moments"),
             ("public", "Fleet.blobs", "most")}
     assert some <= set(INTEGERS)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import logging
+import subprocess
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import stagesim as st
-from stagesim import _core
+from stagesim import _core, _paths
 
 ODD = """
 resolution 0.02
@@ -78,7 +79,7 @@ def test_reset_forgets_everything() -> None:
             _ = one.fleet().ranger().ranges
             one.step(5)
         assert world.state_hash() == fresh.state_hash()
-        assert world._core.figures()["steps"] == 5
+        assert world.steps == 5
 
 
 def test_batches() -> None:
@@ -129,11 +130,15 @@ def test_controllers_left_out_are_told_once(caplog: pytest.LogCaptureFixture) ->
     assert len([record for record in caplog.records if "ignored as requested" in record.message]) == 1
 
 
-def log_of_a_run(file: Path, reset: bool, steps: int) -> bytes:
+def log_of_a_run(folder: Path, reset: bool, steps: int) -> bytes:
     """Logs three steps of driving robots, resets the world if `reset`, and logs `steps` more steps."""
     world = st.World.from_text(ODD)
     world.reset(2)
-    log = world._core.record(str(file), None, [], "none", "rep117")
+    folder.mkdir()
+    (folder / "w.world").write_text(ODD)
+    subprocess.run([_paths.PROGRAM, "sweep", folder / "w.world", "--plan-only", "--log", "--log-compression=none",
+                    "--duration=1", "-o", folder / "out"], check=True)
+    log = _core.Sweep(str(folder / "out")).start_log(0, world._core)
     cmd = world.fleet().cmd
     cmd[:, 0] = 0.4
     world.step(3)
@@ -142,13 +147,14 @@ def log_of_a_run(file: Path, reset: bool, steps: int) -> bytes:
     cmd[:, 0] = 0.4
     world.step(steps)
     log.finish()
+    file = folder / "out/runs/000/000000.mcap"
     assert len(_core.places_in_log(str(file))) > 0
     return file.read_bytes()
 
 
 def test_log_ends_with_a_reset(tmp_path: Path) -> None:
     """A reset ends a log, even if the world is reset in place: the log has only the steps before."""
-    until_then = log_of_a_run(tmp_path / "a.mcap", False, 0)
-    assert log_of_a_run(tmp_path / "b.mcap", False, 3) != until_then
-    assert log_of_a_run(tmp_path / "c.mcap", True, 0) == until_then
-    assert log_of_a_run(tmp_path / "d.mcap", True, 3) == until_then
+    until_then = log_of_a_run(tmp_path / "a", False, 0)
+    assert log_of_a_run(tmp_path / "b", False, 3) != until_then
+    assert log_of_a_run(tmp_path / "c", True, 0) == until_then
+    assert log_of_a_run(tmp_path / "d", True, 3) == until_then

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import base64
+import itertools
 import os
 import re
 import shutil
@@ -28,11 +29,10 @@ def made_up(common_seeds: bool, effect: float, runs: int = 20) -> Study:
     random = np.random.default_rng(3)
     of_seed = random.normal(0, 1, runs)
     rows = []
-    for index in range(plan.count):
-        values, number = plan.values_of(index), plan.run_of(index)
+    for index, (a, b, number) in enumerate(itertools.product(plan.axes[0].values, plan.axes[1].values, range(runs))):
         luck = of_seed[number] if common_seeds else random.normal(0, 1)
-        m = effect * ("1", "2", "10").index(values["a"]) + luck + random.normal(0, 0.1)
-        rows.append((index, number, int(values["a"]), values["b"], "done", m, m if m > 0 else None, 7.0))
+        m = effect * plan.axes[0].values.index(a) + luck + random.normal(0, 0.1)
+        rows.append((index, number, int(a), b, "done", m, m if m > 0 else None, 7.0))
     names = ("index", "run", "a", "b", "status", "m", "sometimes", "same")
     kinds = ("key", "key", "key", "text", "text", "figure", "figure", "figure")
     return Study(plan, [Column(name, kind, [row[at] for row in rows])

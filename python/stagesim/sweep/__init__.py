@@ -15,7 +15,7 @@ from .. import _core
 from . import program
 from .executors import run_with
 from .experiment import Experiment
-from .plan import Axis, Plan, SweepError, check_place, record_file
+from .plan import Axis, Plan, SweepError, make_folder, record_file
 from .progress import Progress, shown
 from .results import Results
 
@@ -46,7 +46,7 @@ def run(experiment: Experiment, executor: Any = None, *, out: str | os.PathLike[
         SweepError: the experiment is invalid, the folder holds another experiment or something else, or runs
             are still missing after several attempts.
     """
-    check_place(Path(out))
+    make_folder(Path(out))
     folder = Path(out).resolve()
     plan = program.make_plan(experiment, folder)
     job, results = program.Job.of(experiment, folder), Results(folder)

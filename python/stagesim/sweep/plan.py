@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .. import _core
 from ..errors import StageError
 
 #: Version of sweep.json; there is only one so far.
@@ -79,51 +80,22 @@ class Plan:
         except (ValueError, KeyError, TypeError) as error:
             raise SweepError(f"{file}: found no plan of a sweep ({error})") from None
 
-    def values_of(self, index: int) -> dict[str, str]:
-        """The value of each axis in run `index`."""
-        number = index // (self.last - self.first)
-        values = []
-        for axis in reversed(self.axes):
-            number, place = divmod(number, len(axis.values))
-            values.append((axis.name, axis.values[place]))
-        return dict(reversed(values))
-
-    def run_of(self, index: int) -> int:
-        """The run number of run `index` within its set of values."""
-        return self.first + index % (self.last - self.first)
-
 
 def plan_file(folder: str | os.PathLike[str]) -> Path:
     """The path of the plan."""
     return Path(folder) / "sweep.json"
 
 
-def check_place(folder: Path) -> None:
-    """Refuses a folder that may hold anything but a sweep, by the rules of `stage sweep -o`.
+def make_folder(folder: Path) -> None:
+    """Makes a folder as `stage sweep -o` does.
 
     Raises:
-        SweepError: it is the root folder or a home folder, it is no folder, or it holds other files.
+        SweepError: it may hold anything but a sweep: it is the root folder or a home folder, or has other files.
     """
-    if folder.is_symlink() and not folder.exists():
-        found = "a symbolic link that leads nowhere"
-    elif not folder.exists():
-        return
-    elif not folder.is_dir():
-        found = "which is not a folder"
-    elif folder.resolve() in (Path("/"), Path.home().resolve()):
-        found = "the root folder or a home folder"
-    elif plan_file(folder).exists() or all(is_of_a_sweep(entry) for entry in folder.iterdir()):
-        return
-    else:
-        found = "which is not a sweep folder"
-    raise SweepError(f"found '{folder}', {found}, expected the name of a new folder, or of one that is empty")
-
-
-def is_of_a_sweep(entry: Path) -> bool:
-    """True for files that a sweep creates beside its plan or before it."""
-    if entry.name.startswith(("lock.", ".stage-", ".plan-")):
-        return True
-    return entry.name == "runs" and entry.is_dir() and not any(entry.iterdir())
+    try:
+        _core.make_sweep_folder(os.fspath(folder))
+    except StageError as error:
+        raise SweepError(str(error).removeprefix("-o: ")) from None
 
 
 def record_file(folder: str | os.PathLike[str], index: int) -> Path:
@@ -133,19 +105,10 @@ def record_file(folder: str | os.PathLike[str], index: int) -> Path:
 
 def finished(folder: str | os.PathLike[str]) -> list[int]:
     """The sorted indices of runs with a record. An empty file, which a full disk leaves, is no record."""
-    found = []
-    runs = Path(folder) / "runs"
-    for part in os.scandir(runs) if runs.is_dir() else ():
-        if not part.name.isdecimal():
-            continue
-        for entry in os.scandir(part.path):
-            stem, ending = os.path.splitext(entry.name)
-            if ending == ".json" and stem.isdecimal() and entry.stat().st_size > 0:
-                found.append(int(stem))
-    return sorted(found)
+    found: list[int] = _core.Sweep(os.fspath(folder)).finished()
+    return found
 
 
 def missing(folder: str | os.PathLike[str], plan: Plan) -> list[int]:
     """The sorted indices of runs of the plan without a record."""
-    known = set(finished(folder))
-    return [index for index in range(plan.count) if index not in known]
+    return sorted(set(range(plan.count)).difference(finished(folder)))

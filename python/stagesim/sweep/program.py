@@ -19,7 +19,7 @@ from typing import Sequence
 
 from .. import _paths
 from .experiment import Experiment, folder_of
-from .plan import Plan, SweepError, plan_file
+from .plan import Plan, SweepError, make_folder, plan_file
 
 PACKAGES = str(Path(_paths.FOLDER).parent)
 BAD_USAGE = 2  # the program's exit status for invalid arguments
@@ -79,7 +79,7 @@ def make_plan(experiment: Experiment, folder: Path) -> Plan:
     Raises:
         SweepError: the folder has another sweep, or the experiment is invalid.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".plan-") as place:
         new = os.path.join(place, "new")
         words = [*worker_words(experiment.metrics), "--plan-only", "-o", new]

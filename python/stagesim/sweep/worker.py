@@ -13,20 +13,15 @@ import argparse
 import ctypes
 import importlib
 import inspect
-import json
 import math
 import os
-import re
-import tempfile
 import time
-from pathlib import Path
 from typing import Any, Callable, Mapping
 
 from .. import _core
-from ..errors import WorldError
+from ..errors import StageError, WorldError
 from ..world import World
-from .merge import current_umask
-from .plan import Plan, SweepError, record_file
+from .plan import SweepError
 
 #: File descriptors of commands and replies.
 COMMANDS, REPLIES = 3, 4
@@ -82,36 +77,6 @@ def number(name: str, value: Any) -> float | None:
     return found if math.isfinite(found) else None
 
 
-def shell_word(text: str) -> str:
-    """Quotes a string for a shell if that is necessary."""
-    return text if re.fullmatch(r"[\w./=:,@%+-]+", text, re.ASCII) else "'" + text.replace("'", "'\\''") + "'"
-
-
-def seed_of(plan: Plan, index: int) -> int:
-    """The seed of run `index`, derived as the program does it."""
-    pairs = [] if plan.common_seeds else sorted(plan.values_of(index).items())
-    digest = 0xcbf29ce484222325  # FNV-1a
-    for byte in "".join(f"{name}={value}\n" for name, value in pairs).encode(errors="surrogateescape"):
-        digest = (digest ^ byte) * 0x100000001b3 % 2**64
-    return _core.mix_seeds(_core.mix_seeds(plan.seed, digest), plan.run_of(index)) >> 11
-
-
-def replay_command(plan: Plan, index: int) -> str:
-    """The shell command that does only run `index`, formatted as the program does it."""
-    words = ["stage", "-g", "--seed", str(seed_of(plan, index))]
-    for name, value in plan.values_of(index).items():
-        words += ["--set", shell_word(f"{name}={value}")]
-    if plan.duration is not None:
-        words += ["--duration", f"{plan.duration:.17g}"]
-    if plan.options["args"]:
-        words += ["--args", shell_word(plan.options["args"])]
-    if plan.options["ray_model"] is not None:
-        words += ["--ray-model", plan.options["ray_model"]]
-    if not plan.options["controllers"]:
-        words.append("--no-controllers")
-    return " ".join([*words, "--state-hash", shell_word(plan.world)])
-
-
 class BadRun(Exception):
     """A run can't be done, and another attempt is useless."""
 
@@ -120,12 +85,14 @@ class Worker:
     """Does runs of a sweep one after the other. Successive runs with equal settings reuse the world."""
 
     def __init__(self, folder: str, metrics: Metrics | None) -> None:
-        self._folder = folder
-        self._plan = Plan.read(folder)
+        try:
+            self._sweep = _core.Sweep(folder)
+        except StageError as error:
+            raise SweepError(str(error)) from None
         self._metrics = metrics
         self._world: World | None = None
-        self._settings: dict[str, str] | None = None
-        _core.set_controller_arguments(self._plan.options["args"])
+        self._settings: list[str] = []
+        _core.set_controller_arguments(self._sweep.controller_arguments)
 
     def obey(self, line: str) -> str:
         """Executes a command; returns the reply."""
@@ -141,76 +108,35 @@ class Worker:
 
     def _load(self, index: int) -> tuple[World, float]:
         """The world of run `index`, and the duration of the run in simulated seconds."""
-        settings, seed = self._plan.values_of(index), seed_of(self._plan, index)
+        options = self._sweep.options(index)
         # Seed the C library's generators, which libstage does not use, for old controllers that do.
-        LIBC.srand48(ctypes.c_long(seed))
-        LIBC.srandom(ctypes.c_uint(seed & 0xffffffff))
+        LIBC.srand48(ctypes.c_long(options["seed"]))
+        LIBC.srandom(ctypes.c_uint(options["seed"] & 0xffffffff))
         try:
-            if self._world is None or settings != self._settings:
+            if self._world is None or options["settings"] != self._settings:
                 self._world = None
-                self._world = self._new_world(seed, settings)
-                self._settings = settings
+                self._world = World(self._sweep.world, **options)
+                self._settings = options["settings"]
             else:
-                self._world.reset(seed)
+                self._world.reset(options["seed"])
         except WorldError as error:
             self._world = None
             raise BadRun(str(error)) from None
-        seconds = self._plan.duration if self._plan.duration is not None else self._world.quit_time
+        seconds = self._sweep.duration if self._sweep.duration is not None else self._world.quit_time
         if seconds is None:
             raise BadRun("found a world without a quit_time, expected a --duration, or runs never end")
         return self._world, seconds
 
-    def _new_world(self, seed: int, settings: Mapping[str, str]) -> World:
-        options = self._plan.options
-        device = options["opencl"]
-        return World(self._plan.world, seed=seed, settings=settings, threads=options["threads"],
-                     opencl=False if device is None else device or True, controllers=options["controllers"],
-                     ray_model=options["ray_model"])
-
     def _run(self, index: int, attempt: int) -> None:
         world, seconds = self._load(index)
-        file = record_file(self._folder, index)
-        file.parent.mkdir(parents=True, exist_ok=True)
-        log = self._start_log(world, file)
+        log = self._sweep.start_log(index, world._core)
         begun = time.monotonic()
         own = measured(self._metrics, world, world.step, world._steps_in(seconds))
         wall_seconds = time.monotonic() - begun
         if log is not None:
             log.finish()
-            os.replace(f"{file.with_suffix('.mcap')}.part", file.with_suffix(".mcap"))
-        write_whole(file, json.dumps(self._record(world, index, attempt, own, wall_seconds),
-                                     separators=(",", ":")) + "\n")
-
-    def _start_log(self, world: World, file: Path) -> _core.Recorder | None:
-        order = self._plan.options["log"]
-        if order is None:
-            return None
-        return world._core.record(f"{file.with_suffix('.mcap')}.part", order["every"], order["models"],
-                                  order["compression"], order.get("ranges", "rep117"))
-
-    def _record(self, world: World, index: int, attempt: int, own: Mapping[str, Any],
-                wall_seconds: float) -> dict[str, Any]:
-        figures = world._core.figures()
-        r_acc = figures["robots"] * world.time / wall_seconds if wall_seconds > 0 else 0.0
-        return {
-            "index": index, "set": self._plan.values_of(index), "run": self._plan.run_of(index),
-            "seed": world.seed, "status": "done", "state_hash": world.state_hash(), "steps": figures["steps"],
-            "simulated_seconds": world.time, "rays": figures["rays"], "robots": figures["robots"],
-            "energy": figures["energy"],
-            "metrics": {**world.metrics, **{name: number(name, value) for name, value in own.items()}},
-            "timing": {"load_seconds": figures["load_seconds"], "wall_seconds": wall_seconds, "r_acc": r_acc},
-            "attempts": attempt, "replay": replay_command(self._plan, index),
-        }
-
-
-def write_whole(file: Path, text: str) -> None:
-    """Writes a file atomically; its folder must exist."""
-    # An unpredictable name that follows no link is safe even if everybody may write into the folder.
-    handle, part = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")
-    with os.fdopen(handle, "w", encoding="utf-8") as out:
-        out.write(text)
-    os.chmod(part, 0o666 & ~current_umask())
-    os.replace(part, file)
+        self._sweep.write_record(index, world._core, attempt, wall_seconds,
+                                 [(name, number(name, value)) for name, value in own.items()])
 
 
 def main() -> None:

@@ -119,7 +119,14 @@ void MarkFinished(const std::string& folder, std::vector<bool>* finished) {
 
 std::string SweepFolder::RecordFile(uint64_t index) const { return FileOf(path_, index, ".json"); }
 
-std::string SweepFolder::LogFile(uint64_t index) const { return FileOf(path_, index, ".mcap"); }
+std::string SweepFolder::StartLog(uint64_t index) const {
+  MakeFolder(FolderOf(path_, index));
+  return FileOf(path_, index, ".mcap.part");
+}
+
+void SweepFolder::KeepLog(uint64_t index) const {
+  std::filesystem::rename(FileOf(path_, index, ".mcap.part"), FileOf(path_, index, ".mcap"));
+}
 
 bool SweepFolder::HasPlan() const { return std::filesystem::exists(PlanFile()); }
 
@@ -206,13 +213,11 @@ void SweepFolder::WriteRecord(uint64_t index, const std::string& record) const {
   const std::string file = RecordFile(index);
   int error = files::ReplaceFile(file, record, files::AnyFile, files::Durability::kBuffered);
   if (error == ENOENT) {
-    MakeFolderOf(index);
+    MakeFolder(FolderOf(path_, index));
     error = files::ReplaceFile(file, record, files::AnyFile, files::Durability::kBuffered);
   }
   if (error != 0) Fail("write", file, error);
 }
-
-void SweepFolder::MakeFolderOf(uint64_t index) const { MakeFolder(FolderOf(path_, index)); }
 
 void SweepFolder::Sync() const {
   const int folder = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

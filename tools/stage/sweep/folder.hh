@@ -24,8 +24,10 @@ class SweepFolder {
   const std::string& path() const { return path_; }
   std::string PlanFile() const { return path_ + "/sweep.json"; }
   std::string RecordFile(uint64_t index) const;
-  /// The file for the run's --log.
-  std::string LogFile(uint64_t index) const;
+  /// The file for the run's --log while the run goes on. Creates its folder.
+  std::string StartLog(uint64_t index) const;
+  /// Gives the finished log its final name.
+  void KeepLog(uint64_t index) const;
 
   bool HasPlan() const;
   Plan Read() const;
@@ -43,8 +45,6 @@ class SweepFolder {
   nlohmann::ordered_json Record(const Plan& plan, uint64_t index) const;
   /// Writes the record completely or not at all. It survives a system crash after the next Sync().
   void WriteRecord(uint64_t index, const std::string& record) const;
-  /// Creates the folder that will contain the run's files.
-  void MakeFolderOf(uint64_t index) const;
   void Sync() const;
 
  private:

@@ -64,7 +64,7 @@ std::string SignalName(int signal) {
 }  // namespace
 
 std::string RecordOf(const Plan& plan, const RunSpec& spec, World* world, double wall_seconds,
-                     int attempt) {
+                     int attempt, const OwnMetrics& own) {
   const RunStatistics& run = world->statistics();
   const EnergyTotals& energy = world->energy_totals();
   const double simulated = static_cast<double>(world->SimTimeNow()) / 1e6;
@@ -81,6 +81,7 @@ std::string RecordOf(const Plan& plan, const RunSpec& spec, World* world, double
   record["energy"] = {
       {"stored", energy.stored}, {"dissipated", energy.dissipated}, {"input", energy.input}};
   record["metrics"] = MetricsOf(*world);
+  for (const auto& [name, value] : own) record["metrics"][name] = value ? Json(*value) : Json();
   const double r_acc =
       wall_seconds > 0 ? static_cast<double>(robots) * simulated / wall_seconds : 0;
   record["timing"] = {

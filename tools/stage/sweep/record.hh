@@ -6,16 +6,22 @@
 #define STAGE_TOOLS_STAGE_SWEEP_RECORD_HH
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stage/sweep/plan.hh"
 
 namespace Stg::program {
 
-/// `wall_seconds`: time spent in steps.
+/// Names and values of metrics; a metric may have no value.
+using OwnMetrics = std::vector<std::pair<std::string, std::optional<double>>>;
+
+/// `wall_seconds`: time spent in steps. `own`: metrics of a foreign worker, in addition to those of
+/// the world.
 std::string RecordOf(const Plan& plan, const RunSpec& spec, World* world, double wall_seconds,
-                     int attempt);
+                     int attempt, const OwnMetrics& own = {});
 
 /// How a process ended.
 struct WorkerExit {

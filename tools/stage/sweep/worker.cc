@@ -8,7 +8,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -39,29 +38,27 @@ class Worker {
 
   /// Throws BadRun.
   void Check(uint64_t index) {
-    Load(SpecOf(index));
+    Load(RunAt(plan_, index));
     if (world_->GetQuitTime() == 0)
       throw BadRun("found a world without a quit_time, expected a --duration, or runs never end");
   }
 
   /// Throws BadRun.
   void Run(uint64_t index, int attempt) {
-    const RunSpec spec = SpecOf(index);
+    const RunSpec spec = RunAt(plan_, index);
     Load(spec);
     const std::unique_ptr<recording::Recorder> log = OpenLog(index);
     const double start = WallClock();
     while (!world_->PastQuitTime() && !world_->TestQuit()) world_->Update();
     const double wall_seconds = WallClock() - start;
-    if (log) KeepLog(log.get(), index);
+    if (log) {
+      log->Finish();
+      folder_.KeepLog(index);
+    }
     folder_.WriteRecord(index, RecordOf(plan_, spec, world_.get(), wall_seconds, attempt));
   }
 
  private:
-  RunSpec SpecOf(uint64_t index) const {
-    if (index >= plan_.Count()) throw std::runtime_error("found a run that the sweep lacks");
-    return RunAt(plan_, index);
-  }
-
   /// Loads or resets the world, so that the run starts as in a new process.
   void Load(const RunSpec& spec) {
     // The library does not use the C library's generators, but old controllers do.
@@ -82,17 +79,11 @@ class Worker {
 
   std::unique_ptr<recording::Recorder> OpenLog(uint64_t index) {
     if (!plan_.log) return nullptr;
-    folder_.MakeFolderOf(index);
     recording::LogOptions options = *plan_.log;
-    options.file = folder_.LogFile(index) + ".part";
+    options.file = folder_.StartLog(index);
     auto log = std::make_unique<recording::Recorder>(options);
     log->Attach(world_.get());
     return log;
-  }
-
-  void KeepLog(recording::Recorder* log, uint64_t index) {
-    log->Finish();
-    std::filesystem::rename(folder_.LogFile(index) + ".part", folder_.LogFile(index));
   }
 
   SweepFolder folder_;
