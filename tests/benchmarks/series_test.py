@@ -119,7 +119,7 @@ class SeriesTest(unittest.TestCase):
     def test_report_names_backends_with_few_repeats(self) -> None:
         self.series("--repeats", 1)
         report = self.results / "report.md"
-        self.assertIn("Only 1 repeat of each run: spreads", report.read_text(encoding="utf-8"))
+        self.assertIn("Only 1 repeat of each run: the spreads", report.read_text(encoding="utf-8"))
         self.series("--repeats", 3, "--backends", "cl:gpu")
         text = report.read_text(encoding="utf-8")
         self.assertIn("Only 1 repeat of each run of host, 1 thread: its spreads mean little", text)
@@ -239,7 +239,7 @@ class SeriesTest(unittest.TestCase):
                                (("--seconds", "0.25"), "not a multiple of 0.1 s"),
                                (("--time-limit", "-1"), "not a time in minutes"),
                                (("--stage", "/nowhere"), "there is no program /nowhere"),
-                               (("--report-only",), "no series was run there"),
+                               (("--report-only",), "no series was run in this folder"),
                                (("--short", "--long"), "not allowed with")):
             with self.subTest(words=words):
                 self.assert_refused(message, *words)
