@@ -43,12 +43,10 @@ uint64_t OccupiedCells(const grid::Grid& grid) {
   return count;
 }
 
-}  // namespace
-
 /// Walks through a world once and collects its summary.
-class World::SummaryBuilder {
+class SummaryBuilder {
  public:
-  explicit SummaryBuilder(const World& world) : world_(world), engine_(*world.engine_) {}
+  explicit SummaryBuilder(const World& world) : world_(world), engine_(world.engine()) {}
 
   SceneSummary Take() {
     TakeSettings();
@@ -74,9 +72,9 @@ class World::SummaryBuilder {
 
   void TakeSettings() {
     s_.load_warnings = engine_.load_warnings;
-    s_.power_packs = static_cast<size_t>(world_.power_pack_count);
+    s_.power_packs = engine_.power_packs;
     s_.energy_models = engine_.energy.size();
-    s_.records_trails = world_.record_trails;
+    s_.records_trails = world_.RecordsTrails();
     s_.has_window = world_.IsGUI();
     s_.device = engine_.tracer.statistics().device;
     s_.threads = engine_.max_threads();
@@ -275,6 +273,8 @@ class World::SummaryBuilder {
   uint64_t fans_ = 0, rooted_ = 0;
 };
 
-SceneSummary World::Summary() const { return SummaryBuilder(*this).Take(); }
+}  // namespace
+
+SceneSummary Summarize(const World& world) { return SummaryBuilder(world).Take(); }
 
 }  // namespace Stg

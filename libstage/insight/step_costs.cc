@@ -11,6 +11,7 @@
 #include <malloc.h>
 #endif
 
+#include "insight/explain.hh"
 #include "insight/sensor_kinds.hh"
 #include "models/body.hh"
 #include "models/fiducial.hh"
@@ -74,11 +75,12 @@ double NearestRange(Model* model) {
 
 }  // namespace
 
-class World::StepCostMeter {
+/// A friend of Model, whose updates it repeats.
+class StepCostMeter {
  public:
   explicit StepCostMeter(World& world)
-      : world_(world), engine_(*world.engine_), statistics_(engine_.tracer.statistics()) {
-    world_.host().TraceBatch();
+      : world_(world), engine_(world.engine()), statistics_(engine_.tracer.statistics()) {
+    engine_.TraceBatch();
     engine_.UseAllThreads();
     engine_.scheduler.Swap(scheduler_);
     engine_.tracer.ForcePath(sensing::BatchTracer::Path::kHost);
@@ -90,8 +92,8 @@ class World::StepCostMeter {
     engine_.scheduler.Swap(scheduler_);
     statistics_.device = Statistics().device;  // the device may have failed
     engine_.tracer.SetStatistics(statistics_);
-    engine_.fiducials.Forget(nullptr);  // finders have their previous sightings again
-    engine_.fiducials.SetFrozen(false);
+    engine_.fiducials->Forget(nullptr);  // finders have their previous sightings again
+    engine_.fiducials->SetFrozen(false);
   }
 
   StepCosts Measure(double seconds) {
@@ -222,7 +224,7 @@ class World::StepCostMeter {
   /// Updates the models and traces their rays, as in a step, but calls no callbacks.
   Pass Run(const std::vector<Model*>& sample) {
     const ModelType* const type = FindModelType(*sample[0]);
-    engine_.fiducials.SetFrozen(type && type->updates != ModelType::kSerial);
+    engine_.fiducials->SetFrozen(type && type->updates != ModelType::kSerial);
     Pass pass;
     const double start = WallClock();
     for (Model* model : sample) model->Update();
@@ -436,6 +438,8 @@ class World::StepCostMeter {
   StepCosts costs_;
 };
 
-StepCosts World::MeasureStepCosts(double seconds) { return StepCostMeter(*this).Measure(seconds); }
+StepCosts MeasureStepCosts(World& world, double seconds) {
+  return StepCostMeter(world).Measure(seconds);
+}
 
 }  // namespace Stg

@@ -15,7 +15,6 @@
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
-#include "world/world.hh"
 
 namespace Stg {
 

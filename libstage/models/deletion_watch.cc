@@ -4,12 +4,11 @@
 
 #include "messages/assert.hh"
 #include "models/host.hh"
-#include "world/world.hh"
 
 namespace Stg {
 
 DeletionWatch::DeletionWatch(const Model& model)
-    : model_(&model), list_(&model.GetWorld()->host().watches), next_(*list_) {
+    : model_(&model), list_(&model.host().watches), next_(*list_) {
   *list_ = this;
 }
 

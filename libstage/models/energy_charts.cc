@@ -7,7 +7,6 @@
 
 #include "models/host.hh"
 #include "models/model.hh"
-#include "world/world.hh"
 
 namespace Stg {
 
@@ -45,7 +44,7 @@ EnergyCharts::EnergyCharts(Model* model)
              "energy output", "energy_input"),
       stored(0, 142, kChartWidth, kChartHeight, kChartLength, Color(0, 1, 0), Color(0, 0, 0, 0.5),
              "energy stored", "energy_stored"),
-      dissipation(&model->GetWorld()->host().max_dissipation),
+      dissipation(&model->host().max_dissipation),
       model_(model) {
   model_->AddVisualizer(&output, false);
   model_->AddVisualizer(&stored, false);

@@ -3,9 +3,12 @@
 #include "models/host.hh"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "messages/assert.hh"
+#include "messages/report.hh"
 
 namespace Stg {
 
@@ -16,6 +19,37 @@ bool IsBefore(const Model* model, uint32_t id) { return model->GetId() < id; }
 Model* Host::FindModel(uint32_t id) const {
   const auto found = std::lower_bound(models.begin(), models.end(), id, IsBefore);
   return found != models.end() && (*found)->GetId() == id ? *found : nullptr;
+}
+
+Model* Host::GetModel(const std::string& name) const {
+  if (Model* found = names.Find(name, *this)) return found;
+  messages::Warn("there is no model called " + messages::Quoted(name));
+  return nullptr;
+}
+
+/// Leaves the state unchanged because any observer may call it: thin outlines stay as they are, and
+/// bodies that are not rasterized stay so.
+void Host::RasterizeForExactRays() {
+  if (scene.exact_rasterization) return;
+  TraceBatch();
+  scene.exact_rasterization = true;
+  try {
+    for (Model* model : models) {
+      placement.Propose(*model, false);
+      placement.AddExactRasterizations();
+    }
+  } catch (...) {  // out of memory: everything is rasterized again the next time
+    scene.exact_rasterization = false;
+    throw;
+  }
+}
+
+int32_t Host::MetersToPixels(meters_t x) const {
+  // Values outside the range of cell numbers become the first or last cell.
+  constexpr double kFirst = std::numeric_limits<int32_t>::min();
+  constexpr double kLast = std::numeric_limits<int32_t>::max();
+  const double cell = std::floor(x * scene.cells_per_metre);
+  return static_cast<int32_t>(std::isnan(cell) ? kFirst : constrain(cell, kFirst, kLast));
 }
 
 void Host::FinishRaysOf(const Model* finder) {

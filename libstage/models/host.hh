@@ -15,18 +15,19 @@
 #include <vector>
 
 #include "models/body.hh"
-#include "models/fiducial_index.hh"
 #include "models/flag.hh"
 #include "models/memory_budget.hh"
 #include "models/model.hh"
 #include "models/model_names.hh"
 #include "models/placement.hh"
+#include "models/power_pack.hh"
 #include "sensing/scene.hh"
 
 namespace Stg {
 
-class ModelWifi;
 class DeletionWatch;
+class FiducialIndex;
+class ModelWifi;
 
 namespace picture {
 struct Outlines;
@@ -41,7 +42,13 @@ struct UpdateGeneration {
   }
 };
 
-class Host {
+/// The base of a world. Defined by module `world`, as only that knows World.
+WorldBase& BaseOf(World& world);
+/// Searches all listed worlds, oldest first. Defined by module `world`, too.
+Model* FindModelOfAnyWorld(uint32_t id);
+
+/// Share its ownership to keep it alive: callbacks may delete the world.
+class Host : public std::enable_shared_from_this<Host> {
  public:
   virtual ~Host() = default;
 
@@ -52,19 +59,25 @@ class Host {
   uint32_t next_model_id = 0;
   /// Flags that restoring a snapshot removed from models, to be reused for others.
   std::vector<Model::Flag*> spare_flags;
-  std::deque<Model::Flag> own_flags;  ///< flags created for that
-  uint64_t topology_version = 0;      ///< counts added, removed and moved models
-  std::vector<ModelWifi*> radios;     ///< in the order of creation
-  FiducialIndex fiducials;            ///< candidates of fiducial finders
-  DeletionWatch* watches = nullptr;   ///< list of all watches, see Watch
-  double max_dissipation = 0;         ///< joules in one square metre: see DissipationVis
-  size_t controllers_left_out = 0;    ///< see RunOptions::controllers
+  std::deque<Model::Flag> own_flags;   ///< flags created for that
+  uint64_t topology_version = 0;       ///< counts added, removed and moved models
+  std::vector<ModelWifi*> radios;      ///< in the order of creation
+  FiducialIndex* fiducials = nullptr;  ///< candidates of fiducial finders; the engine's
+  DeletionWatch* watches = nullptr;    ///< list of all watches, see Watch
+  double max_dissipation = 0;          ///< joules in one square metre: see DissipationVis
+  bool listed = true;                  ///< see RunOptions::listed
+  bool loads_controllers = true;       ///< see RunOptions::controllers
+  size_t controllers_left_out = 0;     ///< number not loaded for that reason
+  size_t power_packs = 0;
+  EnergyTotals energy_totals;
   /// A robot without subscribers has received a command: see ModelPosition::WarnIfNotSubscribed().
   /// Set by several threads.
   std::atomic<bool> command_without_subscriber{false};
 
   /// Returns null if there is no model with this id.
   Model* FindModel(uint32_t id) const;
+  /// Finds a model by full name, including former names. Returns null with a warning if none.
+  Model* GetModel(const std::string& name) const;
   /// Insert into a list sorted by id unless the model is in it, and erase if it is.
   static void Insert(std::vector<Model*>* list, Model* model);
   static void Erase(std::vector<Model*>* list, const Model* model);
@@ -74,6 +87,15 @@ class Host {
   sensing::Scene scene;
   Placement placement;                      ///< for models that move serially
   std::vector<Model*> hidden_from_rangers;  ///< bodies rasterized while invisible to rangers
+
+  /// Resolves kDefault to the world's ray model.
+  bool IsExact(RayModel model) const {
+    return (model == RayModel::kDefault ? scene.ray_model : model) == RayModel::kExact;
+  }
+  /// Rasterizes bodies for the exact ray model from now on. Does nothing if already done.
+  void RasterizeForExactRays();
+  /// Number of the cell at coordinate `x`, clamped to the valid range.
+  int32_t MetersToPixels(meters_t x) const;
 
   /// Traces the rays in the batch. Call it before changing anything that rays may hit, and before
   /// callbacks, so that rays see the world as it was when the sensor updated, with or without a

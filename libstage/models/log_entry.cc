@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <mutex>
 
+#include "models/host.hh"
 #include "models/model.hh"
-#include "world/world.hh"
 
 namespace Stg {
 
@@ -18,7 +18,7 @@ std::mutex log_mutex;  // several threads may run worlds
 
 LogEntry::LogEntry(usec_t timestamp, Model* mod)
     : timestamp_(timestamp), model_id_(mod->GetId()), pose_(mod->GetPose()) {
-  if (!mod->GetWorld()->options().listed) return;
+  if (!mod->host().listed) return;
   const std::lock_guard<std::mutex> lock(log_mutex);
   log.push_back(*this);
 }

@@ -20,7 +20,6 @@
 #include "models/warn_about.hh"
 #include "random/fnv1a.hh"
 #include "sensing/scene.hh"
-#include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -40,10 +39,6 @@ Pose RelativeTo(const Pose& frame, const Pose& p) {
   const Pose turn(0, 0, 0, -frame.a);
   const Pose has_own_directions = turn + Pose(p.x - frame.x, p.y - frame.y, 0, 0);
   return Pose(has_own_directions.x, has_own_directions.y, p.z - frame.z, p.a - frame.a);
-}
-
-Ancestor& ParentOrWorld(Model* parent, World* world) {
-  return parent ? static_cast<Ancestor&>(*parent) : *world;
 }
 
 /// Seed of a model. Does not depend on names, as these may change.
@@ -79,7 +74,7 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       friction(0),
       gui{false, parent_ == nullptr, false, false},
       has_default_block(true),
-      id(world_->host().next_model_id++),
+      id(BaseOf(*world_).host().next_model_id++),
       map_resolution(0.1),
       mass(0),
       trail_index(0),
@@ -92,6 +87,7 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       watts_take(0),
       wf(nullptr),
       wf_entity(0),
+      world(world_),
       disabled(false),
       stack_children(true),
       stall(false),
@@ -99,10 +95,10 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       interval(100000),
       known_type_(nullptr),
       blockgroup(std::make_unique<BlockGroup>(*this)),
-      world(world_),
-      parent(LimitDepth(*world_, parent_)),
+      world_base_(&BaseOf(*world_)),
+      parent(LimitDepth(*world_base_, parent_)),
       root(parent ? parent->root : this),
-      scene_(&world_->host().scene),
+      scene_(&host().scene),
       update_generation_(UpdateGeneration::First(id)),
       updated_at_(0),
       tree_updated_in_(0),
@@ -112,34 +108,36 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       loaded_(false),
       shares_name_(false),
       controllers_(0),
-      random_(SeedFor(parent ? parent->random_.seed() : world_->seed(), type_,
-                      ParentOrWorld(parent, world_).CountOfType(type_))) {
+      random_(SeedFor(parent ? parent->random_.seed() : world_base_->seed(), type_,
+                      ParentOrWorld().CountOfType(type_))) {
   STAGE_ASSERT(!parent || parent->world == world);
   if (!parent) gui.move = true;  // the default may have been false before
-  Ancestor& above = ParentOrWorld(parent, world);
+  Ancestor& above = ParentOrWorld();
   const unsigned int count = above.CountOfType(type);
   Ancestor::SetToken(name.empty() ? AutomaticName(above, parent, type, count) : name);
   blockgroup->AddRectangle(-0.5, -0.5, 1.0, 1.0, Bounds(0, 1));
   blockgroup->Fit(geom.size);
   try {
     above.AddChild(this);
-    world->AddModel(this);
+    world_base_->AddModel(this);
   } catch (...) {  // no destructor will run
     Leave();
     throw;
   }
 }
 
+Ancestor& Model::ParentOrWorld() { return parent ? static_cast<Ancestor&>(*parent) : *world_base_; }
+
 /// Removes the model from the lists of its parent and its world.
 void Model::Leave() {
-  ParentOrWorld(parent, world).RemoveChild(this);
-  world->RemoveModel(this);
+  ParentOrWorld().RemoveChild(this);
+  world_base_->RemoveModel(this);
 }
 
 Model::~Model() {
   if (callbacks_) callbacks_->model_deleted = true;
-  if (!adopted_.empty()) world->host().DeferDelete(std::move(adopted_));
-  world->host().TraceBatchAndPostponeThrowing();
+  if (!adopted_.empty()) host().DeferDelete(std::move(adopted_));
+  host().TraceBatchAndPostponeThrowing();
   DeleteChildren();
   StopCharging();
   power_pack.reset();
@@ -222,7 +220,10 @@ point_t Model::LocalToGlobal(const point_t& pt) const {
 std::vector<point_int_t> Model::LocalToPixels(const std::vector<point_t>& local) const {
   std::vector<point_int_t> pixels;
   pixels.reserve(local.size());
-  for (const point_t& p : local) pixels.push_back(world->MetersToPixels(LocalToGlobal(p)));
+  for (const point_t& p : local) {
+    const point_t global = LocalToGlobal(p);
+    pixels.emplace_back(host().MetersToPixels(global.x), host().MetersToPixels(global.y));
+  }
   return pixels;
 }
 
@@ -231,20 +232,20 @@ void Model::AddBlockRect(meters_t x, meters_t y, meters_t dx, meters_t dy, meter
     WarnAbout(*this, "refused a block that is not finite");
     return;
   }
-  world->host().TraceBatch();
+  host().TraceBatch();
   blockgroup->AddRectangle(x, y, dx, dy, Bounds(0, dz));
 }
 
 void Model::ClearBlocks() {
-  world->host().TraceBatch();
+  host().TraceBatch();
   blockgroup->Clear();
 }
 
 void Model::Map() {
   STAGE_ASSERT(!scene_->tearing_down);
-  if (world->host().loading) return;  // all bodies are rasterized after loading
-  world->host().TraceBatch();
-  Placement& placement = world->host().placement;
+  if (host().loading) return;  // all bodies are rasterized after loading
+  host().TraceBatch();
+  Placement& placement = host().placement;
   placement.Propose(*this, true);
   placement.Commit();
 }
@@ -252,7 +253,7 @@ void Model::Map() {
 void Model::RegisterIfHidden() {
   if (is_registered_or_visible()) return;
   hidden_from_rangers_ = true;
-  world->host().hidden_from_rangers.push_back(this);
+  host().hidden_from_rangers.push_back(this);
 }
 
 bool Model::RestoreRangerVisibility() {
@@ -264,7 +265,7 @@ bool Model::RestoreRangerVisibility() {
 }
 
 void Model::UnMapWithChildren() {
-  world->host().TraceBatch();
+  host().TraceBatch();
   blockgroup->Erase();
   for (Model* child : children) child->UnMapWithChildren();
 }
@@ -292,15 +293,15 @@ void Model::Rasterize(uint8_t* data, unsigned int width, unsigned int height, me
       }
     }
   }
-  if (!world->IsGUI()) return;
+  if (!world_base_->IsGUI()) return;
   last_raster_.reset(new Raster{std::vector<uint8_t>(data, data + size_t{width} * height), width,
                                 height, cellwidth, cellheight});
 }
 
 bool Model::HasCollision() {
-  Placement& placement = world->host().placement;
+  Placement& placement = host().placement;
   placement.Propose(*this, true);
-  return placement.Collision(world->GetGround()) != nullptr;
+  return placement.Collision(world_base_->GetGround()) != nullptr;
 }
 
 bool Model::RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, meters_t ymax,
@@ -319,7 +320,7 @@ bool Model::RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, m
 }
 
 void Model::RestartRandomNumbers(unsigned index) {
-  random_.Restart(SeedFor(parent ? parent->random_.seed() : world->seed(), type, index));
+  random_.Restart(SeedFor(parent ? parent->random_.seed() : world_base_->seed(), type, index));
   DrawInitialRandomNumbers();
 }
 
@@ -338,37 +339,37 @@ kg_t Model::GetTotalMass() const { return mass + GetMassOfChildren(); }
 
 // Pending rays must see the old values: readings are those of the time of the sensor's update.
 void Model::SetColor(Color col) {
-  world->host().TraceBatch();
+  host().TraceBatch();
   color = col;
 }
 
 void Model::SetFiducialReturn(int fid) {
-  world->host().TraceBatch();
+  host().TraceBatch();
   vis.fiducial_return = fid;
 }
 
 void Model::SetFiducialKey(int key) {
-  world->host().TraceBatch();
+  host().TraceBatch();
   vis.fiducial_key = key;
 }
 
 void Model::SetObstacleReturn(bool val) {
-  world->host().TraceBatch();
+  host().TraceBatch();
   vis.obstacle_return = val;
 }
 
 void Model::SetBlobReturn(bool val) {
-  world->host().TraceBatch();
+  host().TraceBatch();
   vis.blob_return = val;
 }
 
 void Model::SetGripperReturn(bool val) {
-  world->host().TraceBatch();
+  host().TraceBatch();
   vis.gripper_return = val;
 }
 
 void Model::SetRangerReturn(double val) {
-  world->host().TraceBatch();
+  host().TraceBatch();
   SetFinite(*this, "ranger_return", val, &vis.ranger_return);
 }
 
@@ -396,29 +397,29 @@ void Model::Unsubscribe() {
 void Model::ScheduleUpdate() {
   update_generation_ = UpdateGeneration::Next(update_generation_);
   STAGE_ASSERT(update_generation_ >> 32 == id && subs > 0);
-  world->host().ScheduleUpdate(this, NextUpdateAfter(world->SimTimeNow()), update_generation_);
+  host().ScheduleUpdate(this, NextUpdateAfter(world_base_->SimTimeNow()), update_generation_);
 }
 
 void Model::Startup() {
   ScheduleUpdate();
-  if (FindPowerPack()) world->host().EnableEnergy(this);
+  if (FindPowerPack()) host().EnableEnergy(this);
   CallCallbacks(CB_STARTUP);
 }
 
 void Model::Shutdown() {
   update_generation_ = UpdateGeneration::Next(update_generation_);  // voids a pending update
-  world->host().DisableEnergy(this);
+  host().DisableEnergy(this);
   StopCharging();
   CallCallbacks(CB_SHUTDOWN);
 }
 
 void Model::Update() {
   if (subs == 0) return;
-  updated_at_ = world->SimTimeNow();
-  root->tree_updated_in_ = world->host().steps_begun;
+  updated_at_ = world_base_->SimTimeNow();
+  root->tree_updated_in_ = host().steps_begun;
   // Voids a pending update, in case the update was called by a client.
   ScheduleUpdate();
-  if (HasCallbacks(CB_UPDATE)) world->host().update_callbacks_due.push_back(this);
+  if (HasCallbacks(CB_UPDATE)) host().update_callbacks_due.push_back(this);
 }
 
 }  // namespace Stg

@@ -9,7 +9,6 @@
 #include "models/exception_origin.hh"
 #include "models/host.hh"
 #include "models/model.hh"
-#include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -64,9 +63,9 @@ struct Model::Callbacks::Round {
 /// Counts callbacks running outside of a step; those of a step may run on several threads.
 class CallOutsideOfStep {
  public:
-  explicit CallOutsideOfStep(World* world) {
-    if (world->host().stepping) return;
-    host_ = world->ShareHost();
+  explicit CallOutsideOfStep(Host& host) {
+    if (host.stepping) return;
+    host_ = host.shared_from_this();
     host_->calls++;
   }
   ~CallOutsideOfStep() {
@@ -85,14 +84,14 @@ template <typename F>
 int Model::CallEach(callback_type_t t, F call) {
   if (!HasCallbacks(t)) return 0;
   // A callback may read readings of other models and change what they see.
-  world->host().TraceBatch();
+  host().TraceBatch();
   // By index: a callback may add callbacks (called from the next round on), remove some, or delete
   // the model. After a deletion, the rest is skipped and the model is not touched.
   const std::shared_ptr<Callbacks> callbacks = callbacks_;
   const RandomScope random_numbers(&random_);
   const size_t count = callbacks->all.size();
   const Callbacks::Round round(callbacks.get());
-  const CallOutsideOfStep call_outside_of_step(world);
+  const CallOutsideOfStep call_outside_of_step(host());
   for (size_t i = 0; i < count && !callbacks->model_deleted; i++) {
     STAGE_ASSERT(i < callbacks->all.size());  // entries are erased only after the last round
     const Callback entry = callbacks->all[i];
@@ -124,12 +123,12 @@ void Model::InitOrThrow() {
   if (!HasCallbacks(CB_INIT)) return;
   const std::string where = wf ? wf->Where(wf_entity, "ctrl") + ": " : "";  // Init may delete it
   const std::string name = token;
-  const std::shared_ptr<Host> host = world->ShareHost();
+  const std::shared_ptr<Host> keeper = host().shared_from_this();
   CallEach(CB_INIT, [&](const Callback& entry) {
     try {
       return entry.function(this, entry.user);
     } catch (...) {
-      throw LoadError(where + host->DescribeInitFailure(name, entry.user), 255);
+      throw LoadError(where + keeper->DescribeInitFailure(name, entry.user), 255);
     }
   });
 }

@@ -10,7 +10,6 @@
 #include "models/flag.hh"
 #include "models/power_pack.hh"
 #include "sensing/scene.hh"
-#include "world/world.hh"
 
 namespace Stg {
 
@@ -78,7 +77,7 @@ void Model::AppendTouchingModels(std::vector<Model*>* touching) const {
 
 void Model::UpdateTrail() {
   if (trail_length == 0) return;
-  const TrailItem item(world->SimTimeNow(), GetGlobalPose(), color);
+  const TrailItem item(world_base_->SimTimeNow(), GetGlobalPose(), color);
   if (trail.size() < trail_length) {
     trail.push_back(item);
     return;
@@ -97,18 +96,20 @@ std::vector<Model::TrailItem> Model::Trail() const {
 // ---- windows ------------------------------------------------------------------------------------
 
 void Model::AddVisualizer(Visualizer* custom_visual, bool on_by_default) {
-  if (!custom_visual || !world->IsGUI()) return;
+  if (!custom_visual || !world_base_->IsGUI()) return;
   cv_list.push_back(custom_visual);
-  world->OfferVisualizer(custom_visual, on_by_default);
+  world_base_->OfferVisualizer(custom_visual, on_by_default);
 }
 
 void Model::RemoveVisualizer(Visualizer* custom_visual) { std::erase(cv_list, custom_visual); }
 
-void Model::RegisterOption(Option* option) { world->RegisterOption(option); }
-void Model::NeedRedraw() { world->NeedRedraw(); }
-void Model::Redraw() { world->Redraw(); }
-void Model::PushColor(Color col) { world->PushColor(col); }
-void Model::PushColor(double r, double g, double b, double a) { world->PushColor(r, g, b, a); }
-void Model::PopColor() { world->PopColor(); }
+void Model::RegisterOption(Option* option) { world_base_->RegisterOption(option); }
+void Model::NeedRedraw() { world_base_->NeedRedraw(); }
+void Model::Redraw() { world_base_->Redraw(); }
+void Model::PushColor(Color col) { world_base_->PushColor(col); }
+void Model::PushColor(double r, double g, double b, double a) {
+  world_base_->PushColor(r, g, b, a);
+}
+void Model::PopColor() { world_base_->PopColor(); }
 
 }  // namespace Stg

@@ -18,7 +18,6 @@
 #include "models/property_checks.hh"
 #include "models/warn_about.hh"
 #include "pictures/trace.hh"
-#include "world/world.hh"
 #include "worldfile/find_file.hh"
 #include "worldfile/worldfile.hh"
 
@@ -52,10 +51,10 @@ std::string TooLong(const std::string& text) {
 }
 
 /// Outlines of the model's picture, which models share.
-const picture::Outlines& OutlinesOfPicture(World* world, Worldfile* wf, int entity,
+const picture::Outlines& OutlinesOfPicture(Host* host, Worldfile* wf, int entity,
                                            const std::string& name) {
   const std::string path = PathOfPicture(wf, entity, name);
-  auto& known = world->host().outlines_of_pictures;
+  auto& known = host->outlines_of_pictures;
   try {
     auto found = known.find(path);
     if (found != known.end()) return *found->second;
@@ -160,9 +159,9 @@ void Model::LoadTrail() {
     return static_cast<unsigned int>(taken);
   };
   trail_length = count("trail_length", trail_length, 0, kMaxTrail);
-  if (world->IsGUI() && wf->PropertyExists(wf_entity, "trail_length"))  // no trail otherwise
-    world->host().memory.Take(*wf, wf_entity, "trail_length", trail_length, sizeof(TrailItem),
-                              "items of a trail");
+  if (world_base_->IsGUI() && wf->PropertyExists(wf_entity, "trail_length"))  // no trail otherwise
+    host().memory.Take(*wf, wf_entity, "trail_length", trail_length, sizeof(TrailItem),
+                       "items of a trail");
   trail_interval = count("trail_interval", trail_interval, 1, std::numeric_limits<int>::max());
 }
 
@@ -217,7 +216,7 @@ void Model::LoadName() {
 
 /// Warns about duplicate names: a lookup by name finds only the last model.
 void Model::AssignName(const std::string& name) {
-  const Model* holder = world->host().names.Find(name, world->host());
+  const Model* holder = host().names.Find(name, host());
   if (holder && holder != this && holder->token == name)
     wf->Warn(wf_entity, "name",
              "found the name of an earlier model, expected another; a lookup finds the last one");
@@ -242,7 +241,7 @@ void Model::LoadPicture(bool keeps_frame) {
   if (name.empty())
     throw LoadError(wf->Where(wf_entity, "bitmap") + ": found an empty name, expected a picture",
                     255);
-  const picture::Outlines& picture = OutlinesOfPicture(world, wf, wf_entity, name);
+  const picture::Outlines& picture = OutlinesOfPicture(&host(), wf, wf_entity, name);
   const std::vector<std::vector<point_t>>& outlines = picture.polygons;
   if (outlines.empty())
     wf->Warn(wf_entity, "bitmap",
@@ -250,8 +249,8 @@ void Model::LoadPicture(bool keeps_frame) {
   const size_t corners = std::accumulate(
       outlines.begin(), outlines.end(), size_t{0},
       [](size_t sum, const std::vector<point_t>& outline) { return sum + outline.size(); });
-  world->host().memory.Take(*wf, wf_entity, "bitmap", corners, MemoryBudget::kCorner,
-                            "corners of a picture");
+  host().memory.Take(*wf, wf_entity, "bitmap", corners, MemoryBudget::kCorner,
+                     "corners of a picture");
   if (has_default_block) blockgroup->Clear();
   has_default_block = false;
   for (const std::vector<point_t>& outline : outlines) blockgroup->Add(outline, Bounds(0, 1));
@@ -281,8 +280,8 @@ void Model::LoadBlock(Worldfile* file, int entity) {
     file->Fail(entity, "points",
                "found " + std::to_string(count) + " points, expected a number from 0 to " +
                    std::to_string(kMaxPoints));
-  world->host().memory.Take(*file, entity, "points", static_cast<size_t>(count),
-                            MemoryBudget::kCorner, "points");
+  host().memory.Take(*file, entity, "points", static_cast<size_t>(count), MemoryBudget::kCorner,
+                     "points");
   std::vector<point_t> points(static_cast<size_t>(count));
   int points_found = 0;
   for (int i = 0; i < count; i++) {
@@ -331,12 +330,12 @@ void Model::LoadControllers() {
       wf->Warn(wf_entity, "ctrl", "found an empty controller name; ignored");
       continue;
     }
-    if (!world->options().controllers) {
-      world->host().controllers_left_out++;
+    if (!host().loads_controllers) {
+      host().controllers_left_out++;
       continue;
     }
     try {
-      world->host().LoadController(this, text);
+      host().LoadController(this, text);
       controllers_++;
     } catch (const LoadError& error) {
       throw LoadError(wf->Where(wf_entity, "ctrl") + ": " + error.what(), error.exit_status());
@@ -346,7 +345,7 @@ void Model::LoadControllers() {
 
 void Model::LoadControllerModule(const char* lib) {
   try {
-    world->host().LoadController(this, lib);
+    host().LoadController(this, lib);
     controllers_++;
   } catch (const LoadError& error) {
     WarnAbout(*this, "%s", error.what());

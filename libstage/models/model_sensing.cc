@@ -9,21 +9,20 @@
 #include "models/self_masks.hh"
 #include "random/fnv1a.hh"
 #include "sensing/scene.hh"
-#include "world/world.hh"
 
 namespace Stg {
 
 /// Depends on the name only, unless another model has had the same name.
 uint64_t Model::NoiseSeed(const std::string& device) const {
-  const uint64_t seed = world->seed() ^ Fnv1a(device);
+  const uint64_t seed = world_base_->seed() ^ Fnv1a(device);
   return shares_name_ ? MixSeeds(seed, random_.seed()) : seed;
 }
 
 void Model::Reseed(uint64_t seed) { random_.Restart(MixSeeds(random_.seed(), seed)); }
 
 void Model::PlaceFan(sensing::Fan* fan, const Pose& origin, meters_t range, RayModel model) {
-  fan->exact = world->IsExact(model);
-  if (fan->exact) world->RasterizeForExactRays();
+  fan->exact = host().IsExact(model);
+  if (fan->exact) host().RasterizeForExactRays();
   sensing::PlaceFan(fan, origin, range, scene_->cells_per_metre);
   fan->layer = scene_->grid.EverythingLayer(fan->exact);
 }
@@ -63,7 +62,7 @@ bool Model::FillSpace(sensing::BatchSpace place, const sensing::FanList& fans, s
 void Model::GatherSerially() {
   sensing::Scene& shared = *scene_;
   const unsigned needs = Preparations();
-  if (needs & kExactRays) world->RasterizeForExactRays();
+  if (needs & kExactRays) host().RasterizeForExactRays();
   if (needs & kNeedsPreparation) FinishPreparation();
   shared.fans.Clear();
   PendingSelfMasks masks;

@@ -15,17 +15,12 @@
 #include "models/power_pack.hh"
 #include "models/property_checks.hh"
 #include "models/state_exchange.hh"
-#include "world/world.hh"
 
 namespace Stg {
 
 namespace {
 
 constexpr uint32_t kNobody = 0xffffffffu;  // not a model id
-
-const Ancestor& ParentOrWorld(Model& model) {
-  return model.Parent() ? static_cast<Ancestor&>(*model.Parent()) : *model.GetWorld();
-}
 
 }  // namespace
 
@@ -40,7 +35,7 @@ void Ancestor::ExchangeState(StateExchange& exchange) {
   exchange(in_order);
   if (!exchange.restoring() || exchange.failed()) return;
   for (Model* child : in_order)
-    if (!child || &ParentOrWorld(*child) != this)
+    if (!child || &child->ParentOrWorld() != this)
       return exchange.Fail("found other children than there are");
   children = std::move(in_order);
 }
@@ -115,7 +110,7 @@ void Model::ExchangeEnergy(StateExchange& exchange) {
   if (exchange.restoring())
     charging_.assign(count, Charged{std::make_shared<bool>(false), kNobody});
   for (Charged& charged : charging_) {
-    Model* owner = world->FindModel(charged.model);
+    Model* owner = host().FindModel(charged.model);
     exchange(owner);
     if (exchange.restoring() && owner && owner->power_pack)
       charged = {owner->power_pack->ShareCharging(), owner->GetId()};
@@ -137,10 +132,10 @@ void Model::ExchangeFlags(StateExchange& exchange) {
 
 /// Sets the number of flags. Keeps removed ones: their creators may hold pointers to them.
 void Model::SetFlagCount(uint64_t count) {
-  std::vector<Flag*>& spare = world->host().spare_flags;
+  std::vector<Flag*>& spare = host().spare_flags;
   for (; flag_list.size() > count; flag_list.pop_back()) spare.push_back(flag_list.back());
   while (flag_list.size() < count) {
-    if (spare.empty()) spare.push_back(&world->host().own_flags.emplace_back(Color(), 0));
+    if (spare.empty()) spare.push_back(&host().own_flags.emplace_back(Color(), 0));
     flag_list.push_back(spare.back());
     spare.pop_back();
   }

@@ -12,17 +12,22 @@
 #include "models/host.hh"
 #include "models/model.hh"
 #include "models/warn_about.hh"
-#include "world/world.hh"
 
 namespace Stg {
 
 void Model::SetToken(const std::string& str) {
   Ancestor::SetToken(str);
-  if (!str.empty()) world->AddModelName(this, token);
+  if (!str.empty()) RegisterName(token);
+}
+
+void Model::RegisterName(const std::string& name) {
+  const Model* bearer = host().names.Find(name, host());
+  shares_name_ = bearer != nullptr && bearer != this;
+  host().names.Add(this, name);
 }
 
 Model* Model::GetChild(const std::string& name) const {
-  return world->GetModel(token + "." + name);
+  return host().GetModel(token + "." + name);
 }
 
 Model* Model::GetUnusedModelOfType(const std::string& wanted) {
@@ -44,11 +49,11 @@ Model* Model::GetUnsubscribedModelOfType(const std::string& wanted) const {
   return nullptr;
 }
 
-Model* Model::LookupId(uint32_t wanted) { return World::FindModelOfAny(wanted); }
+Model* Model::LookupId(uint32_t wanted) { return FindModelOfAnyWorld(wanted); }
 
 void Model::Print(char* prefix) const {
   std::printf("%s%s %s:%s\n", prefix ? prefix : "", prefix ? " model" : "Model",
-              Printable(world->TokenStr()).c_str(), Printable(token).c_str());
+              Printable(world_base_->TokenStr()).c_str(), Printable(token).c_str());
   for (const Model* child : children) child->Print(prefix);
 }
 
@@ -81,17 +86,11 @@ void Model::SetRoot(Model* new_root) {
 /// relative to the old parent.
 void Model::MoveTo(Model* newparent) {
   STAGE_ASSERT(!newparent || (newparent->world == world && !IsDescendent(newparent)));
-  world->host().topology_version++;
+  host().topology_version++;
   UnMapWithChildren();
-  if (parent)
-    parent->RemoveChild(this);
-  else
-    world->RemoveChild(this);
+  ParentOrWorld().RemoveChild(this);
   parent = newparent;
-  if (parent)
-    parent->AddChild(this);
-  else
-    world->AddChild(this);
+  ParentOrWorld().AddChild(this);
   SetRoot(parent ? parent->root : this);
 }
 
@@ -110,10 +109,7 @@ int Model::SetParent(Model* newparent) {
 void Model::BecomeParentOf(Model* child) {
   if (child->RefusesParent(*this)) return;
   child->UnMapWithChildren();
-  if (child->parent)
-    child->parent->RemoveChild(child);
-  else
-    world->RemoveChild(child);
+  child->ParentOrWorld().RemoveChild(child);
   child->parent = this;
   AddChild(child);
   child->SetRoot(root);
@@ -139,7 +135,7 @@ unsigned int Model::Height() const {
 
 /// Functions that walk a tree recurse once per level, so nesting is limited, equally for all ways
 /// of nesting.
-Model* Model::LimitDepth(const World& world, Model* parent) {
+Model* Model::LimitDepth(const WorldBase& world, Model* parent) {
   if (!parent || parent->Depth() < kMaxDepth) return parent;
   WarnAbout(world, "found a model to be nested more than %u deep; it is put at the top level",
             kMaxDepth);

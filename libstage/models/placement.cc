@@ -15,7 +15,6 @@
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
-#include "world/world.hh"
 
 namespace Stg {
 
@@ -117,7 +116,7 @@ double Placement::CellsOfOutline(size_t first_corner, size_t end) const {
 
 /// Maximum number of cells that may be rasterized in the model's world.
 double Placement::MaxCells(const Model& model) {
-  const double models = static_cast<double>(model.world->host().models.size());
+  const double models = static_cast<double>(model.host().models.size());
   return kRasterizedToLoaded * (kMaxCells + kMaxCellsPerModel * models);
 }
 

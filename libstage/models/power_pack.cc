@@ -8,10 +8,10 @@
 #include <cstdio>
 
 #include "models/energy_charts.hh"
+#include "models/host.hh"
 #include "models/model.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
-#include "world/world.hh"
 
 namespace Stg {
 
@@ -33,9 +33,9 @@ joules_t Countable(joules_t amount) { return amount > 0 && std::isfinite(amount)
 }  // namespace
 
 void PowerPack::Count(joules_t EnergyTotals::*total, joules_t* global, joules_t change) {
-  World* const world = mod_->GetWorld();
-  AddTo(&(world->energy_totals().*total), change);
-  if (world->options().listed) AddTo(global, change);
+  Host& host = mod_->host();
+  AddTo(&(host.energy_totals.*total), change);
+  if (host.listed) AddTo(global, change);
 }
 
 PowerPack::PowerPack(Model* mod)
@@ -44,14 +44,14 @@ PowerPack::PowerPack(Model* mod)
       capacity_(0),
       dissipated_(0),
       charging_(std::make_shared<bool>(false)) {
-  mod_->GetWorld()->AddPowerPack(this);
-  if (mod_->GetWorld()->IsGUI()) charts_ = std::make_unique<EnergyCharts>(mod_);
+  mod_->host().power_packs++;
+  if (mod_->world_base().IsGUI()) charts_ = std::make_unique<EnergyCharts>(mod_);
 }
 
 PowerPack::~PowerPack() {
   SetStored(0);
   SetCapacity(0);
-  mod_->GetWorld()->RemovePowerPack(this);
+  mod_->host().power_packs--;
 }
 
 void PowerPack::ExchangeState(StateExchange& exchange) {

@@ -44,7 +44,7 @@ void WorldEngine::Forget(Model* model) {
   Erase(&models, model);
   names.NoteRemoved(*this);
   if (model->is_hidden_from_rangers()) std::erase(hidden_from_rangers, model);
-  fiducials.Forget(model);
+  fiducials->Forget(model);
   Erase(&energy, model);
   STAGE_ASSERT(!std::ranges::binary_search(moving, model->GetId(), {}, &Model::GetId));
   StrikeOut(&update_callbacks_due, model);
@@ -63,6 +63,7 @@ bool WorldEngine::ReportWorldLost(const char* what) const {
 
 WorldEngine::WorldEngine() : snapshot_buffers(std::make_unique<SnapshotBuffers>()) {
   UsePool(MakePool(1));
+  fiducials = &fiducial_index;
 }
 
 WorldEngine::~WorldEngine() = default;

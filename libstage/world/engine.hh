@@ -17,6 +17,7 @@
 #include "geometry/free_floor.hh"
 #include "models/host.hh"
 #include "models/position.hh"
+#include "models/types/fiducial_index.hh"
 #include "sensing/batch_tracer.hh"
 #include "threads/wall_clock.hh"
 #include "threads/worker_pool.hh"
@@ -41,6 +42,7 @@ class WorldEngine : public Host {
 
   sensing::BatchTracer tracer{&scene};
   Scheduler scheduler;
+  FiducialIndex fiducial_index;  ///< Host::fiducials
   GatherPhase gather;
   MovePhase move;
   CallbackPhase callbacks;

@@ -219,7 +219,7 @@ std::string World::Restorer::RestoreChanged(const StateRow& row, const StateRow&
   models_ = engine_.models;
   std::string wrong =
       RestoreSections(row, [&](size_t i) { return SameBytes(row.section(i), before.section(i)); });
-  engine_.fiducials.Forget(nullptr);
+  engine_.fiducials->Forget(nullptr);
   return wrong;
 }
 
@@ -237,7 +237,7 @@ std::string World::Restorer::RestoreAll(const StateRow& row) {
   if (!wrong.empty()) return wrong;
   if (!IsTree()) return "found a model with two parents";
   DeleteSurplus();
-  engine_.fiducials.Forget(nullptr);
+  engine_.fiducials->Forget(nullptr);
   engine_.topology_version++;
   return "";
 }
@@ -424,11 +424,11 @@ bool World::Restorer::IsTree() const {
 
 /// Deletes models that are not in the list. The energy totals are already right and are kept.
 void World::Restorer::DeleteSurplus() {
-  const EnergyTotals totals = world_.energy_totals_;
+  const EnergyTotals totals = world_.engine_->energy_totals;
   std::vector<uint32_t> ids;
   for (const Model* other : surplus_) ids.push_back(other->id);
   for (const uint32_t id : ids) delete world_.FindModel(id);  // with its descendants
-  world_.energy_totals_ = totals;
+  world_.engine_->energy_totals = totals;
 }
 
 bool World::Take(Snapshot* to, Snapshot::Keep keep) const {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <mutex>
 #include <new>
 #include <unordered_set>
@@ -17,7 +16,6 @@
 #include "models/deletion_watch.hh"
 #include "models/log_entry.hh"
 #include "models/model_type_names.hh"
-#include "models/placement.hh"
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/warn_about.hh"
@@ -60,19 +58,18 @@ double UsablePpm(double ppm) {
 World::World(const std::string& name, double ppm) : World(run_options, name, ppm) {}
 
 World::World(const RunOptions& options, const std::string& name, double ppm)
-    : paused(false),
-      ground(nullptr),
-      dirty(false),
-      power_pack_count(0),
+    : WorldBase(options.seed),
+      paused(false),
       record_trails(false),
       engine_(std::make_shared<WorldEngine>()),
-      host_(engine_.get()),
       options_(options),
       default_ppm_(UsablePpm(ppm)),
-      random_(options.seed),
       load_status_(0),
       simulated_before_(0),
       quit_(false) {
+  host_ = engine_.get();
+  host_->listed = options_.listed;
+  host_->loads_controllers = options_.controllers;
   token = name;
   InitIfNotDone();
   SetDefaults();
@@ -164,7 +161,7 @@ void World::ForgetAll() {
   engine_->scheduler.Clear();
   engine_->spare_flags.clear();
   engine_->TraceBatchAndPostponeThrowing();
-  engine_->fiducials.Clear();
+  engine_->fiducials->Clear();
   engine_->sensed.clear();
   engine_->update_callbacks_due.clear();
   engine_->hidden_from_rangers.clear();
@@ -193,7 +190,7 @@ void World::DeleteAll() {
   engine_->scheduler.Clear();  // drops events of deleted models
   engine_->max_dissipation = 0;
   log_.clear();
-  energy_totals_ = EnergyTotals();
+  engine_->energy_totals = EnergyTotals();
   child_type_counts.clear();
   ray_list.clear();
   wf.reset();
@@ -227,11 +224,7 @@ void World::AddModel(Model* mod) {
   AddModelName(mod, mod->TokenStr());
 }
 
-void World::AddModelName(Model* mod, const std::string& name) {
-  const Model* bearer = engine_->names.Find(name, *engine_);
-  mod->shares_name_ = bearer != nullptr && bearer != mod;
-  engine_->names.Add(mod, name);
-}
+void World::AddModelName(Model* mod, const std::string& name) { mod->RegisterName(name); }
 
 void World::RemoveModel(Model* mod) {
   DeletionWatch::Notify(&engine_->watches, mod);
@@ -264,11 +257,7 @@ void World::ReplaceGround(uint32_t id) {
   child_type_counts = std::move(counts);
 }
 
-Model* World::GetModel(const std::string& name) const {
-  if (Model* found = engine_->names.Find(name, *engine_)) return found;
-  messages::Warn("there is no model called " + messages::Quoted(name));
-  return nullptr;
-}
+Model* World::GetModel(const std::string& name) const { return engine_->GetModel(name); }
 
 const std::set<Model*> World::GetAllModels() const {
   return std::set<Model*>(engine_->models.begin(), engine_->models.end());
@@ -294,13 +283,15 @@ Model* World::CreateModel(Model* parent, const std::string& typestr) {
   return model;
 }
 
-std::shared_ptr<Host> World::ShareHost() const { return engine_; }
-
 std::vector<NamedMetric> World::Metrics() const { return engine_->metrics.Values(); }
 
 void World::SetMetric(const std::string& name, double value) { engine_->metrics.Set(name, value); }
 
 Model* World::FindModel(uint32_t id) const { return engine_->FindModel(id); }
+
+WorldBase& BaseOf(World& world) { return world; }
+
+Model* FindModelOfAnyWorld(uint32_t id) { return World::FindModelOfAny(id); }
 
 Model* World::FindModelOfAny(uint32_t id) {
   const std::lock_guard<std::mutex> lock(worlds_mutex);
@@ -330,6 +321,9 @@ void World::RecordLine(double x1, double y1, double x2, double y2, const Color& 
 
 void World::EnableEnergy(Model* mod) { engine_->EnableEnergy(mod); }
 void World::DisableEnergy(Model* mod) { engine_->DisableEnergy(mod); }
+const EnergyTotals& World::energy_totals() const { return engine_->energy_totals; }
+void World::AddPowerPack(PowerPack*) { engine_->power_packs++; }
+void World::RemovePowerPack(PowerPack*) { engine_->power_packs--; }
 
 // ---- geometry and rays --------------------------------------------------------------------------
 
@@ -343,35 +337,11 @@ void World::SetRayModel(RayModel model) {
   if (model != RayModel::kDefault) engine_->scene.ray_model = model;
 }
 
-bool World::IsExact(RayModel model) const {
-  return (model == RayModel::kDefault ? GetRayModel() : model) == RayModel::kExact;
-}
+bool World::IsExact(RayModel model) const { return engine_->IsExact(model); }
 
-/// Leaves the state unchanged because any observer may call it: thin outlines stay as they are, and
-/// bodies that are not rasterized stay so.
-void World::RasterizeForExactRays() {
-  if (engine_->scene.exact_rasterization) return;
-  engine_->TraceBatch();
-  engine_->scene.exact_rasterization = true;
-  Placement& placement = engine_->placement;
-  try {
-    for (Model* model : engine_->models) {
-      placement.Propose(*model, false);
-      placement.AddExactRasterizations();
-    }
-  } catch (...) {  // out of memory: everything is rasterized again the next time
-    engine_->scene.exact_rasterization = false;
-    throw;
-  }
-}
+void World::RasterizeForExactRays() { engine_->RasterizeForExactRays(); }
 
-int32_t World::MetersToPixels(meters_t x) const {
-  // Values outside the range of cell numbers become the first or last cell.
-  constexpr double kFirst = std::numeric_limits<int32_t>::min();
-  constexpr double kLast = std::numeric_limits<int32_t>::max();
-  const double cell = std::floor(x * Resolution());
-  return static_cast<int32_t>(std::isnan(cell) ? kFirst : constrain(cell, kFirst, kLast));
-}
+int32_t World::MetersToPixels(meters_t x) const { return engine_->MetersToPixels(x); }
 
 point_int_t World::MetersToPixels(const point_t& pt) const {
   return point_int_t(MetersToPixels(pt.x), MetersToPixels(pt.y));

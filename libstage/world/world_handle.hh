@@ -22,7 +22,7 @@ class WorldHandle {
   /// Null, or a world that exists.
   explicit WorldHandle(World* world) : world_(world) {
     if (!world) return;
-    host_ = world->ShareHost();
+    host_ = world->host().shared_from_this();
     host_address_ = &world->host();
   }
 

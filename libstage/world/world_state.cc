@@ -66,7 +66,7 @@ void World::ExchangeOwn(StateExchange& exchange) {
 
 /// Comes after the models, since restoring them changes the totals.
 void World::ExchangeTotals(StateExchange& exchange) {
-  EnergyTotals& totals = energy_totals_;
+  EnergyTotals& totals = engine_->energy_totals;
   if (!exchange.hashing())
     exchange(totals.stored, totals.capacity, totals.dissipated, totals.input);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// World::Summary() and World::MeasureStepCosts() of small worlds with figures computed by hand.
+// Summarize() and MeasureStepCosts() of small worlds with figures computed by hand.
 // Measuring must leave the state unchanged.
 
 #include <algorithm>
@@ -47,7 +47,7 @@ const SensorKind* FindKind(const SceneSummary& s, const std::string& type, bool 
 // ---- the summary --------------------------------------------------------------------------------
 
 TEST(Summary, Models) {
-  const SceneSummary s = LoadText(kScene)->Summary();
+  const SceneSummary s = Summarize(*LoadText(kScene));
   EXPECT_EQ(s.models, 8u);
   ASSERT_EQ(s.types.size(), 4u);
   EXPECT_EQ(s.types[0].type, "model");
@@ -65,7 +65,7 @@ TEST(Summary, Models) {
 }
 
 TEST(Summary, Sensors) {
-  const SceneSummary s = LoadText(kScene)->Summary();
+  const SceneSummary s = Summarize(*LoadText(kScene));
   ASSERT_EQ(s.sensors.size(), 3u);
   const SensorKind& eye = s.sensors[0];  // sorted: subscribed ones first, then by rays
   EXPECT_EQ(eye.type, "ranger");
@@ -91,7 +91,7 @@ TEST(Summary, Sensors) {
 TEST(Summary, SubscribingMovesASensorToTheOthers) {
   const auto world = LoadText(kScene);
   Find(*world, "robot.spare")->Subscribe();
-  const SceneSummary s = world->Summary();
+  const SceneSummary s = Summarize(*world);
   EXPECT_EQ(FindKind(s, "ranger", false), nullptr);
   ASSERT_EQ(s.sensors.size(), 3u);
   EXPECT_NEAR(s.sensors[1].RaysPerStep(), 8 * 0.4, 1e-12);
@@ -102,14 +102,14 @@ TEST(Summary, EqualSensorsAreOneKind) {
   std::string text = "interval_sim 100\n";
   for (int i = 0; i < 5; i++)
     text += "ranger( alwayson 1 sensor( samples " + std::string(i < 3 ? "7" : "9") + " ) )\n";
-  const SceneSummary s = LoadText(text)->Summary();
+  const SceneSummary s = Summarize(*LoadText(text));
   ASSERT_EQ(s.sensors.size(), 2u);
   EXPECT_EQ(s.sensors[0].models, 3u);  // 21 rays; the others have 18
   EXPECT_EQ(s.sensors[1].models, 2u);
 }
 
 TEST(Summary, BodiesThatNoRangerSees) {
-  const SceneSummary s = LoadText(kScene)->Summary();
+  const SceneSummary s = Summarize(*LoadText(kScene));
   EXPECT_EQ(s.bodies, 6u);  // rangers have none
   EXPECT_EQ(s.blocks, 6u);
   EXPECT_EQ(s.corners, 24u);
@@ -123,20 +123,18 @@ TEST(Summary, BodiesThatNoRangerSees) {
 }
 
 TEST(Summary, ABodyIsSeenIfOneOfItsBlocksIs) {
-  const SceneSummary s =
-      LoadText(
-          "ranger( alwayson 1 pose [-3 0 0.5 0] sensor( size [0 0 0] ) )\n"
-          "model( name \"steps\" size [1 1 1]\n"
-          "  block( points 3 point[0] [0 0] point[1] [1 0] point[2] [0 1] z [0 0.2] )\n"
-          "  block( points 3 point[0] [0 0] point[1] [1 0] point[2] [0 1] z [0.2 1] ) )\n")
-          ->Summary();
+  const SceneSummary s = Summarize(
+      *LoadText("ranger( alwayson 1 pose [-3 0 0.5 0] sensor( size [0 0 0] ) )\n"
+                "model( name \"steps\" size [1 1 1]\n"
+                "  block( points 3 point[0] [0 0] point[1] [1 0] point[2] [0 1] z [0 0.2] )\n"
+                "  block( points 3 point[0] [0 0] point[1] [1 0] point[2] [0 1] z [0.2 1] ) )\n"));
   EXPECT_EQ(s.blocks, 2u);
   EXPECT_EQ(s.overlooked_blocks, 1u);
   EXPECT_EQ(s.unseen_bodies, 0u);
 }
 
 TEST(Summary, Heights) {
-  const SceneSummary s = LoadText(kScene)->Summary();
+  const SceneSummary s = Summarize(*LoadText(kScene));
   ASSERT_EQ(s.heights.size(), 2u);
   EXPECT_NEAR(s.heights[0].z, 0.2, 1e-12);
   EXPECT_EQ(s.heights[0].sensors, 2u);
@@ -154,7 +152,7 @@ TEST(Summary, MoreHeightsThanLayers) {
   std::string text;
   for (int i = 0; i < 12; i++)
     text += "ranger( alwayson 1 pose [0 0 0." + std::to_string(i + 10) + " 0] sensor( ) )\n";
-  const SceneSummary s = LoadText(text)->Summary();
+  const SceneSummary s = Summarize(*LoadText(text));
   EXPECT_EQ(s.heights.size(), 12u);
   EXPECT_EQ(s.layer_heights, 8u);
   EXPECT_EQ(s.layers, 10u);  // everything, eight heights, any height
@@ -162,9 +160,9 @@ TEST(Summary, MoreHeightsThanLayers) {
 
 TEST(Summary, TheLayersAreThoseThatAStepMakes) {
   const auto world = LoadText(kScene);
-  const SceneSummary before = world->Summary();
+  const SceneSummary before = Summarize(*world);
   Step(*world);
-  const SceneSummary after = world->Summary();
+  const SceneSummary after = Summarize(*world);
   EXPECT_EQ(after.layers, before.layers);
   EXPECT_EQ(after.memory.layers, 0u);
   // Change lists count too, but are not in the grid's own statistics.
@@ -176,7 +174,8 @@ TEST(Summary, TheLayersAreThoseThatAStepMakes) {
 
 TEST(Summary, GridOfOneSquare) {
   // Its outline: 10 cells a side, from (15, -5) to (25, 5).
-  const SceneSummary s = LoadText("resolution 0.1 model( size [1 1 1] pose [2 0 0 0] )")->Summary();
+  const SceneSummary s =
+      Summarize(*LoadText("resolution 0.1 model( size [1 1 1] pose [2 0 0 0] )"));
   EXPECT_DOUBLE_EQ(s.resolution, 0.1);
   EXPECT_EQ(s.occupied_cells, 40u);
   EXPECT_EQ(s.tiles, 6u);
@@ -192,7 +191,7 @@ TEST(Summary, GridOfOneSquare) {
 }
 
 TEST(Summary, Memory) {
-  const SceneSummary s = LoadText(kScene)->Summary();
+  const SceneSummary s = Summarize(*LoadText(kScene));
   EXPECT_EQ(s.memory.readings, 100u * 3u * sizeof(double));
   EXPECT_EQ(s.memory.pictures, 20u * 10u * 8u);
   EXPECT_GT(s.memory.layers, 0u);
@@ -202,7 +201,7 @@ TEST(Summary, Memory) {
 }
 
 TEST(Summary, AnEmptyWorld) {
-  const SceneSummary s = LoadText("")->Summary();
+  const SceneSummary s = Summarize(*LoadText(""));
   EXPECT_EQ(s.models, 0u);
   EXPECT_TRUE(s.sensors.empty());
   EXPECT_TRUE(s.heights.empty());
@@ -222,7 +221,7 @@ TEST(Summary, EnergyAndCallbacks) {
   Find(*world, "r")
       ->AddCallback(
           Model::CB_UPDATE, [](Model*, void*) { return 0; }, nullptr);
-  const SceneSummary s = world->Summary();
+  const SceneSummary s = Summarize(*world);
   EXPECT_EQ(s.power_packs, 1u);
   EXPECT_EQ(s.energy_models, 1u);
   EXPECT_DOUBLE_EQ(s.callbacks_per_step, 1.5);
@@ -232,8 +231,8 @@ TEST(Summary, EnergyAndCallbacks) {
 
 TEST(StepCosts, AreMeasuredForRunningModels) {
   const auto world = LoadText(kScene);
-  const SceneSummary s = world->Summary();
-  const StepCosts costs = world->MeasureStepCosts(0.02);
+  const SceneSummary s = Summarize(*world);
+  const StepCosts costs = MeasureStepCosts(*world, 0.02);
   ASSERT_EQ(costs.sensors.size(), s.sensors.size());
   EXPECT_EQ(costs.sensors[0].sample, 1u);  // the eye
   EXPECT_EQ(costs.sensors[0].rays, 100);
@@ -254,7 +253,7 @@ TEST(StepCosts, AreMeasuredForRunningModels) {
 }
 
 TEST(StepCosts, OfAnEmptyWorld) {
-  const StepCosts costs = LoadText("model( )")->MeasureStepCosts(0.02);
+  const StepCosts costs = MeasureStepCosts(*LoadText("model( )"), 0.02);
   EXPECT_TRUE(costs.sensors.empty());
   EXPECT_EQ(costs.move_sample, 0u);
   EXPECT_EQ(costs.rays, 0u);
@@ -264,7 +263,7 @@ TEST(StepCosts, RobotsThatTouchOthersAreNotMoved) {
   const auto world = LoadText(
       "position( alwayson 1 size [1 1 1] pose [0 0 0 0] )\n"
       "position( alwayson 1 size [1 1 1] pose [0.5 0 0 0] )\n");
-  EXPECT_EQ(world->MeasureStepCosts(0.02).move_sample, 0u);
+  EXPECT_EQ(MeasureStepCosts(*world, 0.02).move_sample, 0u);
 }
 
 TEST(StepCosts, NoCallbackIsCalled) {
@@ -277,7 +276,7 @@ TEST(StepCosts, NoCallbackIsCalled) {
   for (const char* name : {"robot", "robot.eye", "lens"})
     for (const auto type : {Model::CB_UPDATE, Model::CB_VELOCITY, Model::CB_POSE})
       Find(*world, name)->AddCallback(type, count, &calls);
-  world->MeasureStepCosts(0.02);
+  MeasureStepCosts(*world, 0.02);
   EXPECT_EQ(calls, 0);
   Step(*world);
   EXPECT_GT(calls, 0);
@@ -287,15 +286,15 @@ TEST(StepCosts, MeasuringLeavesNoState) {
   const auto world = LoadText(kScene);
   auto* eye = Find<ModelRanger>(*world, "robot.eye");
   const Pose pose = Find(*world, "robot")->GetGlobalPose();
-  const SceneSummary before = world->Summary();
-  world->MeasureStepCosts(0.02);
+  const SceneSummary before = Summarize(*world);
+  MeasureStepCosts(*world, 0.02);
   EXPECT_TRUE(eye->GetSensors()[0].ranges.empty());
   EXPECT_EQ(Find(*world, "robot")->GetGlobalPose(), pose);
   EXPECT_TRUE(Find<ModelPosition>(*world, "robot")->GetVelocity().IsZero());
   EXPECT_EQ(world->SimTimeNow(), 0u);
   EXPECT_EQ(world->UpdateCount(), 0u);
   EXPECT_EQ(world->statistics().trace.rays, 0u);
-  const SceneSummary after = world->Summary();
+  const SceneSummary after = Summarize(*world);
   EXPECT_EQ(after.occupied_cells, before.occupied_cells);
   EXPECT_EQ(after.tiles, before.tiles);
 }
@@ -307,7 +306,7 @@ uint64_t HashAfter(const std::string& file, bool measure, int steps) {
   EXPECT_TRUE(world->Load(file));
   testing::internal::GetCapturedStdout();
   for (int i = 0; i < 2; i++) {
-    if (measure) world->MeasureStepCosts(0.02);
+    if (measure) MeasureStepCosts(*world, 0.02);
     Step(*world, steps);
   }
   return world->StateHash();
@@ -327,7 +326,7 @@ TEST(StepCosts, NoiseIsTheSameAfterwards) {
         "model( pose [2 0 0 0] size [1 3 1] )\n"
         "wifi( alwayson 1 model \"log distance\" ) wifi( pose [3 0 0 0] alwayson 1 "
         "model \"log distance\" )\n");
-    if (measure) world->MeasureStepCosts(0.02);
+    if (measure) MeasureStepCosts(*world, 0.02);
     Step(*world, 10);
     return world->StateHash();
   };
@@ -341,7 +340,7 @@ void ExpectUpdatesInTime(int first, int second, int late) {
       LoadText("ranger( alwayson 1 " + interval(first) + " sensor( ) )\nranger( alwayson 1 " +
                interval(second) + " sensor( ) )\nranger( name \"late\" " + interval(late) +
                " sensor( ) )\n");
-  world->MeasureStepCosts(0.02);
+  MeasureStepCosts(*world, 0.02);
   Model* model = Find(*world, "late");
   model->Subscribe();
   std::vector<int> updates, expected;
@@ -369,8 +368,8 @@ TEST(StepCosts, WithThreads) {
   World::run_options.threads = 2;
   {
     const auto world = LoadText(kScene);
-    EXPECT_EQ(world->Summary().threads, 2u);
-    EXPECT_GT(world->MeasureStepCosts(0.02).sensors[0].ray_ns, 0);
+    EXPECT_EQ(Summarize(*world).threads, 2u);
+    EXPECT_GT(MeasureStepCosts(*world, 0.02).sensors[0].ray_ns, 0);
   }
   World::run_options.threads = 0;
 }

@@ -37,8 +37,8 @@ TEST(BitmapFrame, DefaultsToTheDarkPartWithAHint) {
   const LoadOutcome outcome = TryToLoad(world.get(), Map(""));
   EXPECT_EQ(outcome.errors, "t.world:1:24: warning: " + std::string(kHint) + "\n");
   ExpectExtent(*world, -5, 5, -5, 5, 0.5);
-  ASSERT_EQ(world->Summary().load_warnings.size(), 1u);
-  EXPECT_EQ(world->Summary().load_warnings[0], "t.world:1:24: " + std::string(kHint));
+  ASSERT_EQ(Summarize(*world).load_warnings.size(), 1u);
+  EXPECT_EQ(Summarize(*world).load_warnings[0], "t.world:1:24: " + std::string(kHint));
 }
 
 TEST(BitmapFrame, ExplicitDarkGivesNoHint) {

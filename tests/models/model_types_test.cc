@@ -108,14 +108,14 @@ TEST(ModelTypes, PluginTypesAreExplainedAndMeasured) {
   const auto world = LoadText(CrowdText(3));
   Step(*world, 2);
   const uint64_t hash = world->StateHash();
-  const SceneSummary summary = world->Summary();
+  const SceneSummary summary = Summarize(*world);
   const auto ring = std::find_if(summary.sensors.begin(), summary.sensors.end(),
                                  [](const SensorKind& kind) { return kind.type == "sonar_ring"; });
   ASSERT_NE(ring, summary.sensors.end());
   EXPECT_EQ(ring->models, 3u);
   EXPECT_EQ(ring->parts, 6u);
   EXPECT_EQ(ring->rays, 18u);
-  const StepCosts costs = world->MeasureStepCosts(0.02);
+  const StepCosts costs = MeasureStepCosts(*world, 0.02);
   EXPECT_EQ(costs.sensors.size(), 2u);
   EXPECT_EQ(world->StateHash(), hash);
 }

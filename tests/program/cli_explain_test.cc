@@ -13,8 +13,8 @@
 #include <regex>
 #include <string>
 
+#include "insight/explain.hh"
 #include "support/cli_testing.hh"
-#include "world/world.hh"
 
 namespace {
 
@@ -142,7 +142,7 @@ TEST_F(CliExplainTest, NamesIneffectiveOptions) {
 
 TEST_F(CliExplainTest, HelpAndPageSayHowLongMeasuringTakes) {
   char text[40];
-  std::snprintf(text, sizeof text, " %g s", Stg::World::kMeasuringSeconds);
+  std::snprintf(text, sizeof text, " %g s", Stg::kMeasuringSeconds);
   const std::string help = Stage({"--help"}).out;
   EXPECT_TRUE(Contains(help, "--explain[=json]"));
   EXPECT_TRUE(Contains(help, "are measured for" + std::string(text) + ")")) << help;

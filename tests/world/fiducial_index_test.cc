@@ -2,7 +2,7 @@
 //
 // The spatial index of the models that fiducial finders may see.
 
-#include "models/fiducial_index.hh"
+#include "models/types/fiducial_index.hh"
 
 #include <cmath>
 #include <limits>

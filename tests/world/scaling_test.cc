@@ -66,7 +66,7 @@ TEST(Scaling, DeletedModelsAreRemovedFromLists) {
     if (auto* finder = dynamic_cast<ModelFiducial*>(model)) found += finder->GetFiducials().size();
   EXPECT_GT(found, kMany);
   DeleteAll(world.get());
-  EXPECT_LT(world->engine().fiducials.looked_at(), 3 * found);
+  EXPECT_LT(world->engine().fiducials->looked_at(), 3 * found);
 }
 
 // ---- deleted models leave nothing behind --------------------------------------------------------

@@ -80,7 +80,7 @@ TEST_F(ChosenThreads, AreAllProcessorsByDefault) {
   EXPECT_TRUE(world->engine().chooses_threads());
   EXPECT_EQ(world->engine().max_threads(), threads::CountUsableProcessors());
   EXPECT_EQ(world->engine().threads(), 1u) << "no thread is started before it pays";
-  EXPECT_TRUE(world->Summary().chooses_threads);
+  EXPECT_TRUE(Summarize(*world).chooses_threads);
   EXPECT_EQ(Load("hospital.world", 3)->engine().max_threads(), 3u);
   EXPECT_FALSE(Load("hospital.world", 3)->engine().chooses_threads());
 }

@@ -137,7 +137,7 @@ class Search {
 std::string TextOf(const Options& options, const World& world, const Budget& budget) {
   const double interval = static_cast<double>(world.sim_interval) / 1e6;
   const double horizon = static_cast<double>(budget.steps) * interval;
-  const SceneSummary scene = world.Summary();
+  const SceneSummary scene = Summarize(world);
   std::string text =
       options.worldfiles[0] + ": " + Count(static_cast<double>(scene.robots), "robot") + "\n";
   text += Format("a scenario: %g s, %llu steps of %g s, from the state at %g s\n", horizon,

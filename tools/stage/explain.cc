@@ -54,13 +54,13 @@ int LoadAll(const Options& options, std::vector<Explanation>* explanations) {
 
 void Complete(const RunOptions& options, Explanation* e) {
   e->steps = StepsLeft(*e->world);
-  e->scene = e->world->Summary();
+  e->scene = Summarize(*e->world);
   if (e->scene.exact_sensors > 0) {  // done here as in the first step
     e->world->RasterizeForExactRays();
-    e->scene = e->world->Summary();
+    e->scene = Summarize(*e->world);
     e->memory.after = MemoryMb();
   }
-  e->costs = e->world->MeasureStepCosts();
+  e->costs = MeasureStepCosts(*e->world);
   e->estimate = MakeEstimate(e->scene, e->costs, e->memory, options);
 }
 

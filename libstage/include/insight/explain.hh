@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Describes the contents of a world, which sensors are idle, and what its steps cost. Filled in by
-// World::Summary() and World::MeasureStepCosts(). Part of <stage.hh>; C++11.
+// Describes the contents of a world, which sensors are idle, and what its steps cost. Part of
+// <stage.hh>; C++11.
 //
 // Values per step are averages: a model that updates every second step counts half.
 
@@ -17,6 +17,8 @@
 #include "geometry/geometry.hh"
 
 namespace Stg {
+
+class World;
 
 /// Sensors of the same type, number of rays or pixels, and update interval.
 struct SensorKind {
@@ -145,6 +147,15 @@ struct StepCosts {
   uint64_t rays = 0;   ///< total number of rays traced
   double seconds = 0;  ///< spent on measuring
 };
+
+SceneSummary Summarize(const World& world);
+
+constexpr double kMeasuringSeconds = 0.3;
+
+/// Measures the costs of the parts of a step on samples of the models for about `seconds`. Call it
+/// between steps. No callback is called. Afterwards all state is restored: poses, readings, random
+/// numbers, clock, statistics. Only the pictures of cameras change until their next update.
+StepCosts MeasureStepCosts(World& world, double seconds = kMeasuringSeconds);
 
 }  // namespace Stg
 

@@ -20,6 +20,7 @@
 #include "geometry/geometry.hh"
 #include "grid/ray_model.hh"
 #include "models/ancestor.hh"
+#include "models/world_base.hh"
 #include "pictures/color.hh"
 #include "random/random.hh"
 
@@ -255,6 +256,9 @@ class Model : public Ancestor {
   /// Removes all entries with that function. Returns how many entries of the type remain.
   int RemoveCallback(callback_type_t type, model_callback_t callback);
   int CallCallbacks(callback_type_t type);
+  bool HasCallbacks(callback_type_t t) const {
+    return callbacks_.get() != NULL && callbacks_->Have(t);
+  }
 
   /// Keeps data of a controller alive as long as the model; and if a callback or Init() deletes the
   /// model, until that function has returned.
@@ -372,6 +376,12 @@ class Model : public Ancestor {
   bool ExpectsUpdate(uint64_t generation) const {
     return subs > 0 && generation == update_generation_;
   }
+  /// The part of the world that models use.
+  WorldBase& world_base() const { return *world_base_; }
+  /// The running world. Internal.
+  Host& host() const { return world_base_->host(); }
+  /// The ancestor whose child this model is.
+  Ancestor& ParentOrWorld();
   /// The scene that the world's models share.
   internal::sensing::Scene& scene() const { return *scene_; }
 
@@ -424,6 +434,7 @@ class Model : public Ancestor {
   friend class CallbackPhase;
   friend class GatherPhase;
   friend class MovePhase;
+  friend class StepCostMeter;
   friend class ModelPosition;
   friend class ModelRanger;
   friend const ModelType* FindModelType(const Model& model);
@@ -537,6 +548,7 @@ class Model : public Ancestor {
   watts_t watts, watts_give, watts_take;
   Worldfile* wf;
   int wf_entity;
+  World* world;
 
   // Members used in each step are adjacent from here on, because the models of a step exceed the
   // processor's caches.
@@ -548,7 +560,7 @@ class Model : public Ancestor {
   usec_t interval;
   mutable const ModelType* known_type_;  // result of FindModelType(), or null
   std::unique_ptr<BlockGroup> blockgroup;
-  World* world;
+  WorldBase* world_base_;  // same object as world
   Pose pose;
   Geom geom;
   Model* parent;
@@ -572,6 +584,11 @@ class Model : public Ancestor {
     bool model_deleted = false;  // the model has been deleted
     int rounds = 0;              // number of loops in progress
     struct Round;
+    bool Have(callback_type_t t) const {
+      for (const Callback& entry : all)
+        if (entry.type == t) return true;
+      return false;
+    }
     int CountLeft(callback_type_t t) const;
     void Tidy();
   };
@@ -607,7 +624,8 @@ class Model : public Ancestor {
   unsigned int Height() const;
   /// Global pose of a child at local pose `local`, while this model is at `global`.
   Pose PlacedOnThis(const Pose& global, const Pose& local) const;
-  static Model* LimitDepth(const World& world, Model* parent);
+  static Model* LimitDepth(const WorldBase& world, Model* parent);
+  void RegisterName(const std::string& name);
   bool RefusesParent(const Model& newparent) const;
   void InitOrThrow();
   template <typename F>
@@ -616,12 +634,6 @@ class Model : public Ancestor {
   const internal::grid::Rasterizations& OwnRasterizations(bool exact) const;
   void StopCharging();
   void ScheduleUpdate();
-  bool HasCallbacks(callback_type_t t) const {
-    if (callbacks_.get() == NULL) return false;
-    for (const Callback& entry : callbacks_->all)
-      if (entry.type == t) return true;
-    return false;
-  }
   void AddCallback(const Callback& entry);
 
   struct SelfMasks;

@@ -59,7 +59,7 @@ struct ModelType {
   /// Describes a sensor's extent; empty if it is no sensor.
   std::function<void(const Model&, SensorExtent*)> describe;
   /// True if ExchangeState() covers all that updates change, so that they can be measured and
-  /// undone (World::MeasureStepCosts()).
+  /// undone (MeasureStepCosts()).
   bool measurable;
 };
 

@@ -102,6 +102,7 @@ class ModelPosition : public Model {
  protected:
   friend class World;
   friend class MovePhase;
+  friend class StepCostMeter;
   friend class WorldEngine;
 
   /// Moves by one step, or not if that would end in an obstacle.

@@ -15,10 +15,10 @@
 
 #include "geometry/geometry.hh"
 #include "grid/ray_model.hh"
-#include "models/ancestor.hh"
 #include "models/log_entry.hh"
 #include "models/model.hh"
 #include "models/power_pack.hh"
+#include "models/world_base.hh"
 #include "random/random.hh"
 #include "sensing/ray_hit.hh"
 #include "world/metric.hh"
@@ -42,8 +42,6 @@ struct InitialState;
 typedef InitialState WorldBeginning [[deprecated("use InitialState")]];
 struct WorldImage;
 struct RunStatistics;
-struct SceneSummary;
-struct StepCosts;
 
 /// A ray to be traced.
 class Ray {
@@ -111,7 +109,7 @@ struct RunOptions {
         listed(true) {}
 };
 
-class World : public Ancestor {
+class World : public WorldBase {
  public:
   static constexpr int DEFAULT_PPM = 50;
   static std::vector<std::string> args;  ///< the program's arguments
@@ -202,11 +200,9 @@ class World : public Ancestor {
   virtual void Stop() { paused = true; }
   virtual void TogglePause() { paused = !paused; }
   bool Paused() const { return paused; }
-  bool paused;          ///< for callers of Update(), which ignores it
-  usec_t sim_interval;  ///< length of a step
-  double speedup;       ///< desired multiple of real time, for callers that pace steps; <= 0: none
+  bool paused;     ///< for callers of Update(), which ignores it
+  double speedup;  ///< desired multiple of real time, for callers that pace steps; <= 0: none
 
-  usec_t SimTimeNow(void) const { return sim_time; }
   uint64_t UpdateCount() { return updates; }
   uint64_t GetUpdateCount() const { return updates; }
   /// "[Hh] Mm SSs mmmmsec"
@@ -239,8 +235,6 @@ class World : public Ancestor {
   /// Finds a model by full name, including former names. Returns null with a warning if none.
   Model* GetModel(const std::string& name) const;
   const std::set<Model*> GetAllModels() const;
-  Model* GetGround() { return ground; }
-  Model* ground;
   /// The type must be in Model::name_map; otherwise returns null with a message.
   Model* CreateModel(Model* parent, const std::string& typestr);
 
@@ -279,22 +273,12 @@ class World : public Ancestor {
   void SetMetric(const std::string& name, double value);
 
   /// Totals of the power packs of this world: see PowerPack.
-  const EnergyTotals& energy_totals() const { return energy_totals_; }
+  const EnergyTotals& energy_totals() const;
 
-  virtual bool IsGUI() const { return false; }
   /// Implements Run() for a world with a window.
   virtual void RunEventLoop() {}
-  virtual void Redraw(void) {}
-  /// The next picture must be drawn completely.
-  void NeedRedraw() { dirty = true; }
   virtual Model* RecentlySelectedModel() const { return NULL; }
-  virtual void PushColor(Color) {}
-  virtual void PushColor(double, double, double, double) {}
-  virtual void PopColor() {}
-  /// Does not take ownership.
-  void RegisterOption(Option* option);
-  /// Called when a model gets a visualizer; windows create an option for it.
-  virtual void OfferVisualizer(Visualizer*, bool) {}
+  void RegisterOption(Option* option) override;
   /// Draws a line in the next picture (coordinates in metres). Ignored without a window.
   void RecordRay(double x1, double y1, double x2, double y2);
   /// Like RecordRay(), with a colour that may be transparent.
@@ -307,17 +291,10 @@ class World : public Ancestor {
   const std::vector<RecordedRay>& recorded_rays() const { return ray_list; }
   /// Whether positions record their trails, which only windows show. Off by default.
   void RecordTrails(bool enable) { record_trails = enable; }
+  bool RecordsTrails() const { return record_trails; }
 
   /// Times of the phases, counts of rays and hits, and memory of the grid.
   RunStatistics statistics() const;
-  /// Describes the world's contents, and which sensors are idle; see explain.hh.
-  SceneSummary Summary() const;
-  /// Measures the costs of the parts of a step on samples of the models for about `seconds`. Call
-  /// it between steps. No callback is called. Afterwards all state is restored: poses, readings,
-  /// random numbers, clock, statistics. Only the pictures of cameras change until their next
-  /// update.
-  StepCosts MeasureStepCosts(double seconds = kMeasuringSeconds);
-  static constexpr double kMeasuringSeconds = 0.3;
   /// Takes a snapshot, between steps. Returns false with a message, and leaves *to unchanged, if
   /// something cannot be saved: a controller that does not declare its state (see
   /// Model::KeepState()), or a pending callback of Enqueue().
@@ -350,24 +327,19 @@ class World : public Ancestor {
   /// Restoring requires the same models in the same tree.
   void ExchangeState(StateExchange& exchange);
   const RunOptions& options() const { return options_; }
-  uint64_t seed() const { return options_.seed; }
-  /// Generator of the world's own random numbers; see also Model::random().
-  RandomStream& random() { return random_.Get(); }
+  uint64_t seed() const override { return options_.seed; }
 
   // ---- for the models ----
 
-  virtual void AddModel(Model* mod);
-  virtual void RemoveModel(Model* mod);
+  void AddModel(Model* mod) override;
+  void RemoveModel(Model* mod) override;
   void AddModelName(Model* mod, const std::string& name);
   WorldEngine& engine() { return *engine_; }
-  Host& host() { return *host_; }
-  /// Keeps the host alive for callers of callbacks, which may delete the world.
-  std::shared_ptr<Host> ShareHost() const;
+  const WorldEngine& engine() const { return *engine_; }
   void EnableEnergy(Model* mod);
   void DisableEnergy(Model* mod);
-  EnergyTotals& energy_totals() { return energy_totals_; }
-  void AddPowerPack(PowerPack*) { power_pack_count++; }
-  void RemovePowerPack(PowerPack*) { power_pack_count--; }
+  void AddPowerPack(PowerPack*);
+  void RemovePowerPack(PowerPack*);
   /// Returns null if this world has no model with this id.
   Model* FindModel(uint32_t id) const;
   /// Searches all listed worlds, oldest first.
@@ -414,11 +386,8 @@ class World : public Ancestor {
   RaytraceResult ResultOf(const Pose& origin, double range, Model* hit) const;
 
   usec_t quit_time;
-  usec_t sim_time;
   uint64_t updates;
-  bool dirty;
   std::vector<Option*> option_table;
-  int power_pack_count;
   bool record_trails;
   bool show_clock;
   unsigned int show_clock_interval;
@@ -428,9 +397,7 @@ class World : public Ancestor {
   std::vector<RecordedRay> ray_list;
 
  private:
-  class SummaryBuilder;
   class LoadChecks;
-  class StepCostMeter;
   class Restorer;
   class Validator;
 
@@ -466,13 +433,10 @@ class World : public Ancestor {
   static void InitIfNotDone();
   static std::vector<World*> ListedWorlds();
 
-  std::shared_ptr<WorldEngine> engine_;
-  Host* const host_;  // same object as engine_
+  std::shared_ptr<WorldEngine> engine_;  // same object as host_
   RunOptions options_;
   const double default_ppm_;
   std::vector<LogEntry> log_;
-  EnergyTotals energy_totals_;
-  LazyRandomStream random_;
   int load_status_;
   std::vector<std::string> load_messages_;
   std::string path_;         // as passed to Load()

@@ -16,7 +16,6 @@
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
-#include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -45,7 +44,7 @@ ModelActuator::ModelActuator(World* world_, Model* parent_, const std::string& t
   watts = kWatts;
 }
 
-ModelActuator::~ModelActuator() { world->host().StopMoving(this); }
+ModelActuator::~ModelActuator() { host().StopMoving(this); }
 
 // ---- commands and state -------------------------------------------------------------------------
 
@@ -162,13 +161,13 @@ void ModelActuator::Startup() {
   if (!has_reference_) reference_ = pose;
   has_reference_ = true;
   StoreSensedPose();
-  world->host().StartMoving(this);
+  host().StartMoving(this);
   Model::Startup();
 }
 
 void ModelActuator::Shutdown() {
   goal_ = velocity_ = 0;
-  world->host().StopMoving(this);
+  host().StopMoving(this);
   Model::Shutdown();
 }
 
@@ -193,7 +192,7 @@ void ModelActuator::Gather(internal::sensing::FanList*) {
 
 /// Signed length of this step's motion, limited by the range of positions and by the goal.
 double ModelActuator::StepLength(double position) const {
-  const double step = velocity_ * (static_cast<double>(world->sim_interval) / kSecond);
+  const double step = velocity_ * (static_cast<double>(world_base().sim_interval) / kSecond);
   const bool to_goal = control_mode_ == CONTROL_POSITION;
   if (step > 0) return constrain((to_goal ? goal_ : max_position_) - position, 0.0, step);
   return constrain((to_goal ? goal_ : min_position_) - position, step, 0.0);
@@ -212,9 +211,9 @@ void ModelActuator::Move() {
     return;
   }
 
-  Placement& placement = world->host().placement;
+  Placement& placement = host().placement;
   placement.Propose(*this, true);
-  stall = placement.Collision(world->GetGround()) != nullptr;
+  stall = placement.Collision(world_base().GetGround()) != nullptr;
   if (stall) {
     pose = old_pose;
     return;

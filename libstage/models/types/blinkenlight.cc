@@ -4,7 +4,6 @@
 
 #include "models/body.hh"
 #include "models/model_type.hh"
-#include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -37,7 +36,7 @@ void ModelBlinkenlight::Load() {
 }
 
 bool ModelBlinkenlight::IsOn() const {
-  const double phase = static_cast<double>(world->SimTimeNow() % period_);
+  const double phase = static_cast<double>(world_base().SimTimeNow() % period_);
   const double share_on = dutycycle_ / (1.0 + dutycycle_);
   return enabled_ && phase < static_cast<double>(period_) * share_on;
 }

@@ -15,7 +15,6 @@
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
-#include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -68,7 +67,7 @@ ModelBlobfinder::ModelBlobfinder(World* world_, Model* parent_, const std::strin
   ClearBlocks();
 }
 
-ModelBlobfinder::~ModelBlobfinder() { world->host().FinishRaysOf(this); }
+ModelBlobfinder::~ModelBlobfinder() { host().FinishRaysOf(this); }
 
 void ModelBlobfinder::AddColor(Color col) { colors_.push_back(col); }
 void ModelBlobfinder::RemoveColor(Color col) { std::erase(colors_, col); }
@@ -81,8 +80,8 @@ void ModelBlobfinder::Load() {
     wf->Fail(wf_entity, "image",
              "found a width of " + std::to_string(scan_width) +
                  " pixels, expected a number from 0 to " + std::to_string(kMaxWidth));
-  world->host().memory.Take(*wf, wf_entity, "image", scan_width, MemoryBudget::kSample,
-                            "columns of pixels");
+  host().memory.Take(*wf, wf_entity, "image", scan_width, MemoryBudget::kSample,
+                     "columns of pixels");
   range = wf->ReadFloat(wf_entity, "range", range);
   if (range < 0) wf->Fail(wf_entity, "range", "found a negative range, expected 0 or more");
   fov = wf->ReadAngle(wf_entity, "fov", fov);

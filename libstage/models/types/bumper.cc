@@ -12,7 +12,6 @@
 #include "models/model_type.hh"
 #include "models/state_exchange.hh"
 #include "sensing/scene.hh"
-#include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -41,7 +40,7 @@ void Describe(const ModelBumper& bumper, SensorExtent* extent) {
 ModelBumper::ModelBumper(World* world_, Model* parent_, const std::string& type_)
     : Model(world_, parent_, type_), bumper_count(0), bumpers(nullptr), samples(nullptr) {}
 
-ModelBumper::~ModelBumper() { world->host().FinishRaysOf(this); }
+ModelBumper::~ModelBumper() { host().FinishRaysOf(this); }
 
 void ModelBumper::Load() {
   if (!LoadCommon() || !wf->PropertyExists(wf_entity, "bcount")) return;
@@ -50,8 +49,8 @@ void ModelBumper::Load() {
     wf->Fail(wf_entity, "bcount",
              "found " + std::to_string(count) + " bumpers, expected a number from 1 to " +
                  std::to_string(kMaxBumpers));
-  world->host().memory.Take(*wf, wf_entity, "bcount", static_cast<size_t>(count),
-                            MemoryBudget::kBumper, "bumpers");
+  host().memory.Take(*wf, wf_entity, "bcount", static_cast<size_t>(count), MemoryBudget::kBumper,
+                     "bumpers");
   if (count == 0)
     wf->Warn(wf_entity, "bcount", "found 0 bumpers, expected 1 or more; there are none");
 

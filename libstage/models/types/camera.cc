@@ -11,7 +11,6 @@
 #include "models/state_exchange.hh"
 #include "models/types/camera_raster.hh"
 #include "sensing/scene.hh"
-#include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -98,9 +97,9 @@ void ModelCamera::Load() {
              "found " + std::to_string(width_) + " by " + std::to_string(height_) +
                  " pixels, expected numbers from 0 to " + std::to_string(kMaxSidePixels) +
                  ", and at most " + std::to_string(kMaxPixels) + " pixels in all");
-  world->host().memory.Take(*wf, wf_entity, "resolution",
-                            static_cast<size_t>(width_) * static_cast<size_t>(height_),
-                            MemoryBudget::kPixel, "pixels");
+  host().memory.Take(*wf, wf_entity, "resolution",
+                     static_cast<size_t>(width_) * static_cast<size_t>(height_),
+                     MemoryBudget::kPixel, "pixels");
   wf->ReadTuple(wf_entity, "pantilt", 0, 2, "ff", &pan_, &tilt_);
   LoadLens();
 }
@@ -158,7 +157,7 @@ void ModelCamera::TakePicture() {
   lens.far = camera_.farClip();
   camera::Raster& raster = picture_->raster;
   raster.Begin(lens, width_, height_, picture_->depth.data(), picture_->color.data());
-  for (const Model* mod : world->GetChildren()) DrawTree(*mod, mod->GetPose());
+  for (const Model* mod : world_base().GetChildren()) DrawTree(*mod, mod->GetPose());
   DrawFloor();  // last, so that flat bodies on the floor stay visible
   raster.Finish();
 }

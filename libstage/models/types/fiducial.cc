@@ -12,8 +12,8 @@
 #include "models/model_type.hh"
 #include "models/property_checks.hh"
 #include "models/state_exchange.hh"
+#include "models/types/fiducial_index.hh"
 #include "sensing/scene.hh"
-#include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -50,8 +50,8 @@ ModelFiducial::ModelFiducial(World* world_, Model* parent_, const std::string& t
 }
 
 ModelFiducial::~ModelFiducial() {
-  world->host().FinishRaysOf(this);
-  world->host().fiducials.RemoveFinder(this);
+  host().FinishRaysOf(this);
+  host().fiducials->RemoveFinder(this);
 }
 
 void ModelFiducial::Load() {
@@ -74,14 +74,14 @@ void ModelFiducial::Load() {
 }
 
 void ModelFiducial::Startup() {
-  world->host().fiducials.AddFinder(this);
+  host().fiducials->AddFinder(this);
   Model::Startup();
 }
 
 void ModelFiducial::Shutdown() {
   fiducials_.clear();
   candidates_.clear();
-  world->host().fiducials.RemoveFinder(this);
+  host().fiducials->RemoveFinder(this);
   Model::Shutdown();
 }
 
@@ -92,8 +92,7 @@ ModelFiducial::Fiducial* ModelFiducial::GetFiducials(unsigned int* count) {
 
 void ModelFiducial::Update() {
   if (subs == 0) return;
-  Host& host = world->host();
-  host.fiducials.Refresh(host.models);
+  host().fiducials->Refresh(host().models);
   GatherSerially();
   Model::Update();
 }
@@ -107,7 +106,7 @@ void ModelFiducial::Gather(sensing::FanList* fans) {
 }
 
 void ModelFiducial::CollectCandidates() {
-  const FiducialIndex& index = world->host().fiducials;
+  const FiducialIndex& index = *host().fiducials;
   candidates_.clear();
   const Pose own = GetGlobalPose();
   Fiducial candidate;
@@ -175,7 +174,7 @@ void ModelFiducial::ExchangeState(StateExchange& exchange) {
   Model::ExchangeState(exchange);
   exchange(max_range_anon, max_range_id, min_range, fov, heading, key, ignore_zloc, fiducials_);
   if (!exchange.restoring()) return;
-  FiducialIndex& index = world->host().fiducials;
+  FiducialIndex& index = *host().fiducials;
   if (subs > 0)
     index.AddFinder(this);
   else

@@ -17,7 +17,6 @@
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
-#include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -44,8 +43,8 @@ Bounds Along(const Bounds& range, const Bounds& unit) {
   return Bounds(Along(range, unit.min), Along(range, unit.max));
 }
 
-bool IsIn(World& world, const Model* model) {
-  const std::vector<Model*>& models = world.host().models;
+bool IsIn(const Host& host, const Model* model) {
+  const std::vector<Model*>& models = host.models;
   return std::find(models.begin(), models.end(), model) != models.end();
 }
 
@@ -90,7 +89,7 @@ ModelGripper::ModelGripper(World* world_, Model* parent_, const std::string& typ
   blockgroup->Fit(geom.size);
 }
 
-ModelGripper::~ModelGripper() { world->host().FinishRaysOf(this); }
+ModelGripper::~ModelGripper() { host().FinishRaysOf(this); }
 
 // ---- world file ---------------------------------------------------------------------------------
 
@@ -230,7 +229,7 @@ void ModelGripper::ShapeBody() {
 
 void ModelGripper::Update() {
   GatherSerially();
-  world->host().sensed.push_back(this);
+  host().sensed.push_back(this);
   Model::Update();
 }
 
@@ -361,7 +360,7 @@ void ModelGripper::Sensed() {
 Model* ModelGripper::Grippable() const {
   for (Model* thing : config_.contact)
     // A callback may have deleted the object since the rays were traced.
-    if (thing && IsIn(*world, thing) && !IsAntecedent(thing)) return thing;
+    if (thing && IsIn(host(), thing) && !IsAntecedent(thing)) return thing;
   return nullptr;
 }
 

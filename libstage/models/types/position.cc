@@ -18,7 +18,6 @@
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "random/random.hh"
-#include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -74,7 +73,7 @@ ModelPosition::ModelPosition(World* world_, Model* parent_, const std::string& t
 
 /// Draws random odometry errors. Errors given in the world file are kept.
 void ModelPosition::DrawErrors() {
-  RandomStream& random = world->random();
+  RandomStream& random = world_base().random();
   const double x = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
   const double y = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
   const double a = random.Uniform(-kErrorWidthA / 2, kErrorWidthA / 2);
@@ -84,7 +83,7 @@ void ModelPosition::DrawErrors() {
   integration_error.a = a;
 }
 
-ModelPosition::~ModelPosition() { world->host().StopMoving(this); }
+ModelPosition::~ModelPosition() { host().StopMoving(this); }
 
 // ---- commands -----------------------------------------------------------------------------------
 
@@ -105,7 +104,7 @@ void ModelPosition::SetSpeed(Velocity vel) {
 void ModelPosition::CheckSubscription() {
   if (HasSubscribers() || warned_unsubscribed_) return;
   check_subscription_ = true;
-  world->host().command_without_subscriber = true;
+  host().command_without_subscriber = true;
 }
 
 void ModelPosition::WarnIfNotSubscribed() {
@@ -290,21 +289,21 @@ void ModelPosition::LoadModes() {
 // ---- updating -----------------------------------------------------------------------------------
 
 void ModelPosition::Startup() {
-  last_update_ = world->SimTimeNow();
+  last_update_ = world_base().SimTimeNow();
   StoreSensedPose();
-  world->host().StartMoving(this);
+  host().StartMoving(this);
   Model::Startup();
 }
 
 void ModelPosition::Shutdown() {
   goal = Pose();
   velocity = Velocity();
-  world->host().StopMoving(this);
+  host().StopMoving(this);
   Model::Shutdown();
 }
 
 double ModelPosition::SecondsSinceUpdate() {
-  const usec_t now = world->SimTimeNow();
+  const usec_t now = world_base().SimTimeNow();
   STAGE_ASSERT(now >= last_update_);
   const double seconds = static_cast<double>(now - last_update_) / kSecond;
   last_update_ = now;
@@ -403,7 +402,7 @@ Velocity ModelPosition::PositionMode() const {
 
 void ModelPosition::StoreSensedPose() {
   sensed_pose_ = GetGlobalPose();
-  sensed_at_ = world->SimTimeNow();
+  sensed_at_ = world_base().SimTimeNow();
   est_pose = EstimateNow();
   driven_ = Pose();
 }
@@ -446,12 +445,12 @@ Velocity ModelPosition::GetEstimatedVelocity() const {
 // ---- moving -------------------------------------------------------------------------------------
 
 Pose ModelPosition::MotionOfStep(const Velocity& v) const {
-  const double dt = static_cast<double>(world->sim_interval) / kSecond;
+  const double dt = static_cast<double>(world_base().sim_interval) / kSecond;
   return Pose(v.x * dt, v.y * dt, v.z * dt, normalize(v.a * dt));
 }
 
 void ModelPosition::Move() {
-  Placement& placement = world->host().placement;
+  Placement& placement = host().placement;
   if (BeginMove(&placement) && EndMove(placement)) placement.Commit();
 }
 
@@ -472,7 +471,7 @@ bool ModelPosition::BeginMove(Placement* placement) {
 }
 
 bool ModelPosition::EndMove(const Placement& placement) {
-  stall = placement.Collision(world->GetGround()) != nullptr;
+  stall = placement.Collision(world_base().GetGround()) != nullptr;
   if (stall)
     pose = pose_before_move_;
   else

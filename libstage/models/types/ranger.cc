@@ -20,7 +20,6 @@
 #include "models/state_exchange.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
-#include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -161,13 +160,13 @@ ModelRanger::ModelRanger(World* world_, Model* parent_, const std::string& type_
   color = Color(0, 0, 0.5);
 }
 
-ModelRanger::~ModelRanger() { world->host().FinishRaysOf(this); }
+ModelRanger::~ModelRanger() { host().FinishRaysOf(this); }
 
 void ModelRanger::LoadSensor(Worldfile* file, int entity) {
   Sensor sensor;
   sensor.Load(file, entity);
-  world->host().memory.Take(*file, entity, "samples", sensor.sample_count, MemoryBudget::kSample,
-                            "samples");
+  host().memory.Take(*file, entity, "samples", sensor.sample_count, MemoryBudget::kSample,
+                     "samples");
   sensors_.push_back(sensor);
   if (subs > 0) watts = kWattsPerSensor * static_cast<double>(sensors_.size());
 }
@@ -275,7 +274,7 @@ sensing::Fan ModelRanger::FanOf(uint32_t index, const Pose& frame, const SineCos
   fan.sink = const_cast<ModelRanger*>(this);
   fan.tag = index;
   fan.record.first_direction = sensor.first_direction_;
-  fan.exact = world->IsExact(sensor.ray_model);
+  fan.exact = host().IsExact(sensor.ray_model);
   sensing::PlaceFan(&fan, OriginOf(sensor, frame, turn), sensor.Reach(), scene().cells_per_metre);
   if (!fan.nothing) fan.layer = scene().grid.FindRangerLayer(fan.z, fan.z_test, fan.exact);
   return fan;
@@ -302,7 +301,7 @@ unsigned ModelRanger::Preparations() {
     Prepare(&sensor, i);
     if (sensor.sample_count == 0) continue;
     if (!sensor.HasTable(scene().tables.generation())) needs |= kNeedsPreparation;
-    if (world->IsExact(sensor.ray_model)) needs |= kExactRays;
+    if (host().IsExact(sensor.ray_model)) needs |= kExactRays;
   }
   return needs;
 }
@@ -326,7 +325,7 @@ sensing::BatchSpace ModelRanger::MeasureSpace(sensing::FanList* fans, PendingSel
     if (sensor.sample_count == 0) continue;
     space.fans++;
     space.rays += sensor.sample_count;
-    space.words += masks->Reserve(*this, world->IsExact(sensor.ray_model));
+    space.words += masks->Reserve(*this, host().IsExact(sensor.ray_model));
   }
   return space;
 }

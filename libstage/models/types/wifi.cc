@@ -17,7 +17,6 @@
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
 #include "sensing/scene.hh"
-#include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -83,14 +82,14 @@ ModelWifi::ModelWifi(World* world_, Model* parent_, const std::string& type_)
   vis.obstacle_return = false;
   vis.blob_return = false;
   vis.ranger_return = -1.0;
-  std::vector<ModelWifi*>& radios = world->host().radios;
+  std::vector<ModelWifi*>& radios = host().radios;
   radios.insert(std::ranges::upper_bound(radios, GetId(), {}, &Model::GetId), this);
 }
 
 ModelWifi::~ModelWifi() {
-  world->host().FinishRaysOf(this);
+  host().FinishRaysOf(this);
   // The list is sorted by id.
-  std::vector<ModelWifi*>& radios = world->host().radios;
+  std::vector<ModelWifi*>& radios = host().radios;
   radios.erase(std::lower_bound(
       radios.begin(), radios.end(), this,
       [](const ModelWifi* a, const ModelWifi* b) { return a->GetId() < b->GetId(); }));
@@ -164,7 +163,7 @@ void ModelWifi::Shutdown() {
 
 void ModelWifi::Update() {
   GatherSerially();
-  world->host().sensed.push_back(this);
+  host().sensed.push_back(this);
   Model::Update();
 }
 
@@ -173,7 +172,7 @@ void ModelWifi::Gather(sensing::FanList* fans) {
   const Pose here = GetGlobalPose();
   here_ = here;
   if (propagation != PROPAGATION_NONE)
-    for (const ModelWifi* other : world->host().radios)
+    for (const ModelWifi* other : host().radios)
       if (!IsRelated(other)) AddPath(*other, here);
   if (propagation == PROPAGATION_RAYTRACE)
     for (size_t i = 0; i < path_count_; i++) AddRay(static_cast<uint32_t>(i), here, fans);

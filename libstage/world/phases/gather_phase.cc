@@ -50,7 +50,7 @@ void GatherPhase::Run(World* world, WorldEngine* engine) {
   const bool batch = world->options().batch;
   const bool parallel = batch && engine->parallel_choice.is_parallel();
   // Updates of built-in types move nothing; see RunEvent() for the rest.
-  const FiducialsFrozen frozen(&engine->fiducials, true);
+  const FiducialsFrozen frozen(engine->fiducials, true);
   // By index: an update may delete models, which clears their events, or the whole world, which
   // empties the list.
   for (size_t i = 0; i < due.size();) {
@@ -86,7 +86,7 @@ void GatherPhase::RunEvent(WorldEngine* engine, size_t index) {
   const Scheduler::Event event = engine->due[index];
   // Callbacks, and updates of classes derived by clients, may move and change any model.
   std::optional<FiducialsFrozen> unfrozen;
-  if (!CanRunInParallel(event)) unfrozen.emplace(&engine->fiducials, false);
+  if (!CanRunInParallel(event)) unfrozen.emplace(engine->fiducials, false);
   if (event.callback) {
     engine->due[index] = Scheduler::Event();    // called once, even if it throws
     engine->TraceBatch();                       // it may read what others sensed
@@ -213,7 +213,7 @@ unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) 
   if ((updates & ModelType::kIgnoresOwnTree) && !model.root->self_masks_)
     needs |= Model::kNeedsPreparation;
   if (updates & ModelType::kReadsFiducialIndex) needs |= kTargets;
-  if ((updates & ModelType::kUsesEverythingLayer) && model.world->IsExact(RayModel::kDefault))
+  if ((updates & ModelType::kUsesEverythingLayer) && model.host().IsExact(RayModel::kDefault))
     needs |= Model::kExactRays;
   entry->updates = true;
   entry->wants_sensed = updates & ModelType::kRequestsSensed;
@@ -224,7 +224,7 @@ unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) 
 /// Does the preparations that must not run in parallel.
 void GatherPhase::FinishPreparation(unsigned needs, World* world) {
   WorldEngine& engine = world->engine();
-  if (needs & kTargets) engine.fiducials.Refresh(engine.models);
+  if (needs & kTargets) engine.fiducials->Refresh(engine.models);
   if ((needs & Model::kExactRays) && world->IsExact(RayModel::kDefault))
     engine.scene.grid.EverythingLayer(true);
   if (!(needs & Model::kNeedsPreparation)) return;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 
-#include "models/fiducial_index.hh"
+#include "models/types/fiducial_index.hh"
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,8 @@
 // Spatial index of what fiducial finders may see, so that each examines only nearby targets, and
 // the list of finders.
 
-#ifndef STAGE_MODELS_FIDUCIAL_INDEX_HH
-#define STAGE_MODELS_FIDUCIAL_INDEX_HH
+#ifndef STAGE_MODELS_TYPES_FIDUCIAL_INDEX_HH
+#define STAGE_MODELS_TYPES_FIDUCIAL_INDEX_HH
 
 #include <cstdint>
 #include <vector>
