@@ -267,8 +267,8 @@ class Grid::Validator {
   }
 
   std::string CheckTotals() {
-    if (drawn_cells_ + grid_.pretended_cells_ != grid_.rasterized_cells())
-      return "wrong number of drawn cells";
+    if (rasterized_cells_ + grid_.pretended_cells_ != grid_.rasterized_cells())
+      return "wrong number of rasterized cells";
     if (!grid_.LiesInExtent()) return "cells outside of the extent";
     return "";
   }
@@ -277,7 +277,7 @@ class Grid::Validator {
   bool Note(BodyId id, uint64_t cells) {
     if (id >= grid_.bodies_.size() || free_bodies_.Has(id) || grid_.bodies_[id].exact())
       return false;
-    drawn_cells_ += std::popcount(cells);
+    rasterized_cells_ += std::popcount(cells);
     Show(grid_.bodies_[id], cells);
     return true;
   }
@@ -305,7 +305,7 @@ class Grid::Validator {
   // Objects that are free or were found in use.
   Users free_bodies_, regions_, supers_, lists_, nodes_, outlines_;
   uint64_t shown_[kMaxLayers] = {};  // for one tile: the cells that each layer should show
-  int64_t drawn_cells_ = 0;
+  int64_t rasterized_cells_ = 0;
 };
 
 std::string Grid::Validate() const { return Validator(*this).Check(); }

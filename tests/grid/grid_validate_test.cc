@@ -42,7 +42,7 @@ class GridTamperer {
   }
   CellBox& Occupied() { return grid_.occupied_; }
   Grid::Edit& OwnEdit() { return grid_.serial_edit_; }
-  int64_t& DrawnCells() { return grid_.serial_edit_.rasterized_cells; }
+  int64_t& RasterizedCells() { return grid_.serial_edit_.rasterized_cells; }
   int64_t& EmptyRegions() { return grid_.serial_edit_.empty_regions; }
   CellBox& Extent() { return grid_.serial_edit_.extent; }
   std::vector<ray_super_t>& Directory() { return grid_.directory_; }
@@ -217,8 +217,8 @@ std::vector<Corruption> AllCorruptions() {
        "the directory's size is no power of two"},
       {"the occupied box", [](T* t, const Example&) { t->Occupied().max_x = 10; },
        "outside of the occupied box"},
-      {"number of cells", [](T* t, const Example&) { t->DrawnCells()--; },
-       "wrong number of drawn cells"},
+      {"number of cells", [](T* t, const Example&) { t->RasterizedCells()--; },
+       "wrong number of rasterized cells"},
       {"number of empty regions", [](T* t, const Example&) { t->EmptyRegions()++; },
        "wrong number of empty regions"},
       {"the extent", [](T* t, const Example&) { t->Extent() = CellBox(); },
