@@ -185,8 +185,11 @@ void World::DeleteAll() {
   ForgetAll();
   DeleteChildren();
   STAGE_ASSERT(engine_->models.empty() && engine_->moving.empty());
-  STAGE_ASSERT(engine_->scene.grid.rasterized_cells() == 0);
-  engine_->scene.grid.ForgetExtent();
+  if (!engine_->scene.tearing_down) {  // otherwise the grid is dropped as a whole
+    grid::Grid& grid = engine_->scene.grid;
+    STAGE_ASSERT(grid.rasterized_cells() == grid.pretended_cells());
+    grid.ForgetExtent();
+  }
   engine_->scheduler.Clear();  // drops events of deleted models
   engine_->max_dissipation = 0;
   log_.clear();
