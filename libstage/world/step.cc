@@ -157,6 +157,7 @@ void World::FinishSensing() {
 }
 
 void World::UpdateEnergy() {
+  STAGE_ASSERT(std::ranges::is_sorted(engine_->energy, {}, &Model::GetId));
   for (Model* model : engine_->energy) model->UpdateCharge();
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // World::Validate() finds each kind of corruption, and none in random worlds after any action.
+// Assertions stop typical mistakes at the place.
 
 #include <gtest/gtest.h>
 
@@ -226,6 +227,60 @@ TEST(WorldValidateTest, BuildsWithAssertionsCheckAfterEachPhaseIfAskedTo) {
     EXPECT_EQ(told, test::kAssertions && asked == std::string("1")) << failed.Text();
     world->engine().moving.pop_back();
   }
+}
+
+// Typical mistakes in code that uses the lists of a world. In builds with assertions they are
+// noticed where they happen, in others by Validate().
+
+/// Checks that an assertion of this file, with this condition, failed if the build has any.
+void ExpectFailed(const test::FailedAssertions& failed, const std::string& file,
+                  const std::string& condition) {
+  if (!test::kAssertions) return;
+  const std::string text = failed.Text();
+  const size_t line = text.find(file + ":");
+  ASSERT_NE(line, std::string::npos) << text;
+  const size_t number = line + file.size() + 1;
+  EXPECT_GT(std::atoi(text.c_str() + number), 0) << text;
+  EXPECT_NE(text.find(condition, number), std::string::npos) << text;
+}
+
+TEST(WorldMistakesTest, ModelsMoveInTheWrongOrder) {
+  Init(nullptr, nullptr);
+  const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1);
+  std::vector<Model*>& moving = world->engine().moving;
+  ASSERT_GT(moving.size(), 1u);
+  std::swap(moving[0], moving[1]);
+  EXPECT_NE(world->Validate().find("wrong order in the list of moving models"), std::string::npos);
+  const test::FailedAssertions failed;
+  world->Update();
+  ExpectFailed(failed, "libstage/world/phases/move_phase.cc", "is_sorted(moving");
+  std::swap(moving[0], moving[1]);
+}
+
+TEST(WorldMistakesTest, ADeletedModelStaysInTheListOfMovingModels) {
+  Init(nullptr, nullptr);
+  const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1);
+  std::vector<Model*>& moving = world->engine().moving;
+  Model* const wall = Wall(world.get());  // it does not leave the list, as it never moves
+  world->engine().StartMoving(wall);
+  EXPECT_EQ(world->Validate(), "");
+  const test::FailedAssertions failed;
+  delete wall;
+  ExpectFailed(failed, "libstage/world/engine.cc", "binary_search(moving, model->GetId()");
+  EXPECT_NE(world->Validate().find("a model that does not exist in the list of moving models"),
+            std::string::npos);
+  std::erase(moving, wall);
+}
+
+TEST(WorldMistakesTest, AnUpdateIsScheduledWithTheGenerationOfAnotherModel) {
+  Init(nullptr, nullptr);
+  const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1);
+  Model* const wall = Wall(world.get());
+  const test::FailedAssertions failed;
+  world->engine().ScheduleUpdate(wall, 1000000, UpdateGeneration::First(wall->GetId() + 1));
+  ExpectFailed(failed, "libstage/world/scheduler.hh",
+               "event.generation >> 32 == event.model->GetId()");
+  EXPECT_NE(world->Validate().find("an event with another model's chain"), std::string::npos);
 }
 
 }  // namespace

@@ -138,6 +138,7 @@ void MovePhase::Run(WorldEngine* engine) {
   STAGE_ASSERT(engine->stepping &&
                engine->scene.batch.fans().empty());  // rays see poses before moves
   std::vector<Model*>& moving = engine->moving;
+  STAGE_ASSERT(std::ranges::is_sorted(moving, {}, &Model::GetId));  // moves do not commute
   // By index: callbacks of models may change the list.
   for (size_t i = 0; i < moving.size();) {
     const size_t moved =
