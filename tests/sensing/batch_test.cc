@@ -52,18 +52,18 @@ TEST(SelfMask, HidesExactlyTheCellsWithoutOtherBodies) {
     const int32_t x0 = random.Int(-100000, 100000), y0 = random.Int(-100000, 100000);
     const auto cell = [&] { return Cell{x0 + random.Int(0, 70), y0 + random.Int(0, 70)}; };
     std::vector<grid::CellRef> first, second;
-    std::set<Cell> own, others;
+    std::set<Cell> own, own_of[2], others;
     for (int i = 0; i < 200; i++) {
       const Cell at = cell();
       const bool is_first = random.OneIn(2);
+      own.insert(at);
+      if (!own_of[is_first].insert(at).second) continue;  // a body has each cell once
       (is_first ? first : second)
           .push_back(test::DrawCell(&grid, at.first, at.second, is_first ? mine : also_mine));
-      own.insert(at);
     }
     for (int i = 0; i < 300; i++) {
       const Cell at = cell();
-      test::DrawCell(&grid, at.first, at.second, other);
-      others.insert(at);
+      if (others.insert(at).second) test::DrawCell(&grid, at.first, at.second, other);
     }
     const std::vector<grid::CellSet> parts[] = {test::CellSetsOf(grid, first),
                                                 test::CellSetsOf(grid, second)};
@@ -146,6 +146,7 @@ TEST(Batch, FansAreRightAfterManyClears) {
   RayBatch batch;
   for (int round = 0; round < 300; round++) {
     batch.Clear();
+    batch.Allocate({.words = 6});  // of the mask
     std::vector<Fan> expected;
     uint64_t rays = 0;
     const int count = random.OneIn(4) ? 0 : random.Int(1, random.OneIn(2) ? 500 : 5);
