@@ -12,7 +12,6 @@
 #include "models/deletion_watch.hh"
 #include "models/flag.hh"
 #include "models/host.hh"
-#include "models/model_type.hh"
 #include "models/placement.hh"
 #include "models/power_pack.hh"
 #include "models/property_checks.hh"
@@ -59,9 +58,6 @@ std::string AutomaticName(const Ancestor& above, const Model* parent, const std:
   const std::string own = type + ":" + std::to_string(count);
   return parent ? above.TokenStr() + "." + own : own;
 }
-
-[[maybe_unused]] const bool kRegistered =
-    RegisterModelType(ModelTypeOf<Model>("model").Updates(ModelType::kParallel));
 
 }  // namespace
 

@@ -7,13 +7,14 @@
 #include <shared_mutex>
 
 #include "messages/report.hh"
+#include "models/model_type_list.hh"
 #include "models/model_type_names.hh"
 
 namespace Stg {
 
 namespace {
 
-// Types are registered while libraries are loaded and never removed, so lookups need no lock.
+// Types are never removed, so lookups need no lock.
 struct Node {
   ModelType type;
   std::atomic<Node*> next{nullptr};
@@ -49,10 +50,18 @@ void Append(const ModelType& type) {
   end->store(new Node{type}, std::memory_order_release);
 }
 
+/// Registers the built-in types before all others. Static initializers would not do: a linker omits
+/// files of a static library that only have these. Call it with the mutex held.
+void AppendBuiltInTypes() {
+  if (oldest.load(std::memory_order_relaxed)) return;
+  for (const ModelType& type : BuiltInModelTypes()) Append(type);
+}
+
 }  // namespace
 
 bool RegisterModelType(const ModelType& type) {
   const std::lock_guard lock(mutex);
+  AppendBuiltInTypes();
   if (FindType([&](const ModelType& known) { return known.name == type.name; })) {
     messages::Report(LogLevel::kError, "stage: the model type " + messages::Quoted(type.name) +
                                            " is registered already; the first one stays");
@@ -99,6 +108,7 @@ std::vector<std::string> ModelTypeNames() {
 
 void NameModelTypes() {
   const std::lock_guard lock(mutex);
+  AppendBuiltInTypes();
   ForEachType([](const ModelType& type) {
     Model::name_map[type.name] = type.create;
     return true;

@@ -11,7 +11,7 @@
 
 #include "models/model.hh"
 #include "models/position.hh"
-#include "world/metric.hh"
+#include "world/metric_list.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -198,11 +198,14 @@ std::unique_ptr<Metric> Make(const MetricOrder& order) {
   return std::unique_ptr<Metric>(new Kind(order));
 }
 
-const bool registered =
-    RegisterMetric("distance", Make<DistanceDriven>) &&
-    RegisterMetric("collisions", Make<Collisions>) && RegisterMetric("coverage", Make<Coverage>) &&
-    RegisterMetric("time_to_goal", Make<TimeToGoal>) && RegisterMetric("nearest", Make<Nearest>);
-
 }  // namespace
+
+std::map<std::string, MetricMaker> BuiltInMetrics() {
+  return {{"distance", Make<DistanceDriven>},
+          {"collisions", Make<Collisions>},
+          {"coverage", Make<Coverage>},
+          {"time_to_goal", Make<TimeToGoal>},
+          {"nearest", Make<Nearest>}};
+}
 
 }  // namespace Stg

@@ -17,7 +17,7 @@ namespace {
 
 struct Kinds {
   std::mutex mutex;
-  std::map<std::string, MetricMaker> makers;
+  std::map<std::string, MetricMaker> makers = BuiltInMetrics();
 };
 
 /// Never destroyed: plug-ins may register kinds, and worlds end, at any time.

@@ -15,6 +15,9 @@
 
 namespace Stg {
 
+/// The kinds of this library.
+std::map<std::string, MetricMaker> BuiltInMetrics();
+
 class MetricList {
  public:
   /// Replaces all metrics by those that the file asks for. `made` has the model of each entity, or

@@ -10,11 +10,11 @@
 #include "models/body.hh"
 #include "models/deletion_watch.hh"
 #include "models/host.hh"
-#include "models/model_type.hh"
 #include "models/placement.hh"
 #include "models/property_checks.hh"
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
+#include "models/types/built_in_types.hh"
 #include "models/warn_about.hh"
 #include "worldfile/worldfile.hh"
 
@@ -23,11 +23,11 @@ namespace Stg {
 namespace {
 constexpr double kWatts = 2.0;
 constexpr double kSecond = 1e6;  // microseconds
-
-[[maybe_unused]] const bool kRegistered =
-    RegisterModelType(ModelTypeOf<ModelActuator>("actuator").Updates(ModelType::kParallel));
-
 }  // namespace
+
+ModelType ActuatorType() {
+  return ModelTypeOf<ModelActuator>("actuator").Updates(ModelType::kParallel);
+}
 
 ModelActuator::ModelActuator(World* world_, Model* parent_, const std::string& type_)
     : Model(world_, parent_, type_),

@@ -3,7 +3,7 @@
 #include "models/blinkenlight.hh"
 
 #include "models/body.hh"
-#include "models/model_type.hh"
+#include "models/types/built_in_types.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -11,11 +11,11 @@ namespace Stg {
 namespace {
 constexpr usec_t kMillisecond = 1000;
 constexpr double kDimmed = 0.5;
-
-[[maybe_unused]] const bool kRegistered =
-    RegisterModelType(ModelTypeOf<ModelBlinkenlight>("blinkenlight").Updates(ModelType::kParallel));
-
 }  // namespace
+
+ModelType BlinkenlightType() {
+  return ModelTypeOf<ModelBlinkenlight>("blinkenlight").Updates(ModelType::kParallel);
+}
 
 ModelBlinkenlight::ModelBlinkenlight(World* world_, Model* parent_, const std::string& type_)
     : Model(world_, parent_, type_), dutycycle_(1.0), period_(1000 * kMillisecond), enabled_(true) {

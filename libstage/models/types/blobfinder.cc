@@ -11,8 +11,8 @@
 #include "messages/assert.hh"
 #include "messages/report.hh"
 #include "models/host.hh"
-#include "models/model_type.hh"
 #include "models/state_exchange.hh"
+#include "models/types/built_in_types.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
 #include "worldfile/worldfile.hh"
@@ -43,14 +43,14 @@ void Describe(const ModelBlobfinder& blobfinder, SensorExtent* extent) {
   extent->rays = blobfinder.scan_width;
 }
 
-[[maybe_unused]] const bool kRegistered =
-    RegisterModelType(ModelTypeOf<ModelBlobfinder>("blobfinder")
-                          .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree |
-                                   ModelType::kUsesEverythingLayer)
-                          .Senses(Describe)
-                          .Measurable());
-
 }  // namespace
+
+ModelType BlobfinderType() {
+  return ModelTypeOf<ModelBlobfinder>("blobfinder")
+      .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree | ModelType::kUsesEverythingLayer)
+      .Senses(Describe)
+      .Measurable();
+}
 
 ModelBlobfinder::ModelBlobfinder(World* world_, Model* parent_, const std::string& type_)
     : Model(world_, parent_, type_),

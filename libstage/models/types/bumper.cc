@@ -9,8 +9,8 @@
 #include "messages/assert.hh"
 #include "messages/log.hh"
 #include "models/host.hh"
-#include "models/model_type.hh"
 #include "models/state_exchange.hh"
+#include "models/types/built_in_types.hh"
 #include "sensing/scene.hh"
 #include "worldfile/worldfile.hh"
 
@@ -29,13 +29,14 @@ void Describe(const ModelBumper& bumper, SensorExtent* extent) {
   extent->rays = extent->parts = bumper.bumper_count;
 }
 
-[[maybe_unused]] const bool kRegistered =
-    RegisterModelType(ModelTypeOf<ModelBumper>("bumper")
-                          .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree)
-                          .Senses(Describe)
-                          .Measurable());
-
 }  // namespace
+
+ModelType BumperType() {
+  return ModelTypeOf<ModelBumper>("bumper")
+      .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree)
+      .Senses(Describe)
+      .Measurable();
+}
 
 ModelBumper::ModelBumper(World* world_, Model* parent_, const std::string& type_)
     : Model(world_, parent_, type_), bumper_count(0), bumpers(nullptr), samples(nullptr) {}

@@ -7,8 +7,8 @@
 #include "geometry/trigonometry.hh"
 #include "models/body.hh"
 #include "models/host.hh"
-#include "models/model_type.hh"
 #include "models/state_exchange.hh"
+#include "models/types/built_in_types.hh"
 #include "models/types/camera_raster.hh"
 #include "sensing/scene.hh"
 #include "worldfile/worldfile.hh"
@@ -60,10 +60,14 @@ void Describe(const ModelCamera& camera, SensorExtent* extent) {
       static_cast<uint64_t>(camera.getWidth()) * static_cast<uint64_t>(camera.getHeight());
 }
 
-[[maybe_unused]] const bool kRegistered = RegisterModelType(
-    ModelTypeOf<ModelCamera>("camera").Updates(ModelType::kParallel).Senses(Describe).Measurable());
-
 }  // namespace
+
+ModelType CameraType() {
+  return ModelTypeOf<ModelCamera>("camera")
+      .Updates(ModelType::kParallel)
+      .Senses(Describe)
+      .Measurable();
+}
 
 struct ModelCamera::Picture {
   std::vector<GLfloat> depth;

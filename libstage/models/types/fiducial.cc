@@ -9,9 +9,9 @@
 #include "geometry/trigonometry.hh"
 #include "messages/assert.hh"
 #include "models/host.hh"
-#include "models/model_type.hh"
 #include "models/property_checks.hh"
 #include "models/state_exchange.hh"
+#include "models/types/built_in_types.hh"
 #include "models/types/fiducial_index.hh"
 #include "sensing/scene.hh"
 #include "worldfile/worldfile.hh"
@@ -27,14 +27,15 @@ bool StopsFinder(Model* candidate, const Model* finder, const void*) {
 
 void Describe(const ModelFiducial&, SensorExtent* extent) { extent->rays_vary = true; }
 
-[[maybe_unused]] const bool kRegistered =
-    RegisterModelType(ModelTypeOf<ModelFiducial>("fiducial")
-                          .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree |
-                                   ModelType::kReadsFiducialIndex | ModelType::kUsesEverythingLayer)
-                          .Senses(Describe)
-                          .Measurable());
-
 }  // namespace
+
+ModelType FiducialType() {
+  return ModelTypeOf<ModelFiducial>("fiducial")
+      .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree | ModelType::kReadsFiducialIndex |
+               ModelType::kUsesEverythingLayer)
+      .Senses(Describe)
+      .Measurable();
+}
 
 ModelFiducial::ModelFiducial(World* world_, Model* parent_, const std::string& type_)
     : Model(world_, parent_, type_),

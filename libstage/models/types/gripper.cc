@@ -11,10 +11,10 @@
 #include "models/body.hh"
 #include "models/deletion_watch.hh"
 #include "models/host.hh"
-#include "models/model_type.hh"
 #include "models/property_checks.hh"
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
+#include "models/types/built_in_types.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
 #include "worldfile/worldfile.hh"
@@ -61,13 +61,14 @@ void Describe(const ModelGripper&, SensorExtent* extent) {
   extent->rays = extent->parts = 4;  // two beams, two contact strips
 }
 
-[[maybe_unused]] const bool kRegistered =
-    RegisterModelType(ModelTypeOf<ModelGripper>("gripper")
-                          .Updates(ModelType::kParallel | ModelType::kRequestsSensed)
-                          .Senses(Describe)
-                          .Measurable());
-
 }  // namespace
+
+ModelType GripperType() {
+  return ModelTypeOf<ModelGripper>("gripper")
+      .Updates(ModelType::kParallel | ModelType::kRequestsSensed)
+      .Senses(Describe)
+      .Measurable();
+}
 
 ModelGripper::ModelGripper(World* world_, Model* parent_, const std::string& type_)
     : Model(world_, parent_, type_),

@@ -2,18 +2,18 @@
 
 #include "models/lightindicator.hh"
 
-#include "models/model_type.hh"
 #include "models/state_exchange.hh"
+#include "models/types/built_in_types.hh"
 
 namespace Stg {
 
 namespace {
 constexpr double kDimmed = 0.8;
-
-[[maybe_unused]] const bool kRegistered = RegisterModelType(
-    ModelTypeOf<ModelLightIndicator>("lightindicator").Updates(ModelType::kParallel));
-
 }  // namespace
+
+ModelType LightIndicatorType() {
+  return ModelTypeOf<ModelLightIndicator>("lightindicator").Updates(ModelType::kParallel);
+}
 
 ModelLightIndicator::ModelLightIndicator(World* world_, Model* parent_, const std::string& type_)
     : Model(world_, parent_, type_), is_on_(false) {}

@@ -11,11 +11,11 @@
 #include "models/body.hh"
 #include "models/deletion_watch.hh"
 #include "models/host.hh"
-#include "models/model_type.hh"
 #include "models/placement.hh"
 #include "models/property_checks.hh"
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
+#include "models/types/built_in_types.hh"
 #include "models/warn_about.hh"
 #include "random/random.hh"
 #include "worldfile/worldfile.hh"
@@ -47,12 +47,13 @@ point_t Turned(double x, double y, double angle) {
   return point_t(x * turn.cosine - y * turn.sine, x * turn.sine + y * turn.cosine);
 }
 
-// CB_VELOCITY callbacks need special treatment in GatherPhase.
-[[maybe_unused]] const bool kRegistered =
-    RegisterModelType(ModelTypeOf<ModelPosition>("position")
-                          .Updates(ModelType::kParallel | ModelType::kCallsVelocity));
-
 }  // namespace
+
+// kCallsVelocity, because CB_VELOCITY callbacks need special treatment in GatherPhase.
+ModelType PositionType() {
+  return ModelTypeOf<ModelPosition>("position")
+      .Updates(ModelType::kParallel | ModelType::kCallsVelocity);
+}
 
 ModelPosition::ModelPosition(World* world_, Model* parent_, const std::string& type_)
     : Model(world_, parent_, type_),

@@ -11,13 +11,13 @@
 #include "messages/assert.hh"
 #include "messages/log.hh"
 #include "models/host.hh"
-#include "models/model_type.hh"
 #include "models/noise.hh"
 #include "models/property_checks.hh"
 #include "models/ray_model_reader.hh"
 #include "models/self_masks.hh"
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
+#include "models/types/built_in_types.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
 #include "worldfile/worldfile.hh"
@@ -46,13 +46,14 @@ void Describe(const ModelRanger& ranger, SensorExtent* extent) {
   for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) extent->rays += sensor.sample_count;
 }
 
-[[maybe_unused]] const bool kRegistered =
-    RegisterModelType(ModelTypeOf<ModelRanger>("ranger")
-                          .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree)
-                          .Senses(Describe)
-                          .Measurable());
-
 }  // namespace
+
+ModelType RangerType() {
+  return ModelTypeOf<ModelRanger>("ranger")
+      .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree)
+      .Senses(Describe)
+      .Measurable();
+}
 
 // ---- Sensor -------------------------------------------------------------------------------------
 

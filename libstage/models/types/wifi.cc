@@ -11,11 +11,11 @@
 #include "models/body.hh"
 #include "models/host.hh"
 #include "models/line_in_bodies.hh"
-#include "models/model_type.hh"
 #include "models/noise.hh"
 #include "models/property_checks.hh"
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
+#include "models/types/built_in_types.hh"
 #include "sensing/scene.hh"
 #include "worldfile/worldfile.hh"
 
@@ -52,13 +52,14 @@ void Describe(const ModelWifi& wifi, SensorExtent* extent) {
   extent->rays_vary = wifi.propagation == ModelWifi::PROPAGATION_RAYTRACE;
 }
 
-[[maybe_unused]] const bool kRegistered = RegisterModelType(
-    ModelTypeOf<ModelWifi>("wifi")
-        .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree | ModelType::kRequestsSensed)
-        .Senses(Describe)
-        .Measurable());
-
 }  // namespace
+
+ModelType WifiType() {
+  return ModelTypeOf<ModelWifi>("wifi")
+      .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree | ModelType::kRequestsSensed)
+      .Senses(Describe)
+      .Measurable();
+}
 
 ModelWifi::ModelWifi(World* world_, Model* parent_, const std::string& type_)
     : Model(world_, parent_, type_),

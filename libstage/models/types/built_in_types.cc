@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "models/types/built_in_types.hh"
+
+#include "models/model_type_list.hh"
+
+namespace Stg {
+
+std::vector<ModelType> BuiltInModelTypes() {
+  return {ModelTypeOf<Model>("model").Updates(ModelType::kParallel),
+          ActuatorType(),
+          BlinkenlightType(),
+          BlobfinderType(),
+          BumperType(),
+          CameraType(),
+          FiducialType(),
+          GripperType(),
+          LightIndicatorType(),
+          PositionType(),
+          RangerType(),
+          WifiType()};
+}
+
+}  // namespace Stg
