@@ -7,11 +7,16 @@
 namespace Stg::files {
 
 std::string LibraryFolder() {
-  Dl_info info = {};
-  if (dladdr(reinterpret_cast<void*>(&LibraryFolder), &info) == 0 || !info.dli_fname) return "";
-  const std::string path = info.dli_fname;
+  const char* const file = FileOfCode(reinterpret_cast<const void*>(&LibraryFolder));
+  if (!file) return "";
+  const std::string path = file;
   const std::size_t slash = path.rfind('/');
   return slash == std::string::npos ? "." : path.substr(0, slash);
+}
+
+const char* FileOfCode(const void* address) noexcept {
+  Dl_info info = {};
+  return dladdr(address, &info) != 0 ? info.dli_fname : nullptr;
 }
 
 }  // namespace Stg::files

@@ -13,15 +13,10 @@
 
 // Included for clients, which rely on these headers.
 #include <assert.h>
-#include <libgen.h>
-#include <pthread.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/time.h>
-#include <sys/types.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -63,6 +58,7 @@
 #include "random/random.hh"
 #include "whatif/branches.hh"
 #include "whatif/consequence_engine.hh"
+#include "world/controllers.hh"
 #include "world/plugin_stamp.hh"
 #include "world/ray_caster.hh"
 #include "world/snapshot.hh"

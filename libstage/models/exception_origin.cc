@@ -2,13 +2,12 @@
 
 #include "models/exception_origin.hh"
 
-#include <dlfcn.h>
-
 #include <cstdio>
 #include <cstring>
 #include <exception>
 #include <new>
 
+#include "files/library_folder.hh"
 #include "messages/report.hh"
 
 namespace Stg {
@@ -57,10 +56,9 @@ void RecordExceptionOrigin(const char* what, const Model* model, void (*function
           std::snprintf(thrower + length, sizeof thrower - length, format, text));
   };
   if (model) add(" of model \"%.150s\"", model->Token());
-  Dl_info library;
-  if (dladdr(reinterpret_cast<void*>(function), &library) != 0 && library.dli_fname) {
-    const char* slash = std::strrchr(library.dli_fname, '/');
-    add(" in %.150s", slash ? slash + 1 : library.dli_fname);
+  if (const char* const file = files::FileOfCode(reinterpret_cast<void*>(function))) {
+    const char* slash = std::strrchr(file, '/');
+    add(" in %.150s", slash ? slash + 1 : file);
   }
   Clean(thrower);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Controllers: plug-ins that control models.
+// Controllers: plug-ins, or linked code, that control models.
 
 #include <memory>
 #include <vector>
@@ -10,6 +10,7 @@
 #include "models/exception_origin.hh"
 #include "models/model.hh"
 #include "world/engine.hh"
+#include "world/linked_controllers.hh"
 #include "world/plugin.hh"
 #include "world/world.hh"
 
@@ -49,15 +50,9 @@ void WorldEngine::LoadController(Model* model, const std::string& text) {
   if (name.empty()) throw LoadError("found an empty controller name", 255);
 
   std::string error;
-  void* library = OpenPlugin(name, &error);
-  void* init = library ? FindSymbol(library, "Init", &error) : nullptr;
-  const bool elsewhere = error.starts_with("there is no ");
-  if (!init)
-    throw LoadError("controller " + messages::Quoted(name) + " can't be " +
-                        (library ? "used" : "loaded") + ": " +
-                        messages::Shortened(error, messages::kMaxDetailBytes) +
-                        (elsewhere ? "; STAGEPATH names further folders to look in" : ""),
-                    255);
+  ControllerInit init = FindLinkedController(name);
+  if (!init) init = FindControllerInit(name, &error);
+  if (!init) throw LoadError("controller " + messages::Quoted(name) + " " + error, 255);
   controller_arguments.push_back(std::make_unique<CtrlArgs>(text, World::ctrlargs));
   model->AddCallback(Model::CB_INIT, reinterpret_cast<model_callback_t>(init),
                      controller_arguments.back().get());

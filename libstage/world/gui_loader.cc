@@ -5,6 +5,7 @@
 #include <dlfcn.h>
 #include <unistd.h>
 
+#include "files/library_folder.hh"
 #include "stage_config.hh"
 #include "world/plugin.hh"
 
@@ -15,13 +16,7 @@ namespace {
 /// Opens the library beside this one, or else wherever the system finds it.
 void* OpenGui(std::string* error) {
   const std::string name = kGuiLibrary;
-  std::string path = name;
-  Dl_info info;
-  if (dladdr(reinterpret_cast<void*>(&FindInGui), &info) && info.dli_fname) {
-    const std::string self = info.dli_fname;
-    const size_t slash = self.rfind('/');
-    if (slash != std::string::npos) path = self.substr(0, slash + 1) + name;
-  }
+  std::string path = files::LibraryFolder() + "/" + name;
   if (access(path.c_str(), R_OK) != 0) path = name;
   // RTLD_GLOBAL: controllers that draw use functions of this library and of OpenGL.
   void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_GLOBAL);

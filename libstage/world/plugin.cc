@@ -110,4 +110,15 @@ void* FindSymbol(void* plugin, const char* symbol, std::string* error) {
   return address;
 }
 
+ControllerInit FindControllerInit(const std::string& name, std::string* error) {
+  void* const library = OpenPlugin(name, error);
+  void* const init = library ? FindSymbol(library, "Init", error) : nullptr;
+  if (init) return reinterpret_cast<ControllerInit>(init);
+  const bool elsewhere = error->starts_with("there is no ");
+  *error = std::string("can't be ") + (library ? "used: " : "loaded: ") +
+           messages::Shortened(*error, messages::kMaxDetailBytes) +
+           (elsewhere ? "; STAGEPATH names further folders to look in" : "");
+  return nullptr;
+}
+
 }  // namespace Stg

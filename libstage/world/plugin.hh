@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Loads shared libraries at run time. They are never closed.
+// Loads shared libraries at run time. They are never closed. In static builds, none can be opened.
 
 #ifndef STAGE_WORLD_PLUGIN_HH
 #define STAGE_WORLD_PLUGIN_HH
 
 #include <string>
+
+#include "world/linked_controllers.hh"
 
 namespace Stg {
 
@@ -21,6 +23,9 @@ enum class Stamp { kRequired, kNone };
 void* OpenPlugin(const std::string& name, std::string* error, Stamp stamp = Stamp::kRequired);
 /// Returns the address of a symbol of the plug-in, or null and the reason in *error.
 void* FindSymbol(void* plugin, const char* symbol, std::string* error);
+/// Returns Init() of a controller's plug-in, or null and the reason in *error, such as "can't be
+/// loaded: there is no ...".
+ControllerInit FindControllerInit(const std::string& name, std::string* error);
 
 }  // namespace Stg
 

@@ -2,11 +2,10 @@
 
 #include "world/prefilter_loader.hh"
 
-#include <dlfcn.h>
-
 #include <cstddef>
 #include <cstdio>
 
+#include "files/library_folder.hh"
 #include "sensing/backend.hh"
 #include "world/plugin.hh"
 
@@ -15,11 +14,6 @@ namespace Stg {
 namespace {
 
 using sensing::Backend;
-
-std::string FileOf(const void* address) {
-  Dl_info info = {};
-  return dladdr(address, &info) && info.dli_fname ? info.dli_fname : "the plug-in";
-}
 
 std::string Hexadecimal(uint64_t number) {
   char text[20];
@@ -30,7 +24,8 @@ std::string Hexadecimal(uint64_t number) {
 /// Returns why a backend cannot be used, or "" if it can. Checks the version first: the layout of
 /// the other fields depends on it.
 std::string FaultOf(const Backend& backend) {
-  const std::string file = FileOf(&backend);
+  const char* const known = files::FileOfCode(&backend);
+  const std::string file = known ? known : "the plug-in";
   if (backend.version != sensing::kBackendVersion)
     return file + ": found version " + std::to_string(backend.version) +
            " of stage_backend, expected version " + std::to_string(sensing::kBackendVersion);

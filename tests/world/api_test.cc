@@ -3,6 +3,8 @@
 // Stage's interface as clients use it: names and signatures (checked mostly by the compiler), and
 // common idioms. Like most clients, this file has using-directives for both namespaces.
 
+#include <sys/time.h>
+
 #include <algorithm>
 
 #include "api_testing.hh"

@@ -77,11 +77,19 @@ const BadFile kBadFiles[] = {
     {"model( bitmap \"missing.png\" )", 255, "1:15", {"missing.png"}},
     {"model( bitmap \"\" )", 255, "1:15", {"empty"}},
     {"model( bitmap \"/dev/null\" )", 255, "1:15", {"/dev/null"}},
+#ifdef STAGE_STATIC
+    {"model(\n  ctrl \"no_such_controller\" )",
+     255,
+     "2:8",
+     {"no_such_controller", "expected one of ", "wander", "RegisterController()"}},
+    {"plugins \"sonar_ring\"", 255, "1:9", {"sonar_ring", "STAGE_STATIC"}},
+#else
     {"model(\n  ctrl \"no_such_controller\" )",
      255,
      "2:8",
      {"no_such_controller", "no_such_controller.so", "STAGEPATH"}},
     {"model( ctrl [\"/no/such/file arg\"] )", 255, "1:14", {"/no/such/file", "No such file"}},
+#endif
     {"model( ctrl 5 )", 255, "1:13", {"\"5\""}},
     // Numbers of the world.
     {"interval_sim 0", 1, "1:14", {"not positive"}},

@@ -8,12 +8,13 @@
 #define STAGE_GEOMETRY_GEOMETRY_HH
 
 #include <stdint.h>
-#include <sys/time.h>
 
 #include <cmath>
 #include <string>
 
 #include "geometry/trigonometry.hh"
+
+struct timeval;  // defined in <sys/time.h>
 
 namespace Stg {
 

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Replaces plugin.cc, plugin_file.cc, gui_loader.cc and prefilter_loader.cc in static builds, which
+// load nothing at run time.
+
+#include "messages/report.hh"
+#include "world/gui_loader.hh"
+#include "world/linked_controllers.hh"
+#include "world/plugin.hh"
+#include "world/prefilter_loader.hh"
+
+namespace Stg {
+
+namespace {
+constexpr char kStatic[] = "this program was built with STAGE_STATIC";
+}  // namespace
+
+void* OpenPlugin(const std::string&, std::string* error, Stamp) {
+  *error = std::string(kStatic) +
+           " and loads no plug-ins; link the plug-in's model types into it and remove this "
+           "property, or build Stage without STAGE_STATIC";
+  return nullptr;
+}
+
+void* FindSymbol(void*, const char*, std::string*) { return nullptr; }
+
+ControllerInit FindControllerInit(const std::string&, std::string* error) {
+  std::string linked;
+  for (const std::string& name : LinkedControllerNames())
+    linked += (linked.empty() ? "" : ", ") + name;
+  *error = "is none of those in this program, which loads no plug-ins; expected one of " +
+           (linked.empty() ? "none" : linked) +
+           "; add it by Stg::RegisterController(), or build Stage without STAGE_STATIC";
+  return nullptr;
+}
+
+void* FindInGui(const char*, std::string* message) {
+  *message = std::string(kStatic) + ", without the window";
+  return nullptr;
+}
+
+std::unique_ptr<sensing::Prefilter> LoadPrefilter(const std::string&, const std::string&,
+                                                  std::string* message) {
+  *message = std::string(kStatic) + ", without OpenCL";
+  return nullptr;
+}
+
+std::string ListDevices(const std::string&) { return std::string(kStatic) + ", without OpenCL\n"; }
+
+}  // namespace Stg
