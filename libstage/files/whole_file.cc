@@ -3,7 +3,6 @@
 #include "files/whole_file.hh"
 
 #include <fcntl.h>
-#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -75,6 +74,16 @@ int Inspect(const std::string& name, IsOurs ours, Target* target) {
   return target->regular && ours != AnyFile ? CheckContent(target->path, ours) : 0;
 }
 
+/// Renames a file, but does not replace an existing one. Returns -1 and sets errno on failure.
+int RenameWithoutReplacing(const char* from, const char* to) {
+#ifdef RENAME_NOREPLACE
+  const int result = renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_NOREPLACE);
+  if (result == 0 || (errno != EINVAL && errno != ENOSYS)) return result;
+#endif
+  // Some file systems and C libraries do not support RENAME_NOREPLACE.
+  return link(from, to) == 0 ? unlink(from) : -1;
+}
+
 /// The temporary file beside the target, which is renamed to it when complete.
 class Draft {
  public:
@@ -82,7 +91,7 @@ class Draft {
     const std::filesystem::path folder = std::filesystem::path(target.path).parent_path();
     do {
       uint64_t number = 0;
-      if (getrandom(&number, sizeof number, 0) != sizeof number) break;
+      if (getentropy(&number, sizeof number) != 0) break;
       char name[32];
       std::snprintf(name, sizeof name, ".stage-%016" PRIx64, number);
       path_ = (folder / name).string();
@@ -123,13 +132,8 @@ class Draft {
 
   /// Renames the draft only if the target does not exist.
   int Place() {
-    return CloseAndRename([this] {
-      const char *from = path_.c_str(), *to = target_.path.c_str();
-      const int result = renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_NOREPLACE);
-      if (result == 0 || (errno != EINVAL && errno != ENOSYS)) return result;
-      // Some file systems do not support RENAME_NOREPLACE.
-      return link(from, to) == 0 ? unlink(from) : -1;
-    });
+    return CloseAndRename(
+        [this] { return RenameWithoutReplacing(path_.c_str(), target_.path.c_str()); });
   }
 
  private:

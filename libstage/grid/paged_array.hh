@@ -36,8 +36,8 @@ class SharedPages {
  private:
   SharedPages(int file, std::size_t size) : file_(file), size_(size) {}
 
-  const int file_;
-  const std::size_t size_;
+  [[maybe_unused]] const int file_;  // only Linux uses these
+  [[maybe_unused]] const std::size_t size_;
 };
 
 /// A vector of trivially copyable elements. After Freeze() it may only be copied.

@@ -50,7 +50,7 @@ class BmpReader {
     if (std::fseek(input_.file, static_cast<long>(file.U32(10)), SEEK_SET) != 0)
       Fail(input_, "the file is cut short");
     for (std::uint32_t row = 0; row < height_; ++row) {
-      const Bytes bytes(input_, row_bytes);
+      const Bytes bytes(input_, static_cast<std::size_t>(row_bytes));
       ReadRow(bytes, bitmap.Row(from_top_ ? row : height_ - 1 - row));
     }
     return bitmap;

@@ -2,7 +2,9 @@
 
 #include "threads/processors.hh"
 
+#ifdef __linux__
 #include <sched.h>
+#endif
 
 #include <algorithm>
 #include <fstream>
@@ -20,10 +22,13 @@ std::string TextOf(const std::string& file) {
 }
 
 /// Number of processors in the affinity mask. Returns 0 if the mask cannot be read, as on machines
-/// with more processors than a cpu_set_t has bits.
+/// with more processors than a cpu_set_t has bits, and on systems without such masks.
 unsigned CountAllowedProcessors() {
+#ifdef __linux__
   cpu_set_t set;
-  return sched_getaffinity(0, sizeof set, &set) == 0 ? static_cast<unsigned>(CPU_COUNT(&set)) : 0;
+  if (sched_getaffinity(0, sizeof set, &set) == 0) return static_cast<unsigned>(CPU_COUNT(&set));
+#endif
+  return 0;
 }
 
 /// CPU limit of one control group, in processors; 0 means no limit. cpu.max holds quota and period

@@ -71,11 +71,15 @@ bool SleepUntil(double time) {
     if (CaughtSignal() != 0) return false;
     const double left = std::min(time - WallClock(), kMaxNap);
     if (left <= 0) return true;
+    pollfd wake = {wake_pipe[0], POLLIN, 0};
+#ifdef __linux__
     const double seconds = std::floor(left);
     const timespec nap = {static_cast<std::time_t>(seconds),
                           static_cast<long>((left - seconds) * 1e9)};
-    pollfd wake = {wake_pipe[0], POLLIN, 0};
     ppoll(&wake, 1, &nap, nullptr);
+#else
+    poll(&wake, 1, static_cast<int>(std::ceil(left * 1e3)));
+#endif
   }
 }
 

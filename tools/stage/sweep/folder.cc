@@ -222,7 +222,11 @@ void SweepFolder::WriteRecord(uint64_t index, const std::string& record) const {
 void SweepFolder::Sync() const {
   const int folder = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return;
+#ifdef __linux__
   syncfs(folder);
+#else
+  sync();
+#endif
   close(folder);
 }
 

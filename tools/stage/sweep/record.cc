@@ -57,8 +57,10 @@ void CheckNumbers(const Json& record, const char* name) {
 }
 
 std::string SignalName(int signal) {
-  const char* const name = sigabbrev_np(signal);
-  return name ? std::string("SIG") + name : "signal " + std::to_string(signal);
+#ifdef __GLIBC__
+  if (const char* const name = sigabbrev_np(signal)) return std::string("SIG") + name;
+#endif
+  return "signal " + std::to_string(signal);
 }
 
 }  // namespace

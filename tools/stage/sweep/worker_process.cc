@@ -3,9 +3,11 @@
 #include "stage/sweep/worker_process.hh"
 
 #include <fcntl.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#ifdef __linux__
+#include <sys/prctl.h>
+#endif
 
 #include <cerrno>
 #include <csignal>
@@ -50,8 +52,10 @@ int DuplicateAbove(int file) { return fcntl(file, F_DUPFD_CLOEXEC, 10); }
 /// Runs in the child process. Only async-signal-safe calls are allowed after a fork.
 [[noreturn]] void ExecWorker(char* const words[], pid_t parent, int commands, int answers,
                              int output) {
+#ifdef __linux__
   // Workers die with a coordinator that is killed.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
+#endif
   if (getppid() != parent) _exit(1);
   setpgid(0, 0);  // Ctrl-C reaches only the coordinator, and the group can be killed as a whole
   const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
