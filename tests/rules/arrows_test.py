@@ -132,6 +132,13 @@ class ModuleDependenciesTest(unittest.TestCase):
                           for user in users.split() if (module, header, user) not in needed], [],
                          "exceptions that no file needs")
 
+    def test_public_headers_include_only_the_standard_library(self) -> None:
+        system = {header for source in (ROOT / "libstage" / "include").rglob("*.hh")
+                  for bracket, header in INCLUDE.findall(source.read_text()) if bracket == "<"}
+        self.assertIn("vector", system)
+        of_c = {"assert.h", "stddef.h", "stdint.h", "stdio.h", "stdlib.h", "string.h"}
+        self.assertEqual({header for header in system - of_c if "/" in header or "." in header}, set())
+
     def test_each_kind_of_fault_is_found(self) -> None:
         grid = Include("libstage/grid/grid.cc", "world/world.hh", "libstage/include/world/world.hh")
         self.assertEqual(len(faults([grid])), 1)
