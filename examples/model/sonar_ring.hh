@@ -7,14 +7,16 @@
 #ifndef SONAR_RING_HH
 #define SONAR_RING_HH
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "stage.hh"
 
-class SonarRing : public Stg::Model {
+class SonarRing : public Stg::Model, private Stg::Model::RaySink {
  public:
   SonarRing(Stg::World* world, Stg::Model* parent, const std::string& type);
+  ~SonarRing() override;
 
   /// Distance to the nearest thing in each cone, metres, or the maximum range. The first cone looks
   /// ahead, the others follow counter-clockwise.
@@ -28,12 +30,15 @@ class SonarRing : public Stg::Model {
   void Startup() override;
   void Shutdown() override;
   void Update() override;
+  void Gather(FanList* fans) override;
 
  private:
+  void ReceiveHits(std::uint32_t sonar, const RayHits& hits) override;
+
   double reach_ = 5;    // metres
   double width_ = 0.3;  // width of a cone, radians
   std::vector<double> ranges_;
-  std::vector<Stg::RaytraceResult> cone_;  // scratch buffer
+  bool expects_hits_ = false;  // rays are in the batch
 };
 
 #endif

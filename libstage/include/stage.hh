@@ -50,6 +50,7 @@
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/ranger.hh"
+#include "models/readings.hh"
 #include "models/state_exchange.hh"
 #include "models/visualizer.hh"
 #include "models/wifi.hh"

@@ -2,10 +2,13 @@
 //
 // Models that cast rays: how their fans enter the batch.
 
+#include <cmath>
+
 #include "messages/assert.hh"
 #include "models/body.hh"
 #include "models/host.hh"
 #include "models/model.hh"
+#include "models/model_type.hh"
 #include "models/self_masks.hh"
 #include "random/fnv1a.hh"
 #include "sensing/scene.hh"
@@ -26,6 +29,24 @@ void Model::PlaceFan(sensing::Fan* fan, const Pose& origin, meters_t range, RayM
   sensing::PlaceFan(fan, origin, range, scene_->cells_per_metre);
   fan->layer = scene_->grid.EverythingLayer(fan->exact);
 }
+
+void Model::AddRays(FanList* fans, const RayFan& rays) {
+  STAGE_ASSERT(rays.sink && rays.test);
+  if (rays.rays == 0) return;
+  sensing::Fan fan;
+  fan.predicate = rays.test;
+  fan.finder = this;
+  fan.sink = rays.sink;
+  fan.tag = rays.tag;
+  fan.z_test = !rays.any_height;
+  fan.record.first_direction =
+      scene_->tables.Find(std::isfinite(rays.fov) ? rays.fov : 0, rays.rays);
+  PlaceFan(&fan, rays.origin, rays.range > 0 ? rays.range : 0, RayModel::kDefault);
+  const ModelType* const own = FindModelType(*this);
+  fans->Add(fan, rays.rays, own && (own->updates & ModelType::kIgnoresOwnTree));
+}
+
+void Model::FinishRays() { host().FinishRaysOf(this); }
 
 void Model::CollectRasterizations(grid::Rasterizations* rasterizations, bool exact) const {
   blockgroup->AppendRasterizations(rasterizations, exact);

@@ -93,6 +93,22 @@ const ModelType* FindNearestModelType(const Model& model) {
   return nearest;
 }
 
+const ModelType* FindSensorType(const Model& model) {
+  const ModelType* nearest = nullptr;
+  for (const ModelType* type : SensorTypes())
+    if (type->is(model)) nearest = type;
+  return nearest;
+}
+
+std::vector<const ModelType*> SensorTypes() {
+  std::vector<const ModelType*> types;
+  ForEachType([&](const ModelType& type) {
+    if (!type.readings.empty()) types.push_back(&type);
+    return true;
+  });
+  return types;
+}
+
 creator_t FindCreator(const std::string& type) {
   const std::shared_lock lock(mutex);
   const auto found = Model::name_map.find(type);

@@ -36,6 +36,16 @@ class CdrWriter {
   void PutDoubles(size_t count, double value) {
     for (size_t i = 0; i < count; i++) Put(value);
   }
+  /// Adds a sequence of `count` elements, and returns the space for them.
+  uint8_t* PutSequence(size_t count, size_t element_size) {
+    Put(static_cast<uint32_t>(count));
+    return count > 0 ? PutSpace(element_size, count) : to_.Extend(0);
+  }
+  /// Adds aligned elements without their number, and returns the space for them.
+  uint8_t* PutSpace(size_t element_size, size_t count = 1) {
+    Align(element_size);
+    return to_.Extend(count * element_size);
+  }
   void Align(size_t size) {
     while ((to_.size() - start_) % size != 0) to_.Put(uint8_t{0});
   }

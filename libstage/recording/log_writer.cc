@@ -22,7 +22,8 @@ constexpr char kLatched[] =
 LogWriter::LogWriter(const std::string& file, Compression compression)
     : mcap_(file, compression, "ros2", std::string("Stage ") + kVersion) {}
 
-uint16_t LogWriter::Channel(const std::string& topic, MessageType (*type)(), bool latched) {
+uint16_t LogWriter::Channel(const std::string& topic, const std::function<MessageType()>& type,
+                            bool latched) {
   const auto known = channels_.find(topic);
   if (known != channels_.end()) return known->second;
   const MessageType of = type();

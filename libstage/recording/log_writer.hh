@@ -5,6 +5,7 @@
 #ifndef STAGE_RECORDING_LOG_WRITER_HH
 #define STAGE_RECORDING_LOG_WRITER_HH
 
+#include <functional>
 #include <map>
 #include <string>
 #include <unordered_map>
@@ -19,7 +20,8 @@ class LogWriter {
   LogWriter(const std::string& file, Compression compression);
 
   /// Returns a topic's channel, new on first use. `latched`: late subscribers get the last message.
-  uint16_t Channel(const std::string& topic, MessageType (*type)(), bool latched = false);
+  uint16_t Channel(const std::string& topic, const std::function<MessageType()>& type,
+                   bool latched = false);
   /// Adds a serialized message.
   void Add(uint16_t channel, usec_t time, const Buffer& message);
   McapWriter& mcap() { return mcap_; }

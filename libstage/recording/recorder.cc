@@ -65,6 +65,12 @@ struct LoggedScan {
   }
 };
 
+struct LoggedSensor {
+  SensorSource source;
+  usec_t written;  // the update that was written last
+  int channel = -1;
+};
+
 /// Mean time between updates, which only happen in steps.
 usec_t TimeBetweenUpdates(const Model& model) {
   return std::max(model.GetUpdateInterval(), model.GetWorld()->sim_interval);
@@ -77,6 +83,7 @@ struct LoggedRobot {
         truth(kMapFrame, of.footprint_frame) {
     for (const ScanSource& scan : of.scans)
       scans.emplace_back(scan, TimeBetweenUpdates(*scan.ranger), ranges, now);
+    for (const SensorSource& sensor : of.sensors) sensors.push_back({sensor, now});
   }
   /// Takes over what was already written for this robot.
   void ContinueFrom(const LoggedRobot& before) {
@@ -85,10 +92,14 @@ struct LoggedRobot {
     for (size_t i = 0; i < std::min(scans.size(), before.scans.size()); i++)
       if (scans[i].source.topic == before.scans[i].source.topic)
         scans[i].ContinueFrom(before.scans[i]);
+    for (size_t i = 0; i < std::min(sensors.size(), before.sensors.size()); i++)
+      if (sensors[i].source.topic == before.sensors[i].source.topic)
+        sensors[i].written = before.sensors[i].written;
   }
   Robot robot;
   OdometryMaker odometry, truth;
   std::vector<LoggedScan> scans;
+  std::vector<LoggedSensor> sensors;
   int odometry_channel = -1, truth_channel = -1;
   RobotState robot_state;  // to be written, or the last one written
   bool is_new = true;      // nothing was written yet
@@ -136,6 +147,7 @@ class Recorder::Impl : public std::enable_shared_from_this<Impl> {
   void WriteOdometry(LoggedRobot* robot);
   void WriteScans(LoggedRobot* robot);
   bool IsDue(const LoggedScan& scan) const;
+  void WriteReadings(LoggedRobot* robot);
   void WritePoses();
 
   LogOptions options_;
@@ -268,6 +280,7 @@ void Recorder::Impl::WriteAll() {
   for (LoggedRobot& robot : robots_) {
     if (robot.is_due) WriteOdometry(&robot);
     WriteScans(&robot);
+    WriteReadings(&robot);
   }
   log_.mcap().EndStep();
 }
@@ -383,6 +396,19 @@ void Recorder::Impl::WriteScans(LoggedRobot* robot) {
     uint8_t* space =
         log_.mcap().AddMessage(static_cast<uint16_t>(scan.channel), Nanoseconds(now_), size);
     scan.maker.Write(sensor, scan.written, space);
+  }
+}
+
+void Recorder::Impl::WriteReadings(LoggedRobot* robot) {
+  for (LoggedSensor& sensor : robot->sensors) {
+    const auto& [model, type, topic] = sensor.source;
+    if (model->GetLastUpdate() <= sensor.written) continue;
+    sensor.written = model->GetLastUpdate();
+    if (sensor.channel < 0)
+      sensor.channel = log_.Channel(topic, [&] { return ReadingsType(*type, *model); });
+    message_.Clear();
+    PutReadings(*type, *model, robot->robot.base_frame, &message_);
+    log_.Add(static_cast<uint16_t>(sensor.channel), now_, message_);
   }
 }
 

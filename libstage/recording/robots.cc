@@ -2,6 +2,7 @@
 
 #include "recording/robots.hh"
 
+#include <map>
 #include <set>
 #include <unordered_map>
 
@@ -46,12 +47,25 @@ void NameScans(const std::string& prefix, std::vector<ScanSource>* scans) {
   }
 }
 
+/// Numbers sensors of a type if there are several.
+void NameSensors(const std::string& prefix, std::vector<SensorSource>* sensors) {
+  const NamingScheme& scheme = NamingSchemes().front();
+  std::map<const ModelType*, size_t> counts, numbers;
+  for (const SensorSource& sensor : *sensors) counts[sensor.type]++;
+  for (SensorSource& sensor : *sensors) {
+    const std::string name =
+        scheme.Numbered(RosName(sensor.type->name), numbers[sensor.type]++, counts[sensor.type]);
+    sensor.topic = "/" + Joined(prefix, "readings/" + name);
+  }
+}
+
 void NameRobot(const std::string& prefix, Robot* robot) {
   robot->topics = "/" + Joined(prefix, "");
   robot->odom_frame = Joined(prefix, kOdometryFrame);
   robot->footprint_frame = Joined(prefix, kFootprintFrame);
   robot->base_frame = Joined(prefix, kBaseFrame);
   NameScans(prefix, &robot->scans);
+  NameSensors(prefix, &robot->sensors);
 }
 
 /// Models that are not robots always get a prefix. They are named last, so robots keep their names.
@@ -77,11 +91,13 @@ std::vector<Robot> RobotsOf(const std::vector<Model*>& models) {
   std::unordered_map<const Model*, size_t> places;
   for (Model* model : models) {
     auto* ranger = dynamic_cast<ModelRanger*>(model);
-    if (!ranger && !dynamic_cast<ModelPosition*>(model)) continue;
+    const ModelType* const type = ranger ? nullptr : FindSensorType(*model);
+    if (!ranger && !type && !dynamic_cast<ModelPosition*>(model)) continue;
     Model* carrier = CarrierOf(model);
     const auto [place, is_new] = places.try_emplace(carrier, robots.size());
     if (is_new)
-      robots.push_back({carrier, dynamic_cast<ModelPosition*>(carrier), "", "", "", "", {}});
+      robots.push_back({carrier, dynamic_cast<ModelPosition*>(carrier), "", "", "", "", {}, {}});
+    if (type) robots[place->second].sensors.push_back({model, type, ""});
     if (!ranger) continue;
     for (uint32_t i = 0; i < ranger->GetSensors().size(); i++)
       robots[place->second].scans.push_back({ranger, i, "", "", IsMoved(ranger, carrier)});

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "models/model_type.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
 
@@ -22,14 +23,22 @@ struct ScanSource {
   bool moves;         // true if an actuator or another position moves it relative to the robot
 };
 
+/// A sensor that is no ranger.
+struct SensorSource {
+  Model* sensor;
+  const ModelType* type;  // with the readings
+  std::string topic;      // "/readings/sonar_ring", "/r0/readings/fiducial1"
+};
+
 /// A position that is not carried by another one, with everything on it. Also a model without a
-/// position that carries range sensors, such as a lamp post.
+/// position that carries sensors, such as a lamp post.
 struct Robot {
   Model* model;
   ModelPosition* position;  // may be null
   std::string topics;       // prefix of its topics: "/", "/r0/"
   std::string odom_frame, footprint_frame, base_frame;
   std::vector<ScanSource> scans;
+  std::vector<SensorSource> sensors;
 };
 
 /// Returns all robots in the order of creation. Names follow stage_ros2: if there are several

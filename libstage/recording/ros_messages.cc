@@ -3,6 +3,7 @@
 #include "recording/ros_messages.hh"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 
@@ -41,7 +42,7 @@ constexpr char kMapMetaData[] =
 
 /// Appends the definitions of nested types, each after a line of 80 equal signs.
 std::string WithTypes(std::string definition, std::initializer_list<const char*> types) {
-  for (const char* type : types) definition += std::string(80, '=') + "\nMSG: " + type;
+  for (const char* type : types) definition.append(80, '=').append("\nMSG: ").append(type);
   return definition;
 }
 
@@ -152,6 +153,26 @@ MessageType ModelPosesType() {
           WithTypes("std_msgs/Header header\nuint32[] models\nuint32[] parents\nfloat64[] x\n"
                     "float64[] y\nfloat64[] z\nfloat64[] a\n",
                     {kHeader, kTime})};
+}
+
+MessageType ReadingsType(const ModelType& type, const Model& sensor) {
+  constexpr const char* kNames[] = {"bool", "uint8", "int32", "float32", "float64"};
+  std::string definition = "std_msgs/Header header\n";
+  for (const Reading& reading : type.readings) {
+    const size_t axes = reading.shape(sensor).axes;
+    definition += "# " + reading.description + (reading.unit.empty() ? "" : " Unit: ") +
+                  reading.unit + "\n" + kNames[reading.element] + (axes > 0 ? "[] " : " ") +
+                  reading.name + "\n";
+    if (axes > 1) definition += "uint32[] " + reading.name + "_shape\n";
+  }
+  std::string name = "stage_msgs/msg/";
+  bool is_first = true;  // letter of a word
+  for (const char c : type.name) {
+    const bool allowed = std::isalnum(static_cast<unsigned char>(c)) != 0;
+    if (allowed) name += is_first ? static_cast<char>(std::toupper(c)) : c;
+    is_first = !allowed;
+  }
+  return {name, WithTypes(definition, {kHeader, kTime})};
 }
 
 // ---- scans --------------------------------------------------------------------------------------
@@ -277,6 +298,22 @@ void PutOccupancyGrid(const OccupancyMap& map, usec_t time, Buffer* message) {
 }
 
 // ---- poses of models ----------------------------------------------------------------------------
+
+void PutReadings(const ModelType& type, const Model& sensor, const std::string& frame, Buffer* to) {
+  CdrWriter cdr(to);
+  PutHeader(sensor.GetLastUpdate(), frame, &cdr);
+  for (const Reading& reading : type.readings) {
+    const ReadingShape shape = reading.shape(sensor);
+    const size_t size = SizeOf(reading.element);
+    uint8_t* const space =
+        shape.axes > 0 ? cdr.PutSequence(shape.Count(), size) : cdr.PutSpace(size);
+    CopyReading(reading, &sensor, shape, space);
+    if (shape.axes < 2) continue;
+    cdr.Put(static_cast<uint32_t>(shape.axes));
+    for (size_t axis = 0; axis < shape.axes; axis++)
+      cdr.Put(static_cast<uint32_t>(shape.lengths[axis]));
+  }
+}
 
 void PutModelPoses(const std::vector<ModelPose>& poses, usec_t time, Buffer* message) {
   CdrWriter to(message);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "geometry/geometry.hh"
+#include "models/model_type.hh"
 #include "models/ranger.hh"
 #include "recording/buffer.hh"
 #include "recording/odometry_covariance.hh"
@@ -20,7 +21,7 @@
 namespace Stg::recording {
 
 struct MessageType {
-  const char* name;        ///< such as "sensor_msgs/msg/LaserScan"
+  std::string name;        ///< such as "sensor_msgs/msg/LaserScan"
   std::string definition;  ///< including all nested types
 };
 MessageType LaserScanType();
@@ -31,6 +32,10 @@ MessageType OccupancyGridType();
 /// A custom message for replays: each model with its parent (0: none) and its pose in the parent's
 /// frame.
 MessageType ModelPosesType();
+
+/// A custom message with the readings of a type of sensor, which has the type's name in CamelCase.
+/// `sensor` is any model of the type.
+MessageType ReadingsType(const ModelType& type, const Model& sensor);
 
 inline uint64_t Nanoseconds(usec_t time) { return time * 1000; }
 
@@ -85,6 +90,9 @@ struct Transform {
 };
 void PutTransforms(const std::vector<Transform>& transforms, Buffer* to);
 void PutClock(usec_t time, Buffer* to);
+
+/// The readings of a sensor; `frame` is that of the robot.
+void PutReadings(const ModelType& type, const Model& sensor, const std::string& frame, Buffer* to);
 
 struct ModelPose {
   uint32_t model, parent;

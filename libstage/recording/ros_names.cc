@@ -6,9 +6,6 @@
 
 namespace Stg::recording {
 
-namespace {
-
-/// Reduces a name to letters, digits and single underscores that do not start with a digit.
 std::string RosName(const std::string& token) {
   std::string name;
   for (const char c : token) {
@@ -19,6 +16,8 @@ std::string RosName(const std::string& token) {
   if (name.empty()) return "robot";
   return std::isdigit(static_cast<unsigned char>(name[0])) ? "_" + name : name;
 }
+
+namespace {
 
 /// Returns a name that is not taken yet, and marks it as taken.
 std::string FreeName(const std::string& token, std::set<std::string>* taken) {

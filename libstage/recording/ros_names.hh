@@ -37,6 +37,8 @@ struct NamingScheme {
 /// All schemes; logs have the names of the first one.
 const std::vector<NamingScheme>& NamingSchemes();
 
+/// Reduces a name to letters, digits and single underscores that do not start with a digit.
+std::string RosName(const std::string& token);
 /// Name of sensor `number` of a ranger; the first sensor has the ranger's name.
 std::string SensorName(const std::string& ranger, size_t number);
 /// Returns prefix/name, or the name alone if the prefix is empty.

@@ -20,25 +20,32 @@ namespace Stg::python {
 /// A dense array in C order, indexed [world][robot]... Make() allocates its memory, set to 0.
 class Array {
  public:
-  template <typename T>
-  void Make(std::vector<size_t> shape) {
+  void Make(std::vector<size_t> shape, nanobind::dlpack::dtype dtype) {
     shape_ = std::move(shape);
-    dtype_ = nanobind::dtype<T>();
+    dtype_ = dtype;
     size_t count = 1;
     for (const size_t length : shape_) count *= length;
-    bytes_.reset(std::calloc(count > 0 ? count : 1, sizeof(T)));
+    bytes_.reset(std::calloc(count > 0 ? count : 1, dtype.bits / 8));
     if (!bytes_) throw std::bad_alloc();
     row_ = shape_.size() > 2 ? count / std::max<size_t>(1, shape_[0] * shape_[1]) : 1;
+  }
+  template <typename T>
+  void Make(std::vector<size_t> shape) {
+    Make(std::move(shape), nanobind::dtype<T>());
   }
   bool exists() const { return bytes_ != nullptr; }
   /// The first of the row() elements of a robot.
   template <typename T>
   T* Row(size_t world, size_t robot) const {
-    STAGE_ASSERT(exists() && shape_.size() >= 2 && dtype_ == nanobind::dtype<T>());
-    STAGE_ASSERT(world < shape_[0] && (robot < shape_[1] || (robot == 0 && shape_[1] == 0)));
-    return static_cast<T*>(bytes_.get()) + (world * shape_[1] + robot) * row_;
+    STAGE_ASSERT(dtype_ == nanobind::dtype<T>());
+    return static_cast<T*>(Row(world, robot));
   }
-  size_t row() const { return row_; }
+  void* Row(size_t world, size_t robot) const {
+    STAGE_ASSERT(exists() && shape_.size() >= 2);
+    STAGE_ASSERT(world < shape_[0] && (robot < shape_[1] || (robot == 0 && shape_[1] == 0)));
+    return static_cast<char*>(bytes_.get()) +
+           (world * shape_[1] + robot) * row_ * (dtype_.bits / 8);
+  }
   void* data() const { return bytes_.get(); }
   const std::vector<size_t>& shape() const { return shape_; }
   nanobind::dlpack::dtype dtype() const { return dtype_; }

@@ -2,188 +2,102 @@
 
 #include "array_groups.hh"
 
-#include <cmath>
-#include <cstring>
-
-#include "sensing/fan.hh"
-
 namespace Stg::python {
 
 namespace {
 
-size_t SamplesOf(const ModelRanger& ranger) {
-  size_t samples = 0;
-  for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) samples += sensor.sample_count;
-  return samples;
+ReadingShape ShapeOfTime(const Model&) { return ReadingShape(); }
+bool CopyTime(const Model& sensor, size_t, double* to) {
+  *to = static_cast<double>(sensor.GetLastUpdate()) / 1e6;
+  return sensor.GetLastUpdate() > 0;
 }
+const Reading kTime = MakeReading("time", "s", "", ShapeOfTime, CopyTime);
 
-/// Copies one kind of readings of all sensors of a ranger into `row`, which has `capacity`
-/// elements.
-void Collect(const ModelRanger* ranger, std::vector<double> ModelRanger::Sensor::*readings,
-             double* row, size_t capacity) {
-  size_t filled = 0;
-  if (ranger)
-    for (const ModelRanger::Sensor& sensor : ranger->GetSensors()) {
-      const std::vector<double>& from = sensor.*readings;
-      const size_t expected = std::min<size_t>(sensor.sample_count, capacity - filled);
-      const size_t known = std::min(from.size(), expected);
-      if (known > 0) std::memcpy(row + filled, from.data(), known * sizeof(double));
-      std::fill(row + filled + known, row + filled + expected, kNaN);
-      filled += expected;
-    }
-  std::fill(row + filled, row + capacity, kNaN);
-}
-
-/// The frame of a ranger's sensors, relative to the robot that carries it.
-Pose FrameOf(const ModelRanger& ranger) {
-  Pose frame = ranger.GetGeom().pose;
-  for (const Model* model = &ranger; model->Parent(); model = model->Parent())
-    frame = model->GetSensedLocalPose() + frame;
-  return frame;
+/// The n-th model of a type in a tree, in depth-first order from 0; null if there are too few. Each
+/// model of the type that is passed decrements `*n`.
+Model* FindInTree(const ModelType& type, Model* tree, size_t* n) {
+  if (type.is(*tree) && (*n)-- == 0) return tree;
+  for (Model* child : tree->GetChildren())
+    if (Model* const found = FindInTree(type, child, n)) return found;
+  return nullptr;
 }
 
 }  // namespace
 
-RangerArrays::RangerArrays(const std::vector<Members>& members, size_t index)
-    : SensorArrays(members, index), samples(MaxWidth("ranger", SamplesOf)) {}
-
-void RangerArrays::FillRow(size_t world, size_t robot, ModelRanger* ranger) {
-  if (ranges.exists())
-    Collect(ranger, &ModelRanger::Sensor::ranges, ranges.Row<double>(world, robot), samples);
-  if (intensities.exists())
-    Collect(ranger, &ModelRanger::Sensor::intensities, intensities.Row<double>(world, robot),
-            samples);
-  if (!bearings.exists() && !origins.exists()) return;
-  for (const Array* array : {&bearings, &origins}) {
-    if (!array->exists()) continue;
-    double* const row = array->Row<double>(world, robot);
-    std::fill(row, row + array->row(), kNaN);
-  }
-  if (ranger) FillDirections(world, robot, *ranger);
+nanobind::dlpack::dtype DtypeOf(const Reading& reading) {
+  const nanobind::dlpack::dtype dtypes[] = {nanobind::dtype<bool>(), nanobind::dtype<uint8_t>(),
+                                            nanobind::dtype<int32_t>(), nanobind::dtype<float>(),
+                                            nanobind::dtype<double>()};
+  return dtypes[reading.element];
 }
 
-/// Fills bearings and origins from the geometry, so they are valid before the first measurement.
-void RangerArrays::FillDirections(size_t world, size_t robot, const ModelRanger& ranger) const {
-  const Pose frame = FrameOf(ranger);
-  const SineCosine turn = SinCos(frame.a);
-  size_t ray = 0;
-  for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) {
-    const Pose origin = ModelRanger::OriginOf(sensor, frame, turn);
-    for (uint32_t i = 0; i < sensor.sample_count && ray < samples; i++, ray++) {
-      if (bearings.exists())
-        bearings.Row<double>(world, robot)[ray] =
-            normalize(origin.a + sensing::SampleBearing(std::isfinite(sensor.fov) ? sensor.fov : 0,
-                                                        sensor.sample_count, i));
-      if (!origins.exists()) continue;
-      double* const point = origins.Row<double>(world, robot) + 2 * ray;
-      point[0] = origin.x;
-      point[1] = origin.y;
+const ModelType& SensorTypeOf(const std::string& name) {
+  for (const ModelType* type : SensorTypes())
+    if (type->name == name) return *type;
+  throw Failure{Kind::kStage, "there is no type of sensor called " + name};
+}
+
+SensorArrays::SensorArrays(const std::vector<Members>& members, const ModelType* type, size_t index,
+                           size_t max_count)
+    : type_(type), index_(index), max_count_(max_count), found_(members.size()) {
+  bool any = false;
+  for (size_t world = 0; world < members.size(); world++) {
+    Find(world, members[world]);
+    for (const Model* sensor : found_[world]) any = any || sensor;
+  }
+  if (!any)
+    throw Failure{Kind::kGone, "no robot has a " + type->name + " number " + std::to_string(index)};
+  arrays_.push_back({&kTime});
+  for (const Reading& reading : type->readings) arrays_.push_back({&reading, SpaceFor(reading)});
+}
+
+void SensorArrays::Find(size_t world, const Members& members) {
+  found_[world].clear();
+  for (ModelPosition* robot : members.robots) {
+    size_t n = index_;
+    found_[world].push_back(robot ? FindInTree(*type_, robot, &n) : nullptr);
+  }
+}
+
+void SensorArrays::Prepare(size_t world) {
+  for (Model* sensor : found_[world])
+    if (sensor) EnsureSubscribed(sensor);
+}
+
+void SensorArrays::Fill(size_t world, const Members&, size_t begin, size_t end) {
+  for (size_t i = begin; i < end; i++)
+    for (const ReadingArray& of : arrays_)
+      if (of.array.exists())
+        CopyReading(*of.reading, found_[world][i], of.space, of.array.Row(world, i));
+}
+
+const Array& SensorArrays::ArrayOf(const std::string& reading, bool* is_new) {
+  const auto of = std::ranges::find_if(
+      arrays_, [&](const ReadingArray& known) { return known.reading->name == reading; });
+  if (of == arrays_.end())
+    throw Failure{Kind::kStage, "a " + type_->name + " has no reading called " + reading};
+  *is_new = !of->array.exists();
+  if (*is_new) {
+    std::vector<size_t> shape{found_.size(), found_[0].size()};
+    shape.insert(shape.end(), of->space.lengths, of->space.lengths + of->space.axes);
+    of->array.Make(shape, DtypeOf(*of->reading));
+  }
+  return of->array;
+}
+
+/// The shape into which the arrays of all sensors fit.
+ReadingShape SensorArrays::SpaceFor(const Reading& reading) const {
+  ReadingShape space;
+  for (const std::vector<Model*>& sensors : found_)
+    for (const Model* sensor : sensors) {
+      if (!sensor) continue;
+      const ReadingShape shape = reading.shape(*sensor);
+      space.axes = shape.axes;
+      for (size_t axis = 0; axis < shape.axes; axis++)
+        space.lengths[axis] = std::max(space.lengths[axis], shape.lengths[axis]);
     }
-  }
-}
-
-// ---- fiducials ----------------------------------------------------------------------------------
-
-FiducialArrays::FiducialArrays(const std::vector<Members>& members, size_t index, size_t max_kept)
-    : SensorArrays(members, index), max_count(max_kept) {
-  MaxWidth("fiducial finder", [](const ModelFiducial&) { return 0; });
-  count.Make<int32_t>({found.size(), found[0].size()});
-  id.Make<int32_t>(Shape(max_count));
-  for (Array* array : {&range, &bearing, &heading}) array->Make<double>(Shape(max_count));
-}
-
-void FiducialArrays::FillRow(size_t world, size_t robot, ModelFiducial* finder) {
-  static const std::vector<ModelFiducial::Fiducial> kNone;
-  const std::vector<ModelFiducial::Fiducial>& seen = finder ? finder->GetFiducials() : kNone;
-  *count.Row<int32_t>(world, robot) = static_cast<int32_t>(seen.size());
-  for (size_t i = 0; i < max_count; i++) {
-    const bool there = i < seen.size();
-    id.Row<int32_t>(world, robot)[i] = there ? seen[i].id : 0;
-    range.Row<double>(world, robot)[i] = there ? seen[i].range : kNaN;
-    bearing.Row<double>(world, robot)[i] = there ? seen[i].bearing : kNaN;
-    heading.Row<double>(world, robot)[i] = there ? seen[i].geom.a : kNaN;
-  }
-}
-
-// ---- blobs --------------------------------------------------------------------------------------
-
-BlobArrays::BlobArrays(const std::vector<Members>& members, size_t index, size_t max_kept)
-    : SensorArrays(members, index), max_count(max_kept) {
-  MaxWidth("blobfinder", [](const ModelBlobfinder&) { return 0; });
-  count.Make<int32_t>({found.size(), found[0].size()});
-  color.Make<double>({found.size(), found[0].size(), max_count, 4});
-  box.Make<int32_t>({found.size(), found[0].size(), max_count, 4});
-  range.Make<double>(Shape(max_count));
-}
-
-void BlobArrays::FillRow(size_t world, size_t robot, ModelBlobfinder* finder) {
-  static const std::vector<ModelBlobfinder::Blob> kNone;
-  static const ModelBlobfinder::Blob kNoBlob;
-  const std::vector<ModelBlobfinder::Blob>& seen = finder ? finder->GetBlobs() : kNone;
-  *count.Row<int32_t>(world, robot) = static_cast<int32_t>(seen.size());
-  for (size_t i = 0; i < max_count; i++) {
-    const bool there = i < seen.size();
-    const ModelBlobfinder::Blob& blob = there ? seen[i] : kNoBlob;
-    const double colors[] = {blob.color.r, blob.color.g, blob.color.b, blob.color.a};
-    const uint32_t sides[] = {blob.left, blob.top, blob.right, blob.bottom};
-    for (size_t k = 0; k < 4; k++) {
-      color.Row<double>(world, robot)[4 * i + k] = there ? colors[k] : kNaN;
-      box.Row<int32_t>(world, robot)[4 * i + k] = static_cast<int32_t>(sides[k]);
-    }
-    range.Row<double>(world, robot)[i] = there ? blob.range : kNaN;
-  }
-}
-
-// ---- cameras ------------------------------------------------------------------------------------
-
-CameraArrays::CameraArrays(const std::vector<Members>& members, size_t index)
-    : SensorArrays(members, index),
-      width_(MaxWidth("camera", [](const ModelCamera& c) { return c.getWidth(); })),
-      height_(MaxWidth("camera", [](const ModelCamera& c) { return c.getHeight(); })) {}
-
-void CameraArrays::Make(Array* array) const {
-  std::vector<size_t> shape{found.size(), found[0].size(), height_, width_};
-  if (array == &depth) return array->Make<float>(shape);
-  shape.push_back(3);
-  array->Make<uint8_t>(shape);
-}
-
-void CameraArrays::FillRow(size_t world, size_t robot, ModelCamera* camera) {
-  const size_t width = camera ? std::min<size_t>(camera->getWidth(), width_) : 0;
-  const size_t height = camera ? std::min<size_t>(camera->getHeight(), height_) : 0;
-  const auto from = [&](size_t row) {  // first pixel of a row; the camera's rows are bottom up
-    return (static_cast<size_t>(camera->getHeight()) - 1 - row) *
-           static_cast<size_t>(camera->getWidth());
-  };
-  if (depth.exists()) {
-    float* const to = depth.Row<float>(world, robot);
-    std::fill(to, to + depth.row(), std::numeric_limits<float>::quiet_NaN());
-    if (camera && camera->FrameDepth())
-      for (size_t row = 0; row < height; row++)
-        std::copy_n(camera->FrameDepth() + from(row), width, to + row * width_);
-  }
-  if (!color.exists()) return;
-  uint8_t* const to = color.Row<uint8_t>(world, robot);
-  std::fill(to, to + color.row(), uint8_t{0});
-  if (!camera || !camera->FrameColor()) return;
-  for (size_t row = 0; row < height; row++) {
-    const GLubyte* pixel = camera->FrameColor() + 4 * from(row);
-    uint8_t* out = to + 3 * row * width_;
-    for (size_t i = 0; i < width; i++, pixel += 4, out += 3) std::copy_n(pixel, 3, out);
-  }
-}
-
-// ---- bumpers ------------------------------------------------------------------------------------
-
-BumperArrays::BumperArrays(const std::vector<Members>& members, size_t index)
-    : SensorArrays(members, index) {
-  hit.Make<bool>(Shape(MaxWidth("bumper", [](const ModelBumper& b) { return b.bumper_count; })));
-}
-
-void BumperArrays::FillRow(size_t world, size_t robot, ModelBumper* bumper) {
-  bool* const row = hit.Row<bool>(world, robot);
-  for (size_t i = 0; i < hit.row(); i++)
-    row[i] = bumper && bumper->samples && i < bumper->bumper_count && bumper->samples[i].hit;
+  if (reading.is_list) space.lengths[0] = max_count_;
+  return space;
 }
 
 }  // namespace Stg::python

@@ -155,21 +155,11 @@ void BindCrowd(nb::module_& module) {
   nb::class_<Crowd>(module, "Crowd",
                     "Arrays of the robots of one or several worlds; see stagesim.Fleet.")
       .def_prop_ro("size", &Crowd::size)
-      .def("pose", &Crowd::PoseArray)
-      .def("velocity", &Crowd::VelocityArray)
-      .def("estimate", &Crowd::EstimateArray)
-      .def("estimated_velocity", &Crowd::EstimatedVelocityArray)
-      .def("actual_velocity", &Crowd::ActualVelocityArray)
-      .def("sensed_pose", &Crowd::SensedPoseArray)
-      .def("sensed_time", &Crowd::SensedTimeArray)
+      .def("body", &Crowd::BodyArray, nb::arg("name"))
       .def("stalled", &Crowd::StalledArray)
-      .def("energy", &Crowd::EnergyArray)
       .def("commands", &Crowd::CommandArray)
-      .def("ranger", &Crowd::RangerArray, nb::arg("index"), nb::arg("what"))
-      .def("fiducials", &Crowd::FiducialArray, nb::arg("index"), nb::arg("most"), nb::arg("what"))
-      .def("blobs", &Crowd::BlobArray, nb::arg("index"), nb::arg("most"), nb::arg("what"))
-      .def("bumper", &Crowd::BumperArray, nb::arg("index"))
-      .def("camera", &Crowd::CameraArray, nb::arg("index"), nb::arg("what"))
+      .def("sensor", &Crowd::SensorArray, nb::arg("type"), nb::arg("index"), nb::arg("most"),
+           nb::arg("reading"))
       .def("time", &Crowd::TimeArray)
       .def("ended", &Crowd::EndedArray);
   BindBatch(module);

@@ -41,6 +41,9 @@ void BindRosNames(nanobind::module_& module) {
           "Prefixes of each robot's topics and frames. A single robot has an empty one, unless "
           "`always`.");
   module.def("naming_schemes", &recording::NamingSchemes);
+  module.def("ros_name", &recording::RosName, nb::arg("token"),
+             "Reduces a name to letters, digits and single underscores that do not start with a "
+             "digit.");
   module.def("sensor_name", &recording::SensorName, nb::arg("ranger"), nb::arg("number"),
              "The name of a sensor of a ranger; the first one has the name of the ranger.");
   module.def("joined", &recording::Joined, nb::arg("prefix"), nb::arg("name"),

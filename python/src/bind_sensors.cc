@@ -2,15 +2,22 @@
 //
 // How sensors are mounted and what they can see, for clients that publish it, such as the ROS node.
 
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
 #include <tuple>
 #include <vector>
 
+#include "array_groups.hh"
 #include "bindings.hh"
 #include "model_handle.hh"
+#include "text.hh"
 
 namespace Stg::python {
 
@@ -100,11 +107,50 @@ void BindView(nb::module_& module) {
       .def_ro("tilt", &View::tilt, "Angle by which the view points down.");
 }
 
+/// The readings of all types of sensors: tuples as in stagesim.Reading.
+nb::dict ReadingsOfTypes() {
+  constexpr const char* kDtypes[] = {"bool", "uint8", "int32", "float32", "float64"};
+  nb::dict all;
+  for (const ModelType* type : SensorTypes()) {
+    nb::list readings;
+    for (const Reading& reading : type->readings)
+      readings.append(nb::make_tuple(reading.name, kDtypes[reading.element], reading.unit,
+                                     reading.description, reading.is_list));
+    all[nb::cast(type->name)] = readings;
+  }
+  return all;
+}
+
+std::optional<std::string> SensorTypeNameOf(Model& model) {
+  const ModelType* const type = FindSensorType(model);
+  return type ? std::optional(type->name) : std::nullopt;
+}
+
+/// New arrays with the readings of a model, by name.
+nb::dict ReadingsOf(Model& model) {
+  nb::dict readings;
+  const ModelType* const type = FindSensorType(model);
+  for (const Reading& reading : type ? type->readings : std::vector<Reading>()) {
+    const ReadingShape shape = reading.shape(model);
+    auto array = std::make_unique<Array>();
+    array->Make({shape.lengths, shape.lengths + shape.axes}, DtypeOf(reading));
+    CopyReading(reading, &model, shape, array->data());
+    const nb::capsule owner(array.get(),
+                            [](void* held) noexcept { delete static_cast<Array*>(held); });
+    const Array& kept = *array.release();
+    readings[nb::cast(reading.name)] = nb::cast(nb::ndarray<nb::numpy>(
+        kept.data(), shape.axes, kept.shape().data(), owner, nullptr, kept.dtype()));
+  }
+  return readings;
+}
+
 }  // namespace
 
 void BindSensors(nb::module_& module, nb::class_<ModelHandle>& model) {
   BindRangeSensor(module);
   BindView(module);
+  module.def("readings", &ReadingsOfTypes,
+             nb::sig("def readings() -> dict[str, list[tuple[str, str, str, str, bool]]]"));
   model
       .def_prop_ro(
           "interval",
@@ -129,6 +175,13 @@ void BindSensors(nb::module_& module, nb::class_<ModelHandle>& model) {
       .def_prop_ro(
           "sensors", Getter([](Model& m) { return SensorsOf(m); }),
           "The sensors of a ranger, in the order of the file. Raises TypeError for other models.")
+      .def_prop_ro("sensor_type", Getter(SensorTypeNameOf),
+                   "The type in sensor_types() whose readings the model has: its own type or one "
+                   "that its type is derived from. None: the model is no sensor.")
+      .def_prop_ro("readings", Getter(ReadingsOf),
+                   nb::sig("def readings(self) -> dict[str, numpy.typing.NDArray[typing.Any]]"),
+                   "The current readings as new arrays by name; empty if the model is no sensor. "
+                   "Unlike Fleet.sensor(), this does not subscribe to the sensor.")
       .def_prop_ro("lines",
                    Getter([](Model& m) { return As<ModelBumper>(m, "bumper").bumper_count; }),
                    "The number of touch lines of a bumper. Raises TypeError for other models.")

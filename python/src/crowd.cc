@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <utility>
 
@@ -15,40 +16,14 @@ namespace Stg::python {
 
 namespace {
 
-void FillPlane(const Pose& pose, double* row) {
+/// Writes x, y and heading of what `get` returns.
+template <auto get>
+void FillPlane(const ModelPosition* robot, double* row) {
+  if (!robot) return static_cast<void>(std::fill(row, row + 3, kNaN));
+  const Pose pose = std::invoke(get, robot);
   row[0] = pose.x;
   row[1] = pose.y;
   row[2] = pose.a;
-}
-
-void FillPose(const ModelPosition* robot, double* row) {
-  if (!robot) return static_cast<void>(std::fill(row, row + 3, kNaN));
-  FillPlane(robot->GetGlobalPose(), row);
-}
-
-void FillVelocity(const ModelPosition* robot, double* row) {
-  if (!robot) return static_cast<void>(std::fill(row, row + 3, kNaN));
-  FillPlane(robot->GetVelocity(), row);
-}
-
-void FillEstimate(const ModelPosition* robot, double* row) {
-  if (!robot) return static_cast<void>(std::fill(row, row + 3, kNaN));
-  FillPlane(robot->est_pose, row);
-}
-
-void FillEstimatedVelocity(const ModelPosition* robot, double* row) {
-  if (!robot) return static_cast<void>(std::fill(row, row + 3, kNaN));
-  FillPlane(robot->GetEstimatedVelocity(), row);
-}
-
-void FillActualVelocity(const ModelPosition* robot, double* row) {
-  if (!robot) return static_cast<void>(std::fill(row, row + 3, kNaN));
-  FillPlane(robot->GetActualVelocity(), row);
-}
-
-void FillSensedPose(const ModelPosition* robot, double* row) {
-  if (!robot) return static_cast<void>(std::fill(row, row + 3, kNaN));
-  FillPlane(robot->GetSensedPose(), row);
 }
 
 void FillSensedTime(const ModelPosition* robot, double* time) {
@@ -61,6 +36,23 @@ void FillEnergy(const ModelPosition* robot, double* row) {
   const PowerPack* const pack = robot ? robot->FindPowerPack() : nullptr;
   *row = pack ? pack->GetStored() : kNaN;
 }
+
+/// The arrays of numbers of robots; the columns are the arguments of RobotArray.
+struct BodyArrayKind {
+  const char* name;
+  size_t width;
+  RobotArray<double>::FillRow fill;
+  bool runs;
+};
+constexpr BodyArrayKind kBodyArrays[] = {
+    {"pose", 3, FillPlane<&ModelPosition::GetGlobalPose>, false},
+    {"velocity", 3, FillPlane<&ModelPosition::GetVelocity>, false},
+    {"actual_velocity", 3, FillPlane<&ModelPosition::GetActualVelocity>, false},
+    {"estimate", 3, FillPlane<&ModelPosition::est_pose>, true},
+    {"estimated_velocity", 3, FillPlane<&ModelPosition::GetEstimatedVelocity>, true},
+    {"sensed_pose", 3, FillPlane<&ModelPosition::GetSensedPose>, true},
+    {"sensed_time", 0, FillSensedTime, true},
+    {"energy", 0, FillEnergy, false}};
 
 void FillTime(World* world, double* time) {
   *time = world ? static_cast<double>(world->SimTimeNow()) / 1e6 : kNaN;
@@ -196,26 +188,19 @@ class Crowd::SourceLock {
   std::optional<Source::Use> use_;
 };
 
-template <typename T>
-nb::object Crowd::BodyArray(const char* name, size_t width,
-                            void (*fill)(const ModelPosition* robot, T* row), bool runs) {
+nb::object Crowd::BodyArray(const std::string& name) {
   const SourceLock hold(*this);
-  return View(GroupOf<RobotArray<T>>(hold.source(), name, width, fill, runs).array);
+  for (const auto& [known, width, fill, runs] : kBodyArrays)
+    if (name == known)
+      return View(GroupOf<RobotArray<double>>(hold.source(), name, width, fill, runs).array);
+  throw Failure{Kind::kStage, "there is no array called " + name};
 }
 
-nb::object Crowd::PoseArray() { return BodyArray("pose", 3, FillPose); }
-nb::object Crowd::VelocityArray() { return BodyArray("velocity", 3, FillVelocity); }
-nb::object Crowd::EstimateArray() { return BodyArray("estimate", 3, FillEstimate, true); }
-nb::object Crowd::EstimatedVelocityArray() {
-  return BodyArray("estimated_velocity", 3, FillEstimatedVelocity, true);
+nb::object Crowd::StalledArray() {
+  const SourceLock hold(*this);
+  return View(
+      GroupOf<RobotArray<bool>>(hold.source(), "stalled", size_t{0}, FillStalled, false).array);
 }
-nb::object Crowd::ActualVelocityArray() {
-  return BodyArray("actual_velocity", 3, FillActualVelocity);
-}
-nb::object Crowd::SensedPoseArray() { return BodyArray("sensed_pose", 3, FillSensedPose, true); }
-nb::object Crowd::SensedTimeArray() { return BodyArray("sensed_time", 0, FillSensedTime, true); }
-nb::object Crowd::StalledArray() { return BodyArray("stalled", 0, FillStalled); }
-nb::object Crowd::EnergyArray() { return BodyArray("energy", 0, FillEnergy); }
 
 nb::object Crowd::TimeArray() {
   const SourceLock hold(*this);
@@ -233,83 +218,16 @@ nb::object Crowd::CommandArray() {
   return View(commands_, true);
 }
 
-namespace {
-
-/// The array called `what`. Throws Failure if there is none.
-template <typename T, size_t n>
-Array& Choose(T* group, const std::string& what,
-              const std::pair<const char*, Array T::*> (&all)[n]) {
-  for (const auto& [name, member] : all)
-    if (what == name) return group->*member;
-  throw Failure{Kind::kStage, "there is no array " + what};
-}
-
-std::string Numbered(const char* type, size_t index, size_t max_count = 0) {
-  return std::string(type) + " " + std::to_string(index) + " " + std::to_string(max_count);
-}
-
-}  // namespace
-
-nb::object Crowd::RangerArray(size_t ranger, const std::string& what) {
+nb::object Crowd::SensorArray(const std::string& type, size_t index, size_t max_count,
+                              const std::string& reading) {
   const SourceLock hold(*this);
-  RangerArrays& group = GroupOf<RangerArrays>(hold.source(), Numbered("ranger", ranger), ranger);
-  Array& array = Choose(&group, what,
-                        {{"ranges", &RangerArrays::ranges},
-                         {"intensities", &RangerArrays::intensities},
-                         {"bearings", &RangerArrays::bearings},
-                         {"origins", &RangerArrays::origins},
-                         {"time", &RangerArrays::time}});
-  if (!array.exists()) {
-    std::vector<size_t> shape = group.Shape(group.samples);
-    if (&array == &group.origins) shape.push_back(2);
-    array.Make<double>(shape);
-    FillGroup(hold.source(), &group);
-  }
+  const std::string name = type + " " + std::to_string(index) + " " + std::to_string(max_count);
+  SensorArrays& group =
+      GroupOf<SensorArrays>(hold.source(), name, &SensorTypeOf(type), index, max_count);
+  bool is_new = false;
+  const Array& array = group.ArrayOf(reading, &is_new);
+  if (is_new) FillGroup(hold.source(), &group);
   return View(array);
-}
-
-nb::object Crowd::FiducialArray(size_t finder, size_t max_count, const std::string& what) {
-  const SourceLock hold(*this);
-  FiducialArrays& group = GroupOf<FiducialArrays>(
-      hold.source(), Numbered("fiducial", finder, max_count), finder, max_count);
-  return View(Choose(&group, what,
-                     {{"count", &FiducialArrays::count},
-                      {"id", &FiducialArrays::id},
-                      {"range", &FiducialArrays::range},
-                      {"bearing", &FiducialArrays::bearing},
-                      {"heading", &FiducialArrays::heading},
-                      {"time", &FiducialArrays::time}}));
-}
-
-nb::object Crowd::BlobArray(size_t finder, size_t max_count, const std::string& what) {
-  const SourceLock hold(*this);
-  BlobArrays& group = GroupOf<BlobArrays>(hold.source(), Numbered("blobfinder", finder, max_count),
-                                          finder, max_count);
-  return View(Choose(&group, what,
-                     {{"count", &BlobArrays::count},
-                      {"color", &BlobArrays::color},
-                      {"box", &BlobArrays::box},
-                      {"range", &BlobArrays::range},
-                      {"time", &BlobArrays::time}}));
-}
-
-nb::object Crowd::CameraArray(size_t camera, const std::string& what) {
-  const SourceLock hold(*this);
-  CameraArrays& group = GroupOf<CameraArrays>(hold.source(), Numbered("camera", camera), camera);
-  Array& array = Choose(&group, what,
-                        {{"color", &CameraArrays::color},
-                         {"depth", &CameraArrays::depth},
-                         {"time", &CameraArrays::time}});
-  if (!array.exists()) {
-    group.Make(&array);
-    FillGroup(hold.source(), &group);
-  }
-  return View(array);
-}
-
-nb::object Crowd::BumperArray(size_t bumper) {
-  const SourceLock hold(*this);
-  return View(GroupOf<BumperArrays>(hold.source(), Numbered("bumper", bumper), bumper).hit);
 }
 
 }  // namespace Stg::python

@@ -55,21 +55,12 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
 
   // Each call creates and fills its array the first time. Shapes and units: see stagesim.Fleet.
 
-  nb::object PoseArray();
-  nb::object VelocityArray();
-  nb::object EstimateArray();
-  nb::object EstimatedVelocityArray();
-  nb::object ActualVelocityArray();
-  nb::object SensedPoseArray();
-  nb::object SensedTimeArray();
+  nb::object BodyArray(const std::string& name);  ///< "pose" and the like
   nb::object StalledArray();
-  nb::object EnergyArray();
   nb::object CommandArray();  ///< writable
-  nb::object RangerArray(size_t ranger, const std::string& what);
-  nb::object FiducialArray(size_t finder, size_t max_count, const std::string& what);
-  nb::object BlobArray(size_t finder, size_t max_count, const std::string& what);
-  nb::object BumperArray(size_t bumper);
-  nb::object CameraArray(size_t camera, const std::string& what);
+  /// The array of a reading of sensor number `index` of a type, or of "time": see SensorArrays.
+  nb::object SensorArray(const std::string& type, size_t index, size_t max_count,
+                         const std::string& reading);
   /// One element per world: its time in seconds, and whether it has ended.
   nb::object TimeArray();
   nb::object EndedArray();
@@ -95,9 +86,6 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   class SourceLock;
   /// A NumPy view of the array, which keeps this crowd alive.
   nb::object View(const Array& array, bool writable = false);
-  template <typename T>
-  nb::object BodyArray(const char* name, size_t width,
-                       void (*fill)(const ModelPosition* robot, T* row), bool runs = false);
   template <typename T, typename... Arguments>
   T& GroupOf(const Source& source, const std::string& name, Arguments... arguments);
   const Members& MembersOf(const Source* source, size_t world);

@@ -14,12 +14,14 @@ from ._core import Model, RangeSensor, Snapshot, View
 from ._paths import shipped_worlds
 from .batch import Batch
 from .errors import GoneError, StageError, WorldError
-from .fleet import Blobs, Camera, Fiducials, Fleet, Ranger
+from .fleet import Fleet, Reading, Sensor, sensor_types
 from .pictures import Film, save_png
 from .world import World
 
+Ranger = Fiducials = Blobs = Camera = Sensor  # former names
+
 __version__: str = _core.version()
 __all__ = [
-    "Batch", "Blobs", "Camera", "Fiducials", "Film", "Fleet", "GoneError", "Model", "RangeSensor", "Ranger",
-    "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "shipped_worlds",
+    "Batch", "Film", "Fleet", "GoneError", "Model", "RangeSensor", "Reading", "Sensor", "Snapshot", "StageError",
+    "View", "World", "WorldError", "save_png", "sensor_types", "shipped_worlds",
 ]

@@ -185,8 +185,7 @@ class Batch(Crowd):
                 it; None: `cmd` stays as it is.
             moments: how often commands are set and arrays recorded; None: commands.shape[0].
             n: steps per moment, 1 or more.
-            record: names of arrays: "pose", "velocity", "sensed_pose", "estimate", "stalled", "energy",
-                "time", "ended"; "ranges" and "intensities" of ranger 0.
+            record: names of arrays, as in array(); "ranges" and "intensities" are those of ranger 0.
 
         Returns:
             For each name an array of shape (moments, *shape of the live array), recorded after each moment, and
@@ -203,7 +202,7 @@ class Batch(Crowd):
             raise ValueError("found neither commands nor moments, expected one of them")
         moments = _checks.integer(moments, "moments", 0)
         n = _checks.integer(n, "the number of steps", 1)
-        live = [self._recorded(name) for name in record]
+        live = [self.array("ranger.intensities" if name == "intensities" else name) for name in record]
         made: list[npt.NDArray[Any]] = [np.empty((moments, *view.shape), view.dtype) for view in live]
         recorded = np.zeros((moments, self.n), bool)
         self._core.rollout(moments, n, given, live, made, recorded)
@@ -212,15 +211,6 @@ class Batch(Crowd):
             for array in made:
                 array[failed] = np.nan if array.dtype.kind == "f" else 0
         return {**dict(zip(record, made)), "failed": failed}
-
-    def _recorded(self, name: str) -> npt.NDArray[Any]:
-        if name in ("pose", "velocity", "sensed_pose", "estimate", "stalled", "energy", "time", "ended"):
-            view: npt.NDArray[Any] = getattr(self, name)
-            return view
-        if name in ("ranges", "intensities"):
-            view = getattr(self.ranger(0), name)
-            return view
-        raise ValueError(f"found {name!r}, expected the name of an array")
 
     def snapshot(self, index: int) -> Snapshot:
         """Returns the state of world `index`, for restore() of this batch or of a World of the same file."""

@@ -3,22 +3,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Callable, TypeVar
+from typing import TYPE_CHECKING, Any, Callable, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _checks
+from . import _checks, _core
 
 if TYPE_CHECKING:
-    from . import _core
     from .world import World
 
 MOST = 2**31 - 1  #: sensors of a robot, and things that a sensor reports
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int32]
 Bools = npt.NDArray[np.bool_]
-Sensor = TypeVar("Sensor")
 
 
 class _Views:
@@ -34,154 +32,46 @@ class _Views:
         return view
 
 
-class Ranger(_Views):
-    """One ranger of each robot: all samples of all its sensors, sensor after sensor.
+class Reading(NamedTuple):
+    """One reading of a type of sensor; see sensor_types()."""
 
-    Arrays are live, like those of the fleet: shape (n, samples) for the n robots of a fleet,
-    (worlds, n, samples) for a batch. `samples` is the maximum over all robots; shorter rows are padded with
-    NaN. Reading an array subscribes to the rangers, which makes them measure. NaN: not measured yet, or the
-    robot is gone or has no such ranger.
+    name: str
+    dtype: str
+    unit: str
+    description: str
+    is_list: bool  #: one row per detection, of which an array holds a maximum number
+
+
+def sensor_types() -> dict[str, tuple[Reading, ...]]:
+    """Returns what the types of sensors measure, including types from plug-ins that have been loaded."""
+    return {name: tuple(Reading(*reading) for reading in readings) for name, readings in _core.readings().items()}
+
+
+class Sensor:
+    """One sensor of each robot. Each reading of its type is an attribute: an array, such as `ranges` of a ranger.
+
+    Arrays are live, like those of the fleet: shape (n, ...) for the n robots of a fleet, (worlds, n, ...) for a
+    batch. Axes are as long as those of the largest sensor; a list of detections has `most` rows per robot. Unused
+    elements, and those of robots that are gone, have no such sensor or have no readings yet, are NaN, 0 or False.
+    Getting a sensor subscribes to it, which makes it measure.
+
+    `time` is the world time of each sensor's last update, seconds: shape (n,). NaN: no update yet. The readings
+    were taken at the beginning of the step that ended at that time; see Fleet.sensed_pose.
     """
 
-    def __init__(self, crowd: _core.Crowd, index: int) -> None:
-        super().__init__()
-        self._crowd = crowd
-        self._index = index
-        self._array("ranges")  # raises GoneError if there is none
+    def __init__(self, readings: tuple[Reading, ...], view: Callable[[str], npt.NDArray[Any]]) -> None:
+        self.readings = readings  #: names, types and units of the arrays
+        self._view = view
+        self.time: Floats = view("time")  # raises GoneError if there is no such sensor
 
-    def _array(self, what: str) -> Floats:
-        return self._view(what, lambda: self._crowd.ranger(self._index, what))
+    def __getattr__(self, name: str) -> npt.NDArray[Any]:
+        if name.startswith("_") or all(name != reading.name for reading in self.readings):
+            raise AttributeError(f"found {name!r}, expected a reading of the sensor", name=name, obj=self)
+        view = self.__dict__[name] = self._view(name)
+        return view
 
-    @property
-    def ranges(self) -> Floats:
-        """Ranges, metres; the sensor's maximum range where nothing was hit. Sample 0 is the rightmost."""
-        return self._array("ranges")
-
-    @property
-    def intensities(self) -> Floats:
-        """The ranger_return of the model that was hit; 0: nothing was hit."""
-        return self._array("intensities")
-
-    @property
-    def time(self) -> Floats:
-        """World time of each ranger's last update, seconds: shape (n,). NaN: no update yet.
-
-        The readings were taken at the beginning of the step that ended at that time; see Fleet.sensed_pose.
-        """
-        return self._array("time")
-
-    @property
-    def bearings(self) -> Floats:
-        """Direction of each ray relative to the robot's heading: radians, -pi to pi, counter-clockwise."""
-        return self._array("bearings")
-
-    @property
-    def origins(self) -> Floats:
-        """Origin of each ray, x and y in the robot's frame: metres, shape (..., samples, 2)."""
-        return self._array("origins")
-
-
-class _Detections(_Views):
-    """Common arrays of Fiducials and Blobs: the number of detections and the first few of them."""
-
-    def __init__(self, make: Callable[[str], object]) -> None:
-        super().__init__()
-        self._make = make
-        self._array("count")  # raises GoneError if there is no such sensor
-
-    def _array(self, what: str) -> npt.NDArray[Any]:
-        return self._view(what, lambda: self._make(what))
-
-    @property
-    def count(self) -> Integers:
-        """Number of detections of each robot, shape (n,); it can be larger than `most`."""
-        return self._array("count")
-
-    @property
-    def range(self) -> Floats:
-        """Metres: from the origin of the finder to that of the fiducial, or the mean range of a blob."""
-        return self._array("range")
-
-    @property
-    def time(self) -> Floats:
-        """World time of each sensor's last update, seconds: shape (n,). NaN: no update yet."""
-        return self._array("time")
-
-
-class Fiducials(_Detections):
-    """One fiducial finder of each robot: the first `most` fiducials that it sees, in the order of creation.
-
-    Arrays are live: shape (n, most), or (worlds, n, most) for a batch. Unused entries are NaN, and 0 in `id`.
-    """
-
-    @property
-    def id(self) -> Integers:
-        """The fiducial_return of each fiducial; 0 if it is too far away to be read."""
-        return self._array("id")
-
-    @property
-    def bearing(self) -> Floats:
-        """Direction of each fiducial relative to the finder's heading, radians."""
-        return self._array("bearing")
-
-    @property
-    def heading(self) -> Floats:
-        """Heading of each fiducial relative to the finder's heading, radians."""
-        return self._array("heading")
-
-
-class Blobs(_Detections):
-    """One blobfinder of each robot: the first `most` blobs that it sees, from right to left in the image.
-
-    Arrays are live: shape (n, most, ...), or (worlds, n, most, ...) for a batch. Unused entries are NaN, and 0
-    in `box`.
-    """
-
-    @property
-    def color(self) -> Floats:
-        """Red, green, blue and opacity, each 0 to 1: shape (n, most, 4)."""
-        return self._array("color")
-
-    @property
-    def box(self) -> Integers:
-        """Bounding box: left, top, right and bottom in pixels from the top left corner; shape (n, most, 4)."""
-        return self._array("box")
-
-
-class Camera(_Views):
-    """One camera of each robot.
-
-    Arrays are live: shape (n, height, width, ...), or (worlds, n, height, width, ...) for a batch, the top row
-    first. Width and height are the maxima over all robots; a smaller image is in the top left corner. Reading
-    an array subscribes to the cameras, which makes them take images.
-    """
-
-    def __init__(self, crowd: _core.Crowd, index: int) -> None:
-        super().__init__()
-        self._crowd = crowd
-        self._index = index
-        self._array("depth")  # raises GoneError if there is none
-
-    def _array(self, what: str) -> npt.NDArray[Any]:
-        return self._view(what, lambda: self._crowd.camera(self._index, what))
-
-    @property
-    def color(self) -> npt.NDArray[np.uint8]:
-        """Red, green and blue, 0 to 255: shape (n, height, width, 3). All 0: no image yet."""
-        return self._array("color")
-
-    @property
-    def depth(self) -> npt.NDArray[np.float32]:
-        """Depth along the viewing direction, metres: shape (n, height, width).
-
-        The far clipping distance where nothing is seen. NaN: no image yet.
-        """
-        return self._array("depth")
-
-    @property
-    def time(self) -> Floats:
-        """World time of each camera's last update, seconds: shape (n,). NaN: no update yet."""
-        return self._array("time")
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *(reading.name for reading in self.readings)})
 
 
 class Crowd(_Views):
@@ -190,10 +80,14 @@ class Crowd(_Views):
     def __init__(self, crowd: _core.Crowd) -> None:
         super().__init__()
         self._crowd = crowd
-        self._sensors: dict[tuple[str, int, int], Any] = {}
+        self._sensors: dict[tuple[str, int, int], Sensor] = {}
 
     def __len__(self) -> int:
         return self._crowd.size
+
+    def _body(self, name: str) -> Floats:
+        view = self._views.get(name)
+        return self._view(name, lambda: self._crowd.body(name)) if view is None else view
 
     @property
     def pose(self) -> Floats:
@@ -202,7 +96,7 @@ class Crowd(_Views):
         This is the current pose, after the moves of the last step. Readings of sensors are taken at the
         beginning of a step and belong to `sensed_pose`.
         """
-        return self._view("pose", self._crowd.pose)
+        return self._body("pose")
 
     @property
     def sensed_pose(self) -> Floats:
@@ -212,7 +106,7 @@ class Crowd(_Views):
         the last step in which the robot or one of its sensors updated. `estimate` and the newest readings
         belong to the same instant. Reading this array subscribes to the robots. NaN: the robot is gone.
         """
-        return self._view("sensed_pose", self._crowd.sensed_pose)
+        return self._body("sensed_pose")
 
     @property
     def sensed_time(self) -> Floats:
@@ -221,7 +115,7 @@ class Crowd(_Views):
         A sensor with the same `time` has taken its readings at that instant. 0: no update yet. NaN: the robot
         is gone.
         """
-        return self._view("sensed_time", self._crowd.sensed_time)
+        return self._body("sensed_time")
 
     @property
     def velocity(self) -> Floats:
@@ -229,7 +123,7 @@ class Crowd(_Views):
 
         A stall does not change them. NaN: the robot is gone.
         """
-        return self._view("velocity", self._crowd.velocity)
+        return self._body("velocity")
 
     @property
     def actual_velocity(self) -> Floats:
@@ -237,7 +131,7 @@ class Crowd(_Views):
 
         0: the robot was blocked. NaN: the robot is gone.
         """
-        return self._view("actual_velocity", self._crowd.actual_velocity)
+        return self._body("actual_velocity")
 
     @property
     def estimate(self) -> Floats:
@@ -248,12 +142,12 @@ class Crowd(_Views):
         as `sensed_pose`, which it equals with "gps". Reading this array subscribes to the robots. NaN: the
         robot is gone.
         """
-        return self._view("estimate", self._crowd.estimate)
+        return self._body("estimate")
 
     @property
     def estimated_velocity(self) -> Floats:
         """`actual_velocity` with the errors of the odometry; exact with "gps". Shape (n, 3)."""
-        return self._view("estimated_velocity", self._crowd.estimated_velocity)
+        return self._body("estimated_velocity")
 
     @property
     def cmd(self) -> Floats:
@@ -274,55 +168,74 @@ class Crowd(_Views):
     @property
     def energy(self) -> Floats:
         """Energy stored in the power pack, joules: shape (n,). NaN: the robot has none."""
-        return self._view("energy", self._crowd.energy)
+        return self._body("energy")
 
-    def ranger(self, index: int = 0) -> Ranger:
-        """Returns ranger number `index` (from 0, in the order of creation) of each robot.
+    def sensor(self, type: str, index: int = 0, most: int = 8) -> Sensor:
+        """Returns sensor number `index` (from 0, in the order of creation) of a type of each robot.
 
-        Raises:
-            GoneError: no robot has such a ranger.
-        """
-        return self._sensor("ranger", index, 0, lambda: Ranger(self._crowd, index))
-
-    def fiducials(self, index: int = 0, most: int = 8) -> Fiducials:
-        """Returns fiducial finder number `index` of each robot, with at most `most` fiducials per robot.
+        Args:
+            type: the type of the sensor: see sensor_types(). Types derived from it count as well.
+            index: the number of the sensor on its robot.
+            most: max number of detections per robot, for sensors that report lists.
 
         Raises:
-            GoneError: no robot has such a finder.
+            GoneError: no robot has such a sensor.
+            ValueError: there is no such type, or a number is out of range.
         """
-        return self._sensor("fiducials", index, most, lambda: Fiducials(
-            lambda what: self._crowd.fiducials(index, most, what)))
+        key = type, _checks.integer(index, "index", 0, MOST), _checks.integer(most, "most", 0, MOST)
+        found = self._sensors.get(key)
+        if found is None:
+            found = self._sensors[key] = self._find_sensor(*key)
+        return found
 
-    def blobs(self, index: int = 0, most: int = 8) -> Blobs:
-        """Returns blobfinder number `index` of each robot, with at most `most` blobs per robot.
+    def _find_sensor(self, type: str, index: int, most: int) -> Sensor:
+        types = sensor_types()
+        if type not in types:
+            raise ValueError(f"found {type!r}, expected a type of sensor: {', '.join(types)}")
+        if most > 0 and not any(reading.is_list for reading in types[type]):
+            return self.sensor(type, index, 0)
+        crowd = self._crowd  # the sensor must not refer to this object, which refers to it
+        return Sensor(types[type], lambda name: crowd.sensor(type, index, most, name))
 
-        Raises:
-            GoneError: no robot has such a blobfinder.
-        """
-        return self._sensor("blobs", index, most, lambda: Blobs(
-            lambda what: self._crowd.blobs(index, most, what)))
+    def ranger(self, index: int = 0) -> Sensor:
+        """Returns `sensor("ranger", index)`."""
+        return self.sensor("ranger", index)
 
-    def camera(self, index: int = 0) -> Camera:
-        """Returns camera number `index` of each robot. Raises GoneError if no robot has such a camera."""
-        return self._sensor("camera", index, 0, lambda: Camera(self._crowd, index))
+    def fiducials(self, index: int = 0, most: int = 8) -> Sensor:
+        """Returns `sensor("fiducial", index, most)`."""
+        return self.sensor("fiducial", index, most)
+
+    def blobs(self, index: int = 0, most: int = 8) -> Sensor:
+        """Returns `sensor("blobfinder", index, most)`."""
+        return self.sensor("blobfinder", index, most)
+
+    def camera(self, index: int = 0) -> Sensor:
+        """Returns `sensor("camera", index)`."""
+        return self.sensor("camera", index)
 
     def bumper(self, index: int = 0) -> Bools:
-        """Returns the contacts of bumper number `index`: True for each line that touches something.
+        """Returns `sensor("bumper", index).hit`."""
+        return self.sensor("bumper", index).hit
 
-        The array is live: shape (n, lines).
+    def array(self, name: str) -> npt.NDArray[Any]:
+        """Returns an array by its name.
+
+        Args:
+            name: "pose" and the like, or "TYPE.READING" of sensor 0, or "TYPE:INDEX.READING", such as
+                "ranger:1.ranges".
 
         Raises:
-            GoneError: no robot has such a bumper.
+            ValueError, GoneError: there is no such array.
         """
-        number = _checks.integer(index, "index", 0, MOST)
-        return self._view(f"bumper {number}", lambda: self._crowd.bumper(number))
-
-    def _sensor(self, kind: str, index: int, most: int, make: Callable[[], Sensor]) -> Sensor:
-        key = kind, _checks.integer(index, "index", 0, MOST), _checks.integer(most, "most", 0, MOST)
-        known: Sensor | None = self._sensors.get(key)
-        if known is None:
-            known = self._sensors[key] = make()
-        return known
+        sensor, dot, reading = name.partition(".")
+        if not dot and isinstance(getattr(type(self), name, None), property):
+            view: Any = getattr(self, name)
+        else:
+            kind, _, index = sensor.partition(":")
+            view = getattr(self.sensor(kind, int(index or 0)), reading, None)
+        if not isinstance(view, np.ndarray):
+            raise ValueError(f"found {name!r}, expected the name of an array")
+        return view
 
 
 class Fleet(Crowd):

@@ -144,6 +144,27 @@ class InstallTest(unittest.TestCase):
         if HAS_WINDOW and XVFB:
             self.check_window_client(folder / "window_client")
 
+    def test_sensor_in_a_plugin(self) -> None:
+        """The example of a model type, which adds rays to the batch, is built as its README says, and logged."""
+        folder, example = self.new_folder("sensor"), SOURCE_DIR / "examples" / "model"
+        texts = {name: (example / name).read_text(encoding="utf-8")
+                 for name in ("sonar_ring.cc", "sonar_ring.hh", "sonar.world")}
+        readme = (example / "README.md").read_text(encoding="utf-8").split("## Compile it elsewhere")[1]
+        texts["CMakeLists.txt"] = "\n".join(re.findall(r"^    (.*)$", readme, re.MULTILINE)) + "\n"
+        for name, text in texts.items():  # by another name, as Stage has found its own sonar_ring already
+            (folder / name.replace("sonar_ring", "own_ring")).write_text(text.replace("sonar_ring", "own_ring"),
+                                                                         encoding="utf-8")
+        run(CMAKE, "-G", cache_entry("CMAKE_GENERATOR"), "-S", folder, "-B", folder,
+            f"-DCMAKE_PREFIX_PATH={self.prefix}", f"-DCMAKE_CXX_COMPILER={COMPILER}",
+            f"-DCMAKE_CXX_FLAGS={' '.join(SANITIZE)}")
+        run(CMAKE, "--build", folder)
+        run(self.prefix / "bin" / "stage", "-g", "--duration", "1", "--log", folder / "run.mcap", "--log-compression",
+            "none", folder / "sonar.world", STAGEPATH=folder)
+        log = (folder / "run.mcap").read_bytes()
+        self.assertIn(b"stage_msgs/msg/OwnRing", log)
+        self.assertEqual(log.count(b"/readings/own_ring"), 2)  # in a chunk and in the summary
+        self.assertIn(b"Unit: m\nfloat64[] ranges\n", log)
+
     @unittest.skipUnless(PKG_CONFIG, "pkg-config is not installed")
     def test_client_of_pkg_config(self) -> None:
         folder = self.new_folder("with_pkg_config")

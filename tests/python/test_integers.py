@@ -48,12 +48,13 @@ class Subjects:
         self.sweep = _core.Sweep(f"{self.folder.name}/out")
 
 
-def crowd_calls(subjects: Subjects, crowd: Any, prefix: str) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
-    return {f"{prefix}.ranger": (crowd.ranger, {"index": 0, "what": "ranges"}),
-            f"{prefix}.fiducials": (crowd.fiducials, {"index": 0, "most": 2, "what": "id"}),
-            f"{prefix}.blobs": (crowd.blobs, {"index": 0, "most": 2, "what": "range"}),
-            f"{prefix}.bumper": (crowd.bumper, {"index": 0}),
-            f"{prefix}.camera": (crowd.camera, {"index": 0, "what": "depth"})}
+def crowd_calls(crowd: Any, prefix: str) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
+    """The functions of a fleet or a batch that return sensors."""
+    return {
+        f"{prefix}.sensor": (crowd.sensor, {"type": "fiducial", "index": 0, "most": 2}),
+        f"{prefix}.ranger": (crowd.ranger, {"index": 0}), f"{prefix}.camera": (crowd.camera, {"index": 0}),
+        f"{prefix}.bumper": (crowd.bumper, {"index": 0}), f"{prefix}.blobs": (crowd.blobs, {"index": 0, "most": 2}),
+        f"{prefix}.fiducials": (crowd.fiducials, {"index": 0, "most": 2})}
 
 
 def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
@@ -61,7 +62,7 @@ def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str,
     batch, core, model = s.batch._core, s.core, s.model
     add_sensor = s.world.create("ranger").add_sensor
     return {
-        **crowd_calls(s, s.world.fleet()._crowd, "Crowd"),
+        "Crowd.sensor": (s.world.fleet()._crowd.sensor, {"type": "fiducial", "index": 0, "most": 2, "reading": "id"}),
         "NamingScheme.numbered": (_core.naming_schemes()[0].numbered, {"base": "name", "number": 1, "count": 2}),
         "sensor_name": (_core.sensor_name, {"ranger": "name", "number": 1}),
         "Sweep.options": (s.sweep.options, {"index": 0}),
@@ -93,12 +94,9 @@ def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str,
 
 def public_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
     """Each function of World, Batch and Fleet with valid arguments."""
-    sensors: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {}
-    for name, crowd in (("Fleet", s.world.fleet()), ("Batch", s.batch)):
-        for kind, (call, given) in crowd_calls(s, crowd, name).items():
-            sensors[kind] = call, {key: value for key, value in given.items() if key != "what"}
     return {
-        **sensors,
+        **crowd_calls(s.world.fleet(), "Fleet"),
+        **crowd_calls(s.batch, "Batch"),
         "World.__init__": (st.World, {"file": "arena.world", "seed": 1, "threads": 1}),
         "World.from_text": (st.World.from_text, {"text": "", "seed": 1, "threads": 1}),
         "World.step": (s.world.step, {"n": 1}),

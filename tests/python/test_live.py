@@ -86,7 +86,7 @@ def test_details(server: Server) -> None:
         client.until(lambda: client.frame["details"])
         facts = client.frame["details"]
         assert facts["name"] == "b" and facts["pose"] == pytest.approx([0, 2, np.pi / 2])
-        assert (facts["rangers"], facts["sensing"], facts["velocity"]) == (1, 0, [0, 0, 0])
+        assert (facts["sensors"], facts["sensing"], facts["velocity"]) == (1, 0, [0, 0, 0])
 
 
 def test_scene_follows_what_is_made_and_deleted(server: Server) -> None:

@@ -12,6 +12,7 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +58,8 @@ ARGUMENTS: dict[str, Any] = {
     "World.model": ("r",), "World.restore": "snapshot", "World.render": (8, 8), "Batch.restore": "snapshot",
     "Batch.snapshot": (0,), "Batch.fork": (0,), "Batch.state_hash": (0,), "Batch.rollout": {"moments": 2},
     "Batch.teleport": ([0, 0, 0],), "Batch.render": (0, 8, 8), "Fleet.teleport": ([0, 0, 0],), "Model.drive": (0.1,),
-    "Model.go_to": (1, 1), "Model.add_sensor": (5, 1, 3),
+    "Model.go_to": (1, 1), "Model.add_sensor": (5, 1, 3), "Fleet.sensor": ("ranger",), "Batch.sensor": ("ranger",),
+    "Fleet.array": ("ranger.ranges",), "Batch.array": ("pose",),
 }
 #: Functions that make new worlds.
 MAKERS = {"World.from_text", "Batch.of"}
@@ -66,8 +68,7 @@ CONSTANT = {"Model.id", "_core.Crowd.size", "Batch.threads", "_core.Batch.crowd"
 #: Compiled classes, whose functions the public classes call.
 COMPILED = (_core.Simulation, _core.Batch, _core.Crowd)
 OF_BATCH: tuple[type, ...] = (st.Batch, _core.Batch)
-OF_WORLD: tuple[type, ...] = (st.World, st.Model, st.Fleet, st.Ranger, st.Fiducials, st.Blobs, st.Camera,
-                              _core.Simulation, _core.Crowd)
+OF_WORLD: tuple[type, ...] = (st.World, st.Model, st.Fleet, _core.Simulation, _core.Crowd)
 SANITIZED = "TSAN_OPTIONS" in os.environ or "ASAN_OPTIONS" in os.environ
 SECONDS, ROUNDS = (20, 20) if SANITIZED else (2, 60)
 
@@ -115,11 +116,9 @@ class Subjects:
         self.batch = st.Batch.of(self.world, 3, threads=2)
         self.snapshot = self.world.snapshot()
         model, fleet = self.world.model("r"), self.world.fleet()
-        ranger, fiducials, blobs, camera = fleet.ranger(), fleet.fiducials(), fleet.blobs(), fleet.camera()
+        self._fleet = fleet
         self._of: dict[type, Callable[[], Any]] = {
             st.World: lambda: self.world, st.Model: lambda: model, st.Fleet: lambda: forgetful(fleet),
-            st.Ranger: lambda: forgetful(ranger), st.Fiducials: lambda: forgetful(fiducials),
-            st.Blobs: lambda: forgetful(blobs), st.Camera: lambda: forgetful(camera),
             _core.Simulation: lambda: self.world._core, _core.Crowd: lambda: fleet._crowd,
             st.Batch: lambda: forgetful(self.batch), _core.Batch: lambda: self.batch._core,
         }
@@ -135,6 +134,11 @@ class Subjects:
                         found[f"_core.{cls.__name__}.{name}"] = call_of(of, self.snapshot, cls, name, member)
                 elif f"{cls.__name__}.{name}" not in MAKERS:
                     found[f"{cls.__name__}.{name}"] = call_of(of, self.snapshot, cls, name, member)
+        if st.Fleet in classes:
+            for kind in ("ranger", "fiducial", "blobfinder", "bumper", "camera"):
+                sensor = self._fleet.sensor(kind)
+                for reading in ("time", *(reading.name for reading in sensor.readings)):
+                    found[f"{kind}.{reading}"] = partial(sensor._view, reading)
         return found
 
 

@@ -122,6 +122,40 @@ class LogReadersTest(unittest.TestCase):
                 rotation = transform.transform.rotation
                 self.assertAlmostEqual(rotation.z**2 + rotation.w**2, 1)
 
+    def decoded(self) -> dict[str, list[object]]:
+        """All messages by topic."""
+        found: dict[str, list[object]] = {}
+        with self.log.open("rb") as file:
+            for _, channel, _, message in SeekingReader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages():
+                found.setdefault(channel.topic, []).append(message)
+        return found
+
+    def test_readings_of_all_types_of_sensors(self) -> None:
+        """A ring of sonars, which a plug-in defines, is in a log like Stage's own sensors."""
+        world = Path(self.folder.name) / "all.world"
+        sensors = ("fiducial( alwayson 1 ) blobfinder( range 8 image [20 15] alwayson 1 ) camera( resolution [8 6] "
+                   "alwayson 1 ) bumper( bcount 2 alwayson 1 ) sonar_ring( count 5 alwayson 1 )")
+        world.write_text('interval_sim 100\nplugins "sonar_ring"\nresolution 0.02\n'
+                         'model( pose [3 0 0 0] size [0.1 8 1] color "red" fiducial_return 7 )\n'
+                         f'position( name "r" size [0.4 0.4 0.4] {sensors} sonar_ring( count 4 alwayson 1 ) )\n',
+                         encoding="utf-8")
+        self.record(world)
+        found = self.decoded()
+        for topic in ("fiducial", "blobfinder", "camera", "bumper", "sonar_ring0", "sonar_ring1"):
+            messages = found[f"/readings/{topic}"]
+            self.assertEqual([round(m.header.stamp.sec * 10 + m.header.stamp.nanosec / 1e8) for m in messages],
+                             list(range(1, 10 * SECONDS + 1)))
+            self.assertEqual({m.header.frame_id for m in messages}, {"base_link"})
+        self.assertEqual(len(found["/readings/sonar_ring0"][-1].ranges), 5)
+        self.assertAlmostEqual(found["/readings/sonar_ring1"][-1].ranges[0], 2.95, delta=0.04)
+        fiducial, blobs, camera = (found[f"/readings/{name}"][-1] for name in ("fiducial", "blobfinder", "camera"))
+        self.assertEqual((fiducial.count, list(fiducial.id)), (1, [7]))
+        self.assertAlmostEqual(fiducial.range[0], 3, delta=0.01)
+        self.assertEqual((list(blobs.color), list(blobs.color_shape)), ([1, 0, 0, 1], [1, 4]))
+        self.assertEqual((list(camera.color_shape), len(camera.color)), ([6, 8, 3], 144))
+        self.assertEqual((list(camera.depth_shape), len(camera.depth)), ([6, 8], 48))
+        self.assertEqual(list(found["/readings/bumper"][-1].hit), [False, False])
+
     def test_rosbags(self) -> None:
         try:
             from rosbags.highlevel import AnyReader

@@ -52,6 +52,7 @@ class ModelFiducial : public Model, private internal::sensing::RaySink {
   /// Fiducials found by the last update, in the order of the targets' creation, with poses at the
   /// start of the step. Pointers into it are valid until the next update or deletion of a model.
   std::vector<Fiducial>& GetFiducials() { return fiducials_; }
+  const std::vector<Fiducial>& GetFiducials() const { return fiducials_; }
   /// The fiducials as an array; `count` may be null. Do not use the pointer if there are none.
   Fiducial* GetFiducials(unsigned int* count);
 

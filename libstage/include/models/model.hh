@@ -23,6 +23,7 @@
 #include "models/world_base.hh"
 #include "pictures/color.hh"
 #include "random/random.hh"
+#include "sensing/ray_hit.hh"
 
 namespace Stg {
 
@@ -80,6 +81,10 @@ class Visibility {
 class Model : public Ancestor {
  public:
   class Flag;
+  // For sensors that cast rays: see AddRays().
+  typedef internal::sensing::FanList FanList;
+  typedef internal::sensing::RayHits RayHits;
+  typedef internal::sensing::RaySink RaySink;
 
   typedef enum {
     CB_FLAGDECR,
@@ -474,6 +479,26 @@ class Model : public Ancestor {
   virtual bool FillSpace(internal::sensing::BatchSpace place,
                          const internal::sensing::FanList& fans, size_t first_fan, size_t count);
   void GatherSerially();
+
+  /// Rays from a point, for AddRays().
+  struct RayFan {
+    Pose origin;           ///< global; its heading is the middle of the field of view
+    meters_t range;        ///< if nothing is hit
+    radians_t fov;         ///< from the first ray to the last one, counter-clockwise
+    uint32_t rays;         ///< a single one points along the heading
+    bool any_height;       ///< they also hit bodies above and below
+    RaySink* sink;         ///< receives the hits when the batch is traced
+    uint32_t tag;          ///< passed to the sink
+    ray_test_func_t test;  ///< tells which models stop them
+
+    RayFan() : range(0), fov(0), rays(1), any_height(false), sink(NULL), tag(0), test(NULL) {}
+  };
+  /// Adds rays to the list that Gather() got. They ignore the model's own tree if its type is
+  /// registered with ModelType::kIgnoresOwnTree. A type with ModelType::kParallel also needs
+  /// kUsesEverythingLayer.
+  void AddRays(FanList* fans, const RayFan& fan);
+  /// Traces the batch if it has rays of this model. The destructor of a sink must call it.
+  void FinishRays();
 
   /// The part of an update that must wait until the step's rays are traced, such as changing
   /// bodies. Called before moves, if Update() added the model to Host::sensed.

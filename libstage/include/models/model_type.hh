@@ -16,8 +16,10 @@
 #include <functional>
 #include <string>
 #include <typeinfo>
+#include <vector>
 
 #include "models/model.hh"
+#include "models/readings.hh"
 
 namespace Stg {
 
@@ -61,6 +63,8 @@ struct ModelType {
   /// True if ExchangeState() covers all that updates change, so that they can be measured and
   /// undone (MeasureStepCosts()).
   bool measurable;
+  /// Readings of a sensor. A derived type without any has those of its base.
+  std::vector<Reading> readings;
 };
 
 /// Builder of a ModelType. M needs a constructor M(World*, Model* parent, const std::string& type).
@@ -92,6 +96,12 @@ class ModelTypeOf {
     return *this;
   }
 
+  /// Adds a reading: see models/readings.hh.
+  ModelTypeOf& Reads(const Reading& reading) {
+    type_.readings.push_back(reading);
+    return *this;
+  }
+
   operator const ModelType&() const { return type_; }
 
  private:
@@ -111,6 +121,10 @@ bool RegisterModelType(const ModelType& type);
 const ModelType* FindModelType(const Model& model);
 /// Like FindModelType(), but also accepts base classes other than Model.
 const ModelType* FindNearestModelType(const Model& model);
+/// Returns the nearest type with readings among the model's type and its bases, or null.
+const ModelType* FindSensorType(const Model& model);
+/// All types with readings, in the order of registration.
+std::vector<const ModelType*> SensorTypes();
 
 }  // namespace Stg
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <numeric>
 
 #include "geometry/load_error.hh"
@@ -43,13 +44,40 @@ void Describe(const ModelBlobfinder& blobfinder, SensorExtent* extent) {
   extent->rays = blobfinder.scan_width;
 }
 
+using Blob = ModelBlobfinder::Blob;
+const std::vector<Blob>& Seen(const ModelBlobfinder& finder) { return finder.GetBlobs(); }
+
+ReadingShape ShapeOfCount(const ModelBlobfinder&) { return ReadingShape(); }
+bool CopyCount(const ModelBlobfinder& finder, size_t, int32_t* to) {
+  *to = static_cast<int32_t>(Seen(finder).size());
+  return true;
+}
+void PutColor(const Blob& blob, double* to) {
+  const Color& color = blob.color;
+  std::ranges::copy(std::initializer_list<double>{color.r, color.g, color.b, color.a}, to);
+}
+void PutBox(const Blob& blob, int32_t* to) {
+  for (const uint32_t side : {blob.left, blob.top, blob.right, blob.bottom})
+    *to++ = static_cast<int32_t>(side);
+}
+void PutRange(const Blob& blob, double* to) { *to = blob.range; }
+
 }  // namespace
 
 ModelType BlobfinderType() {
   return ModelTypeOf<ModelBlobfinder>("blobfinder")
       .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree | ModelType::kUsesEverythingLayer)
       .Senses(Describe)
-      .Measurable();
+      .Measurable()
+      .Reads(MakeReading("count", "", "Number of blobs that are seen.", ShapeOfCount, CopyCount))
+      .Reads(MakeListReading("color", "",
+                             "Red, green, blue and opacity, each 0 to 1, of each blob, from "
+                             "right to left in the image.",
+                             Seen, PutColor, 4))
+      .Reads(MakeListReading("box", "pixels",
+                             "Left, top, right and bottom, from the top left corner.", Seen, PutBox,
+                             4))
+      .Reads(MakeListReading("range", "m", "Mean range of the blob.", Seen, PutRange));
 }
 
 ModelBlobfinder::ModelBlobfinder(World* world_, Model* parent_, const std::string& type_)

@@ -29,13 +29,23 @@ void Describe(const ModelBumper& bumper, SensorExtent* extent) {
   extent->rays = extent->parts = bumper.bumper_count;
 }
 
+ReadingShape LinesOf(const ModelBumper& bumper) { return ReadingShape(bumper.bumper_count); }
+
+bool CopyHits(const ModelBumper& bumper, size_t length, bool* to) {
+  if (!bumper.samples) return false;
+  for (size_t i = 0; i < length; i++) to[i] = bumper.samples[i].hit;
+  return true;
+}
+
 }  // namespace
 
 ModelType BumperType() {
   return ModelTypeOf<ModelBumper>("bumper")
       .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree)
       .Senses(Describe)
-      .Measurable();
+      .Measurable()
+      .Reads(
+          MakeReading("hit", "", "True for each line that touches something.", LinesOf, CopyHits));
 }
 
 ModelBumper::ModelBumper(World* world_, Model* parent_, const std::string& type_)

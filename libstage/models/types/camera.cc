@@ -2,6 +2,7 @@
 
 #include "models/camera.hh"
 
+#include <algorithm>
 #include <cmath>
 
 #include "geometry/trigonometry.hh"
@@ -60,13 +61,55 @@ void Describe(const ModelCamera& camera, SensorExtent* extent) {
       static_cast<uint64_t>(camera.getWidth()) * static_cast<uint64_t>(camera.getHeight());
 }
 
+ReadingShape ShapeOfDepth(const ModelCamera& camera) {
+  return ReadingShape(static_cast<size_t>(camera.getHeight()),
+                      static_cast<size_t>(camera.getWidth()));
+}
+ReadingShape ShapeOfColor(const ModelCamera& camera) {
+  const ReadingShape size = ShapeOfDepth(camera);
+  return ReadingShape(size.lengths[0], size.lengths[1], 3);
+}
+
+/// Calls copy(first, width) with the index of the first pixel of each of the upper `rows` rows,
+/// from the top: the camera's rows are bottom up.
+template <typename F>
+void ForEachRow(const ModelCamera& camera, size_t rows, F copy) {
+  const ReadingShape size = ShapeOfDepth(camera);
+  for (size_t row = 0; row < rows; row++)
+    copy((size.lengths[0] - 1 - row) * size.lengths[1], size.lengths[1]);
+}
+
+bool CopyDepth(const ModelCamera& camera, size_t rows, float* to) {
+  const GLfloat* const depth = camera.FrameDepth();
+  if (!depth) return false;
+  ForEachRow(camera, rows,
+             [&](size_t first, size_t width) { to = std::copy_n(depth + first, width, to); });
+  return true;
+}
+
+bool CopyColor(const ModelCamera& camera, size_t rows, uint8_t* to) {
+  const GLubyte* const color = camera.FrameColor();
+  if (!color) return false;
+  ForEachRow(camera, rows, [&](size_t first, size_t width) {
+    for (const GLubyte* pixel = color + 4 * first; width > 0; width--, pixel += 4)
+      to = std::copy_n(pixel, 3, to);
+  });
+  return true;
+}
+
 }  // namespace
 
 ModelType CameraType() {
   return ModelTypeOf<ModelCamera>("camera")
       .Updates(ModelType::kParallel)
       .Senses(Describe)
-      .Measurable();
+      .Measurable()
+      .Reads(MakeReading("color", "", "Red, green and blue, 0 to 255, the top row first.",
+                         ShapeOfColor, CopyColor))
+      .Reads(MakeReading("depth", "m",
+                         "Depth along the viewing direction, the top row first; the far clipping "
+                         "distance where nothing is seen.",
+                         ShapeOfDepth, CopyDepth));
 }
 
 struct ModelCamera::Picture {

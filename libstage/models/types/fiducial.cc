@@ -27,6 +27,19 @@ bool StopsFinder(Model* candidate, const Model* finder, const void*) {
 
 void Describe(const ModelFiducial&, SensorExtent* extent) { extent->rays_vary = true; }
 
+using Fiducial = ModelFiducial::Fiducial;
+const std::vector<Fiducial>& Seen(const ModelFiducial& finder) { return finder.GetFiducials(); }
+
+ReadingShape ShapeOfCount(const ModelFiducial&) { return ReadingShape(); }
+bool CopyCount(const ModelFiducial& finder, size_t, int32_t* to) {
+  *to = static_cast<int32_t>(Seen(finder).size());
+  return true;
+}
+void PutId(const Fiducial& seen, int32_t* to) { *to = seen.id; }
+void PutRange(const Fiducial& seen, double* to) { *to = seen.range; }
+void PutBearing(const Fiducial& seen, double* to) { *to = seen.bearing; }
+void PutHeading(const Fiducial& seen, double* to) { *to = seen.geom.a; }
+
 }  // namespace
 
 ModelType FiducialType() {
@@ -34,7 +47,20 @@ ModelType FiducialType() {
       .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree | ModelType::kReadsFiducialIndex |
                ModelType::kUsesEverythingLayer)
       .Senses(Describe)
-      .Measurable();
+      .Measurable()
+      .Reads(
+          MakeReading("count", "", "Number of fiducials that are seen.", ShapeOfCount, CopyCount))
+      .Reads(MakeListReading("id", "",
+                             "The fiducial_return of each fiducial, in the order of creation; 0 "
+                             "if it is too far away to be read.",
+                             Seen, PutId))
+      .Reads(MakeListReading("range", "m", "From the origin of the finder to that of the fiducial.",
+                             Seen, PutRange))
+      .Reads(MakeListReading("bearing", "rad", "Direction relative to the finder's heading.", Seen,
+                             PutBearing))
+      .Reads(MakeListReading("heading", "rad",
+                             "Heading of the fiducial relative to the finder's heading.", Seen,
+                             PutHeading));
 }
 
 ModelFiducial::ModelFiducial(World* world_, Model* parent_, const std::string& type_)

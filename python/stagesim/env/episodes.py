@@ -68,7 +68,7 @@ class Episodes:
         else:
             prototype = World(self.task.world if world is None else world, threads=1, **options)
         self.batch = Batch.of(prototype, n, threads=threads, robots=robots)
-        self.scene = Scene(self.batch, prototype)
+        self.scene = Scene(self.batch, prototype, self.task.ranges)
         self._commands = self.batch.cmd
         self._ended = self.batch.ended
         self.task.prepare(self.scene)

@@ -31,8 +31,9 @@ class Scene:
         notes: the task's own arrays by name; their first axis is the world.
     """
 
-    def __init__(self, batch: Batch, world: World) -> None:
+    def __init__(self, batch: Batch, world: World, ranges: str = "ranger.ranges") -> None:
         self.batch = batch
+        self._ranges = ranges
         self.world = world
         self.n = batch.n
         self.robots = len(batch)
@@ -59,8 +60,8 @@ class Scene:
 
     @property
     def ranges(self) -> Floats:
-        """Ranges of the first ranger, metres: shape (n, robots, samples), live."""
-        return self.batch.ranges
+        """The array that Task.ranges names, metres: shape (n, robots, samples), live."""
+        return self.batch.array(self._ranges)
 
     @property
     def metrics(self) -> dict[str, Floats]:
@@ -131,6 +132,8 @@ class Task:
         limit: max number of actions of an episode, after which it is truncated.
         top_speed: speeds forwards, to the left (m/s) and turning (rad/s) for an action of 1. An action has a
             number from -1 to 1 for each of them that is not 0.
+        ranges: the array that Scene.ranges returns, as in Batch.array(): that of the first ranger, or of another
+            sensor, such as "sonar_ring.ranges" of a plug-in.
         bounds: min and max of observations. Values outside are clipped; the first one causes a
             RuntimeWarning.
     """
@@ -139,6 +142,7 @@ class Task:
     steps: int = 2
     limit: int = 300
     top_speed: tuple[float, float, float] = (0.5, 0.0, 1.5)
+    ranges: str = "ranger.ranges"
     bounds: tuple[float, float] = (-1.0, 1.0)
 
     def prepare(self, scene: Scene) -> None:

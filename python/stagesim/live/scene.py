@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import itertools
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from .._core import Model
 from ..errors import GoneError
+from ..fleet import sensor_types
 from ..text import printable
 from ..world import World
 
@@ -21,6 +22,9 @@ from ..world import World
 MAX_SCANNED_ROBOTS = 64
 #: Max number of samples of all scans in a frame, about a megabyte.
 MAX_SAMPLES = 120_000
+#: Max number of readings among the details of a thing, and of values of each.
+MAX_READINGS = 24
+MAX_VALUES = 4
 
 
 class Shapes:
@@ -168,20 +172,31 @@ def details_of(world: World, scene: Scene, thing: int) -> dict[str, Any]:
     """Returns the details of a thing for the page."""
     described = scene.things[scene.index[thing]]
     model = model_of(world, thing)
-    rangers = rangers_of(model)
+    sensors = sensors_of(model)
+    working = [sensor for sensor in sensors if sensor.subscribers > 0]
     details: dict[str, Any] = {
         "id": thing, "name": printable(described.name), "type": described.type, "pose": list(model.global_pose),
-        "stalled": model.stalled, "energy": model.energy, "rangers": len(rangers),
-        "sensing": sum(ranger.subscribers > 0 for ranger in rangers)}
+        "stalled": model.stalled, "energy": model.energy, "sensors": len(sensors),
+        "sensing": len(working), "readings": list(itertools.islice(
+            (row for sensor in working for row in readings_of(sensor)), MAX_READINGS))}
     if described.robot:
         details["velocity"] = list(model.velocity)
     return details
 
 
-def rangers_of(model: Model) -> list[Model]:
-    """Returns the rangers that a model carries, without those of robots on it."""
-    found = [model] if model.type == "ranger" else []
+def sensors_of(model: Model) -> list[Model]:
+    """Returns the sensors that a model carries, without those of robots on it."""
+    found = [model] if model.sensor_type else []
     for child in model.children:
         if child.type != "position":
-            found += rangers_of(child)
+            found += sensors_of(child)
     return found
+
+
+def readings_of(sensor: Model) -> Iterator[dict[str, Any]]:
+    """Yields each reading of a sensor with its name, unit and shape, and the first values if it has at most one axis."""
+    arrays = sensor.readings
+    for reading in sensor_types()[sensor.sensor_type or ""]:
+        array = arrays[reading.name]
+        yield {"name": f"{printable(sensor.type)} {reading.name}", "unit": reading.unit, "shape": list(array.shape),
+               "values": array.ravel()[:MAX_VALUES].astype(float).tolist() if array.ndim < 2 else []}

@@ -20,7 +20,7 @@ from ..errors import GoneError, StageError
 from ..fleet import Fleet
 from ..text import printable
 from ..world import World
-from .scene import Frame, Scene, State, Wish, details_of, model_of, places_of, rangers_of, scans_of
+from .scene import Frame, Scene, State, Wish, details_of, model_of, places_of, scans_of, sensors_of
 
 MAX_SPEED = 1e6
 MAX_STEPS = 1_000_000  #: max steps per order
@@ -152,10 +152,10 @@ class Show(ABC):
         driven.fleet.cmd[:] = velocity
 
     def sense(self, thing: int) -> None:
-        """Subscribes to the rangers of a thing, so that they work from now on."""
-        for ranger in rangers_of(self._model(thing)):
-            if not ranger.subscribers:
-                ranger.subscribe()
+        """Subscribes to the sensors of a thing, so that they work from now on."""
+        for sensor in sensors_of(self._model(thing)):
+            if not sensor.subscribers:
+                sensor.subscribe()
 
     # ---- orders ----
 

@@ -6,6 +6,7 @@ A feed reads nothing from the world before its topic has a subscriber, because r
 
 from __future__ import annotations
 
+import math
 import sys
 from array import array
 from typing import Any, Callable
@@ -14,7 +15,8 @@ import numpy as np
 from geometry_msgs.msg import Point
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, CameraInfo, Image, LaserScan, Range
-from std_msgs.msg import Bool, UInt8MultiArray
+from std_msgs.msg import (Bool, Float32MultiArray, Float64MultiArray, Int32MultiArray, MultiArrayDimension,
+                          MultiArrayLayout, UInt8MultiArray)
 from visualization_msgs.msg import Marker, MarkerArray
 
 from .._core import Model, RangeSensor, View
@@ -414,21 +416,28 @@ class BlobsFeed(DetectionsFeed):
         return marker
 
 
-class BumperFeed(Feed):
-    """The lines of a bumper: 1 if something touches the line, else 0."""
+class ReadingFeed(Feed):
+    """A reading of a sensor as a plain array: the row of a robot, which `source` returns; bools are 0 or 1."""
 
-    message = UInt8MultiArray
+    MESSAGES = {"bool": UInt8MultiArray, "uint8": UInt8MultiArray, "int32": Int32MultiArray,
+                "float32": Float32MultiArray, "float64": Float64MultiArray}
 
-    def __init__(self, topic: str, interval: int, source: Callable[[], Array], lines: int) -> None:
+    def __init__(self, topic: str, interval: int, dtype: str, source: Callable[[], Array]) -> None:
         super().__init__(topic, interval)
-        self._get, self._lines = source, lines
-        self._source = np.empty(0, bool)
+        self.message = self.MESSAGES[dtype]
+        self._get = source
+        self._source = np.empty(0)
 
     def connect(self) -> None:
-        self._source = self._get()[:self._lines]
+        self._source = self._get()
 
-    def make(self, stamp: Array) -> UInt8MultiArray:
-        return UInt8MultiArray(data=array("B", self._source.tobytes()))
+    def make(self, stamp: Array) -> Any:
+        row = self._source
+        code = "B" if row.dtype == bool else row.dtype.char
+        sizes = row.shape if row.ndim > 1 else ()  # one axis needs no layout
+        dims = [MultiArrayDimension(label=str(axis), size=size, stride=math.prod(sizes[axis:]))
+                for axis, size in enumerate(sizes)]
+        return self.message(layout=MultiArrayLayout(dim=dims), data=array(code, row.tobytes()))
 
 
 class BatteryFeed(Feed):

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from .. import _core
 from .._core import (BASE_FRAME, FOOTPRINT_FRAME, MAP_FRAME, ODOMETRY_FRAME, ODOMETRY_TOPIC, SCAN_TOPIC,
-                     NamingScheme, joined, sensor_name)
+                     NamingScheme, joined, ros_name, sensor_name)
 
 __all__ = ["BASE_FRAME", "FOOTPRINT_FRAME", "MAP_FRAME", "ODOMETRY_FRAME", "ODOMETRY_TOPIC", "SCAN_TOPIC", "SCHEMES",
-           "NamingScheme", "joined", "sensor_name"]
+           "NamingScheme", "joined", "ros_name", "sensor_name"]
 
 SCHEMES = {scheme.name: scheme for scheme in _core.naming_schemes()}

@@ -9,12 +9,12 @@ from typing import Any, Callable, Iterator
 import numpy as np
 
 from .._core import Model, RangeSensor
-from ..fleet import Fleet
+from ..fleet import Fleet, Reading, sensor_types
 from ..world import World
-from .feeds import (MAX_DETECTIONS, BatteryFeed, BlobsFeed, Bodies, BumperFeed, CameraInfoFeed, Feed,
-                    FiducialsFeed, ImageFeed, OdometryFeed, RangeFeed, ScanFeed, StallFeed)
+from .feeds import (MAX_DETECTIONS, BatteryFeed, BlobsFeed, Bodies, CameraInfoFeed, Feed, FiducialsFeed, ImageFeed,
+                    OdometryFeed, RangeFeed, ReadingFeed, ScanFeed, StallFeed)
 from .names import (BASE_FRAME, FOOTPRINT_FRAME, MAP_FRAME, ODOMETRY_FRAME, ODOMETRY_TOPIC, SCAN_TOPIC, SCHEMES,
-                    NamingScheme, joined, sensor_name)
+                    NamingScheme, joined, ros_name, sensor_name)
 
 
 @dataclass(frozen=True)
@@ -120,14 +120,18 @@ class _Maker:
         self._add_odometry(bodies)
         kinds: dict[str, list[Model]] = {}
         for model in tree(self.robot.model):
-            kind = "ranger" if sensors_of(model) is not None else model.type
+            kind = "ranger" if sensors_of(model) is not None else model.sensor_type or model.type
             kinds.setdefault(kind, []).append(model)
         add: dict[str, Callable[[Model, int, int], None]] = {
             "ranger": self._add_ranger, "camera": self._add_camera, "fiducial": self._add_fiducials,
             "blobfinder": self._add_blobs, "bumper": self._add_bumper}
+        types = sensor_types()
         for kind, models in kinds.items():
-            for i, model in enumerate(models if kind in add else ()):
-                add[kind](model, i, len(models))
+            for i, model in enumerate(models):
+                if kind in add:
+                    add[kind](model, i, len(models))
+                elif kind in types:
+                    self._add_readings(model, kind, types[kind], i, len(models))
         capacity = self.robot.model.energy_capacity
         if capacity is not None:
             self._feed(BatteryFeed(self._topic("battery"), number, fleet, capacity))
@@ -227,12 +231,20 @@ class _Maker:
                              lambda: self._fleet.blobs(index, MAX_DETECTIONS), frame, model.view), model)
 
     def _add_bumper(self, model: Model, index: int, count: int) -> None:
-        name = self._look.scheme.numbered("bumper", index, count)
+        topic = self._topic(self._look.scheme.numbered("bumper", index, count))
+        self._feed(ReadingFeed(topic, self._interval(model), "bool",
+                               lambda: self._fleet.bumper(index)[self._number, :model.lines]), model)
 
-        def source() -> Any:
-            return self._fleet.bumper(index)[self._number]
+    def _add_readings(self, model: Model, kind: str, readings: tuple[Reading, ...], index: int, count: int) -> None:
+        """A topic for each reading of a sensor for which ROS has no message, such as one from a plug-in."""
+        name = self._look.scheme.numbered(ros_name(kind), index, count)
+        for reading in readings:
+            def source(reading: Reading = reading) -> Any:
+                sensor = self._fleet.sensor(kind, index, MAX_DETECTIONS)
+                return getattr(sensor, reading.name)[self._number, ...]
 
-        self._feed(BumperFeed(self._topic(name), self._interval(model), source, model.lines), model)
+            self._feed(ReadingFeed(self._topic(f"{name}/{reading.name}"), self._interval(model), reading.dtype, source),
+                       model)
 
 
 def composed(place: Place, inner: Place) -> Place:

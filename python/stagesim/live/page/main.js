@@ -90,14 +90,19 @@ function tellChosen(facts) {
   }
   if (facts.energy !== null) rows.push(["Energy", `${whole.format(facts.energy)} J`]);
   if (facts.stalled) rows.push(["", "blocked"]);
+  for (const { name, unit, shape, values } of facts.readings) {
+    const count = shape.reduce((product, length) => product * length, 1);
+    const shown = values.length > 0 ? values.map((value) => number(value)).join(", ") : shape.join(" × ");
+    rows.push([name, `${shown}${values.length > 0 && count > values.length ? ", …" : ""} ${unit}`]);
+  }
   $("chosen-facts").replaceChildren(...rows.flatMap(([name, value]) => {
     const term = document.createElement("dt"), text = document.createElement("dd");
     term.textContent = name;
     text.textContent = value;
     return [term, text];
   }));
-  $("sense").hidden = facts.rangers === 0;
-  $("sense").disabled = facts.sensing === facts.rangers;
+  $("sense").hidden = facts.sensors === 0;
+  $("sense").disabled = facts.sensing === facts.sensors;
   $("sense").textContent = $("sense").disabled ? "Sensing" : "Sensors on";
   $("chosen-hint").hidden = !facts.velocity;
 }
