@@ -167,7 +167,7 @@ class TableTest(unittest.TestCase):
             again = Table(path, ["job", "value"])
             self.assertEqual(len(again.rows), 3)
             again.close()
-            with self.assertRaisesRegex(ValueError, "columns are not those"):
+            with self.assertRaisesRegex(ValueError, "columns differ from those"):
                 Table(path, ["job", "weight"])
 
 

@@ -148,7 +148,7 @@ TEST_F(CliExplainTest, HelpAndPageSayHowLongMeasuringTakes) {
   EXPECT_TRUE(Contains(help, "are measured for" + std::string(text) + ")")) << help;
   std::ifstream file(std::string(std::getenv("STAGE_SOURCE_DIR")) + "/docs/economy.md");
   const std::string page((std::istreambuf_iterator<char>(file)), {});
-  EXPECT_TRUE(Contains(page, "in" + std::string(text) + " samples")) << page;
+  EXPECT_TRUE(Contains(page, "For" + std::string(text) + ", samples")) << page;
 }
 
 TEST_F(CliExplainTest, MeasuresADevice) {

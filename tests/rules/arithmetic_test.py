@@ -41,7 +41,7 @@ OPENCL = re.compile(r"\b(native_\w+|half_(?!t\b)\w+|mad|fast_\w+|(?:float|double
 # names of temporary files.
 FOLDERS = ["libstage", "libstage_cl", "kernels", "examples"]
 LEFT_OUT = ["libstage/gui", "libstage/files"]
-LEFT_OUT_SYMBOLS = {"libstage.so": {"getrandom"}}
+LEFT_OUT_SYMBOLS = {"libstage.so": {"getentropy"}}
 # Own members and functions with the names of C library functions.
 OURS = {
     "log": re.compile(r"(?:\.|->)log\(\)|LogEntry>& log\("),

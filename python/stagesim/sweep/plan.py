@@ -104,7 +104,12 @@ def record_file(folder: str | os.PathLike[str], index: int) -> Path:
 
 
 def finished(folder: str | os.PathLike[str]) -> list[int]:
-    """The sorted indices of runs with a record. An empty file, which a full disk leaves, is no record."""
+    """The sorted indices of runs with a record; none if the sweep has not begun.
+
+    An empty file, which a full disk leaves, is no record.
+    """
+    if not Path(folder, "sweep.json").exists():
+        return []
     found: list[int] = _core.Sweep(os.fspath(folder)).finished()
     return found
 
