@@ -18,9 +18,9 @@ if(CMAKE_SCRIPT_MODE_FILE)
     WRITE "${OUTPUT}"
     "// Generated from ${INPUT}.\n"
     "namespace ${NAMESPACE} {\n"
-    "static const char kText[] = {\n${bytes}'\\0'};\n"
+    "static const char ${SYMBOL}Text[] = {\n${bytes}'\\0'};\n"
     "extern const char* const ${SYMBOL};\n"
-    "const char* const ${SYMBOL} = kText;\n"
+    "const char* const ${SYMBOL} = ${SYMBOL}Text;\n"
     "}  // namespace ${NAMESPACE}\n")
   return()
 endif()
