@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -184,7 +185,7 @@ struct Work {
   double examined, jobs;  // per step
 };
 
-Work WorkOf(const Mixture& mixture, const std::string& text) {
+Work MeasureWork(const Mixture& mixture, const std::string& text) {
   Stg::RunOptions options;
   options.threads = 4;
   MixedWorld mixed(mixture, text, options);
@@ -197,15 +198,25 @@ Work WorkOf(const Mixture& mixture, const std::string& text) {
           static_cast<double>(engine.shared_jobs() - jobs) / kSteps};
 }
 
+/// Work of the best of three worlds. Other programs on the machine can only raise the number of
+/// jobs, because the minimum size of a job is measured.
+Work WorkOf(const Mixture& mixture, const std::string& text) {
+  Work best = MeasureWork(mixture, text);
+  for (int i = 0; i < 2; i++) {
+    const Work work = MeasureWork(mixture, text);
+    best = {std::max(best.examined, work.examined), std::min(best.jobs, work.jobs)};
+  }
+  return best;
+}
+
 std::string Robots(int count, const std::vector<std::string>& parts) {
   return "resolution 0.1\n" + crowd::Repeat(count, [&](int i) { return Robot(i, 1.2, parts); });
 }
 
 constexpr int kMany = 1500;
-// Max number of parallel jobs per step; one for each interval would be more than 1000. The minimum
-// size of a job is measured. Sanitizers, emulators and busy machines lower it, because everything
-// takes longer with them: 156 jobs were seen beside other work.
-const double kMaxJobs = kSanitized || Stg::test::IsEmulated() ? 600 : 300;
+// Max number of parallel jobs per step. The minimum size of a job is measured, and sanitizers and
+// emulators lower it, because everything takes longer with them.
+const double kMaxJobs = kSanitized || Stg::test::IsEmulated() ? 600 : 150;
 const std::string kRanger = "ranger( sensor( range [0 4] fov 270 samples 4 ) )";
 const std::string kFinder = "fiducial( range_max 2 )";
 const std::string kArm = kParts[10];
