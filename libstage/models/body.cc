@@ -256,8 +256,7 @@ bool BlockGroup::ExchangeState(StateExchange& exchange) {
   return ReplaceShapes(shapes);
 }
 
-// ---- rasterization
-// ------------------------------------------------------------------------------------
+// ---- rasterization ------------------------------------------------------------------------------
 
 void BlockGroup::Erase() {
   if (!rasterized_ || owner_.scene().tearing_down) return;

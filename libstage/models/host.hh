@@ -63,7 +63,7 @@ class Host : public std::enable_shared_from_this<Host> {
   uint64_t topology_version = 0;       ///< counts added, removed and moved models
   std::vector<ModelWifi*> radios;      ///< in the order of creation
   FiducialIndex* fiducials = nullptr;  ///< candidates of fiducial finders; the engine's
-  DeletionWatch* watches = nullptr;    ///< list of all watches, see Watch
+  DeletionWatch* watches = nullptr;    ///< list of all watches
   double max_dissipation = 0;          ///< joules in one square metre: see DissipationVis
   bool listed = true;                  ///< see RunOptions::listed
   bool loads_controllers = true;       ///< see RunOptions::controllers

@@ -36,8 +36,8 @@ void SetFinite(const Model& model, const char* name, double value, double* targe
 /// Transforms a global pose into a frame.
 Pose RelativeTo(const Pose& frame, const Pose& p) {
   const Pose turn(0, 0, 0, -frame.a);
-  const Pose has_own_directions = turn + Pose(p.x - frame.x, p.y - frame.y, 0, 0);
-  return Pose(has_own_directions.x, has_own_directions.y, p.z - frame.z, p.a - frame.a);
+  const Pose rotated = turn + Pose(p.x - frame.x, p.y - frame.y, 0, 0);
+  return Pose(rotated.x, rotated.y, p.z - frame.z, p.a - frame.a);
 }
 
 /// Seed of a model. Does not depend on names, as these may change.

@@ -37,15 +37,15 @@ void Extend(const point_t& a, const point_t& b, Reach* reach) {
 /// `heading` is the rotation of the body's frame in the model's frame.
 Reach ReachOf(const BlockGroup& body, double heading) {
   const SineCosine turn = SinCos(heading);
-  const auto has_own_directions = [&](const point_t& p) {
+  const auto rotated = [&](const point_t& p) {
     return point_t(p.x * turn.cosine - p.y * turn.sine, p.x * turn.sine + p.y * turn.cosine);
   };
   Reach reach;
   for (const auto& block : body.blocks()) {
     if (block->points().empty()) continue;
-    point_t last = has_own_directions(block->points().back());
+    point_t last = rotated(block->points().back());
     for (const point_t& point : block->points()) {
-      const point_t next = has_own_directions(point);
+      const point_t next = rotated(point);
       Extend(last, next, &reach);
       last = next;
     }

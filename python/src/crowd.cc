@@ -97,7 +97,7 @@ void Crowd::Gather(const Source& source, size_t world) {
   for (const Named& named : groups_) FillGroup(named.group.get(), world, members);
 }
 
-/// Fills a part for one world, on the world's workers, whose caches hold the robots' data.
+/// Fills a group for one world, on the world's workers, whose caches hold the robots' data.
 void Crowd::FillGroup(ArrayGroup* group, size_t world, const Members& members) {
   constexpr size_t kTooFew = 200, kGrain = 32;
   group->Prepare(world);
@@ -108,7 +108,7 @@ void Crowd::FillGroup(ArrayGroup* group, size_t world, const Members& members) {
   });
 }
 
-/// Fills a part for all worlds, after a lookup of their robots.
+/// Fills a group for all worlds, after a lookup of their robots.
 void Crowd::FillGroup(const Source& source, ArrayGroup* group) {
   for (size_t world = 0; world < worlds(); world++)
     FillGroup(group, world, MembersOf(&source, world));
@@ -160,7 +160,7 @@ nb::object Crowd::View(const Array& array, bool writable) {
                                                  nullptr, array.dtype()));
 }
 
-/// The part called `name`; creates and fills it if it does not exist.
+/// The group called `name`; creates and fills it if it does not exist.
 template <typename T, typename... Arguments>
 T& Crowd::GroupOf(const Source& source, const std::string& name, Arguments... arguments) {
   for (const Named& named : groups_)

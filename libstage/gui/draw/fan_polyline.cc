@@ -24,9 +24,9 @@ class SlopeInterval {
     if ((along < max_along_) | (across < min_slope_ * along) | (across > max_slope_ * along))
       return false;
     max_along_ = along;
-    const float fraction = 1 / along;
-    min_slope_ = std::max(min_slope_, (across - tolerance_) * fraction);
-    max_slope_ = std::min(max_slope_, (across + tolerance_) * fraction);
+    const float inverse = 1 / along;
+    min_slope_ = std::max(min_slope_, (across - tolerance_) * inverse);
+    max_slope_ = std::min(max_slope_, (across + tolerance_) * inverse);
     return true;
   }
 
