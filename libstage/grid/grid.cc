@@ -15,7 +15,6 @@ namespace Stg::internal::grid {
 
 namespace {
 
-constexpr uint32_t kRegionsPerSuper = 256;
 constexpr size_t kSlotsPerSuper = 4;  // minimum; sparse, so that the first probe mostly hits
 
 void Include(CellBox* box, const CellBox& other) {

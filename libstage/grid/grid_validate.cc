@@ -13,8 +13,6 @@ namespace Stg::internal::grid {
 
 namespace {
 
-constexpr uint32_t kRegionsPerSuper = 256;
-
 /// Objects of an array, each with a mark that says whether it is in use.
 class Users {
  public:

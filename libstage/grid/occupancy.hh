@@ -16,7 +16,7 @@
 
 namespace Stg::internal::grid {
 
-inline constexpr uint32_t kTilesPerRegion = 64, kMapsPerSuper = 4;
+inline constexpr uint32_t kTilesPerRegion = 64, kRegionsPerSuper = 256, kMapsPerSuper = 4;
 
 class Occupancy {
  public:

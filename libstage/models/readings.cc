@@ -45,6 +45,11 @@ size_t SizeOf(Reading::Element element) {
   return kSizes[element];
 }
 
+const char* NameOf(Reading::Element element) {
+  constexpr const char* kNames[] = {"bool", "uint8", "int32", "float32", "float64"};
+  return kNames[element];
+}
+
 void CopyReading(const Reading& reading, const Model* model, const ReadingShape& space, void* to) {
   const size_t size = SizeOf(reading.element), total = space.Count();
   ReadingShape shape = model ? reading.shape(*model) : space;

@@ -156,12 +156,11 @@ MessageType ModelPosesType() {
 }
 
 MessageType ReadingsType(const ModelType& type, const Model& sensor) {
-  constexpr const char* kNames[] = {"bool", "uint8", "int32", "float32", "float64"};
   std::string definition = "std_msgs/Header header\n";
   for (const Reading& reading : type.readings) {
     const size_t axes = reading.shape(sensor).axes;
     definition += "# " + reading.description + (reading.unit.empty() ? "" : " Unit: ") +
-                  reading.unit + "\n" + kNames[reading.element] + (axes > 0 ? "[] " : " ") +
+                  reading.unit + "\n" + NameOf(reading.element) + (axes > 0 ? "[] " : " ") +
                   reading.name + "\n";
     if (axes > 1) definition += "uint32[] " + reading.name + "_shape\n";
   }

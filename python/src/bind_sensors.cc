@@ -109,12 +109,11 @@ void BindView(nb::module_& module) {
 
 /// The readings of all types of sensors: tuples as in stagesim.Reading.
 nb::dict ReadingsOfTypes() {
-  constexpr const char* kDtypes[] = {"bool", "uint8", "int32", "float32", "float64"};
   nb::dict all;
   for (const ModelType* type : SensorTypes()) {
     nb::list readings;
     for (const Reading& reading : type->readings)
-      readings.append(nb::make_tuple(reading.name, kDtypes[reading.element], reading.unit,
+      readings.append(nb::make_tuple(reading.name, NameOf(reading.element), reading.unit,
                                      reading.description, reading.is_list));
     all[nb::cast(type->name)] = readings;
   }

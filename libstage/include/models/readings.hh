@@ -60,6 +60,8 @@ struct Reading {
 
 /// Size of an element in bytes.
 size_t SizeOf(Reading::Element element);
+/// Name of the type of elements in NumPy and ROS, such as "float64".
+const char* NameOf(Reading::Element element);
 
 /// Copies a model's array into the corner of a larger one of shape `space`; what does not fit is
 /// left out. All other elements become NaN, or 0 if they are not floating point. `model` may be
