@@ -28,31 +28,40 @@ constexpr int kMaxPixels = 16384;  // maximum side of an image
 constexpr usec_t kAtTheEnd = std::numeric_limits<usec_t>::max();
 constexpr usec_t kShotTime = 1000000;  // for runs without an end
 
-/// Parses FILE@SECONDS.
-Options::SnapshotOrder ParseSnapshotOrder(Text name, Text text) {
+/// A file and the simulated time at which it is written.
+struct TimedFile {
+  std::string file;
+  std::optional<double> seconds;  ///< empty if no number follows an @
+
+  bool IsInRange() const { return *seconds >= 0 && *seconds <= kMaxDuration; }
+  usec_t Time() const { return static_cast<usec_t>(std::llround(*seconds * 1e6)); }
+};
+
+/// Splits FILE@SECONDS. Names may contain an @, so a text without a number after the last one is
+/// a FILE.
+TimedFile SplitTimedFile(Text text) {
   const size_t at = text.rfind('@');
-  const std::optional<double> seconds =
-      at == std::string::npos ? std::nullopt : ParseNumber<double>(text.substr(at + 1));
-  if (at == 0 || !seconds || !(*seconds >= 0 && *seconds <= kMaxDuration))
-    RefuseValue(name, "FILE@SECONDS, as cave.snapshot@60", text);
-  return {text.substr(0, at), static_cast<usec_t>(std::llround(*seconds * 1e6))};
+  if (at == std::string::npos) return {text, std::nullopt};
+  const std::optional<double> seconds = ParseNumber<double>(text.substr(at + 1));
+  return {seconds ? text.substr(0, at) : text, seconds};
 }
 
-/// Parses FILE.png or FILE.png@SECONDS; names may contain an @.
+/// Parses FILE@SECONDS.
+Options::SnapshotOrder ParseSnapshotOrder(Text name, Text text) {
+  const TimedFile found = SplitTimedFile(text);
+  if (found.file.empty() || !found.seconds || !found.IsInRange())
+    RefuseValue(name, "FILE@SECONDS, as cave.snapshot@60", text);
+  return {found.file, found.Time()};
+}
+
+/// Parses FILE.png or FILE.png@SECONDS.
 offscreen::PictureOptions::Shot ParseShot(Text name, Text text) {
-  offscreen::PictureOptions::Shot shot{text, kAtTheEnd};
-  const size_t at = text.rfind('@');
-  const std::optional<double> seconds =
-      at == std::string::npos ? std::nullopt : ParseNumber<double>(text.substr(at + 1));
-  if (seconds) {
-    if (!(*seconds >= 0 && *seconds <= kMaxDuration))
-      RefuseValue(name, "simulated seconds after the @, from 0 to 1e12", text);
-    shot.file = text.substr(0, at);
-    shot.time = static_cast<usec_t>(std::llround(*seconds * 1e6));
-  }
-  if (shot.file.size() < 5 || !shot.file.ends_with(".png"))
+  const TimedFile found = SplitTimedFile(text);
+  if (found.seconds && !found.IsInRange())
+    RefuseValue(name, "simulated seconds after the @, from 0 to 1e12", text);
+  if (found.file.size() < 5 || !found.file.ends_with(".png"))
     RefuseValue(name, "FILE.png or FILE.png@SECONDS", text);
-  return shot;
+  return {found.file, found.seconds ? found.Time() : kAtTheEnd};
 }
 
 void ParseSize(Text name, Text text, offscreen::PictureOptions* picture_options) {
