@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "geometry/rotated.hh"
 #include "geometry/trigonometry.hh"
 #include "messages/assert.hh"
 #include "models/body.hh"
@@ -32,8 +33,7 @@ void LineInBodies::AddBodyOf(const Model& model) {
   const Pose frame = global + geom.pose;
   const SineCosine turn = SinCos(-frame.a);
   const auto local = [&](const point3_t& p) {
-    const double dx = p.x - frame.x, dy = p.y - frame.y;
-    return point_t(dx * turn.cosine - dy * turn.sine, dx * turn.sine + dy * turn.cosine);
+    return Rotated(point_t(p.x - frame.x, p.y - frame.y), turn);
   };
   const point_t from = local(from_), to = local(to_);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/rotated.hh"
 #include "geometry/trigonometry.hh"
 #include "models/body.hh"
 
@@ -37,15 +38,12 @@ void Extend(const point_t& a, const point_t& b, Reach* reach) {
 /// `heading` is the rotation of the body's frame in the model's frame.
 Reach ReachOf(const BlockGroup& body, double heading) {
   const SineCosine turn = SinCos(heading);
-  const auto rotated = [&](const point_t& p) {
-    return point_t(p.x * turn.cosine - p.y * turn.sine, p.x * turn.sine + p.y * turn.cosine);
-  };
   Reach reach;
   for (const auto& block : body.blocks()) {
     if (block->points().empty()) continue;
-    point_t last = rotated(block->points().back());
+    point_t last = Rotated(block->points().back(), turn);
     for (const point_t& point : block->points()) {
-      const point_t next = rotated(point);
+      const point_t next = Rotated(point, turn);
       Extend(last, next, &reach);
       last = next;
     }

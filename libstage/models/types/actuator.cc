@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/rotated.hh"
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
 #include "models/body.hh"
@@ -64,10 +65,9 @@ double ModelActuator::GetPosition() const {
   if (!has_reference_) return 0.0;
   if (type_of_joint_ == TYPE_ROTATIONAL)
     return turned_ + normalize(pose.a - reference_.a - turned_);
-  const SineCosine turn = SinCos(-reference_.a);
-  const double dx = pose.x - reference_.x, dy = pose.y - reference_.y;
-  return axis_.x * (dx * turn.cosine - dy * turn.sine) +
-         axis_.y * (dx * turn.sine + dy * turn.cosine) + axis_.z * (pose.z - reference_.z);
+  const point_t moved =
+      Rotated(point_t(pose.x - reference_.x, pose.y - reference_.y), SinCos(-reference_.a));
+  return axis_.x * moved.x + axis_.y * moved.y + axis_.z * (pose.z - reference_.z);
 }
 
 /// Displacement in the actuator's own frame.

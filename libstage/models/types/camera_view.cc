@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "geometry/geometry.hh"
+#include "geometry/rotated.hh"
 #include "geometry/trigonometry.hh"
 #include "models/state_exchange.hh"
 #include "worldfile/worldfile.hh"
@@ -58,9 +59,9 @@ void PerspectiveCamera::addPose(double x, double y, double z) {
 
 void PerspectiveCamera::move(double x, double y, double z) {
   const double fraction = _z / 100.0;
-  const SineCosine yaw = SinCos(dtor(_yaw));
-  _x += fraction * (x * yaw.cosine - y * yaw.sine);
-  _y += fraction * (x * yaw.sine + y * yaw.cosine);
+  const point_t moved = Rotated(point_t(x, y), SinCos(dtor(_yaw)));
+  _x += fraction * moved.x;
+  _y += fraction * moved.y;
   _z += fraction * z;
 }
 
@@ -104,13 +105,13 @@ void PerspectiveCamera::Save(Worldfile* wf, int sec) {
 void OrthoCamera::SetProjection(double, double, double, double) {}
 
 void OrthoCamera::move(double x, double y) {
-  const SineCosine yaw = SinCos(dtor(_yaw)), pitch = SinCos(dtor(_pitch));
   // The floor is foreshortened when viewed at an angle.
+  const double foreshortening = std::max(SinCos(dtor(_pitch)).cosine, 1e-9);
   const double right = x / _scale;
-  const double away =
-      constrain(y / (_scale * std::max(pitch.cosine, 1e-9)), -kFarthestPan, kFarthestPan);
-  _x += right * yaw.cosine - away * yaw.sine;
-  _y += right * yaw.sine + away * yaw.cosine;
+  const double away = constrain(y / (_scale * foreshortening), -kFarthestPan, kFarthestPan);
+  const point_t moved = Rotated(point_t(right, away), SinCos(dtor(_yaw)));
+  _x += moved.x;
+  _y += moved.y;
 }
 
 void OrthoCamera::addPitch(double pitch) { _pitch = constrain(_pitch + pitch, 0, 90); }
@@ -128,9 +129,9 @@ void OrthoCamera::scale(double amount, double shift_x, double h, double shift_y,
   // Zooms about the pointer: the point below it stays in place.
   const double x = shift_x - w / 2, y = h / 2 - shift_y;
   const double gain = 1 / old - 1 / _scale;
-  const SineCosine yaw = SinCos(dtor(_yaw));
-  _x += gain * (x * yaw.cosine - y * yaw.sine);
-  _y += gain * (x * yaw.sine + y * yaw.cosine);
+  const point_t moved = Rotated(point_t(x, y), SinCos(dtor(_yaw)));
+  _x += gain * moved.x;
+  _y += gain * moved.y;
 }
 
 void OrthoCamera::reset(void) { _pitch = _yaw = 0; }
