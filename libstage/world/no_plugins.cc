@@ -4,6 +4,7 @@
 // load nothing at run time.
 
 #include "messages/report.hh"
+#include "sensing/prefilter.hh"
 #include "world/gui_loader.hh"
 #include "world/linked_controllers.hh"
 #include "world/plugin.hh"
@@ -12,13 +13,17 @@
 namespace Stg {
 
 namespace {
-constexpr char kStatic[] = "this program was built with STAGE_STATIC";
+// Whole sentences, because GCC 12 warns wrongly about concatenations of long constants.
+constexpr char kNoPlugins[] =
+    "this program was built with STAGE_STATIC and loads no plug-ins; link the plug-in's model "
+    "types "
+    "into it and remove this property, or build Stage without STAGE_STATIC";
+constexpr char kNoWindow[] = "this program was built with STAGE_STATIC, without the window";
+constexpr char kNoOpenCl[] = "this program was built with STAGE_STATIC, without OpenCL";
 }  // namespace
 
 void* OpenPlugin(const std::string&, std::string* error, Stamp) {
-  *error = std::string(kStatic) +
-           " and loads no plug-ins; link the plug-in's model types into it and remove this "
-           "property, or build Stage without STAGE_STATIC";
+  *error = kNoPlugins;
   return nullptr;
 }
 
@@ -35,16 +40,16 @@ ControllerInit FindControllerInit(const std::string&, std::string* error) {
 }
 
 void* FindInGui(const char*, std::string* message) {
-  *message = std::string(kStatic) + ", without the window";
+  *message = kNoWindow;
   return nullptr;
 }
 
 std::unique_ptr<sensing::Prefilter> LoadPrefilter(const std::string&, const std::string&,
                                                   std::string* message) {
-  *message = std::string(kStatic) + ", without OpenCL";
+  *message = kNoOpenCl;
   return nullptr;
 }
 
-std::string ListDevices(const std::string&) { return std::string(kStatic) + ", without OpenCL\n"; }
+std::string ListDevices(const std::string&) { return std::string(kNoOpenCl) + '\n'; }
 
 }  // namespace Stg
