@@ -29,8 +29,9 @@ class Users {
   std::vector<bool> used_;
 };
 
-std::string Numbered(const char* what, size_t number) {
-  return std::string(what) + " " + std::to_string(number);
+/// Returns a sentence such as "region 7 is not free".
+std::string About(const char* thing, size_t number, const char* fault) {
+  return std::string(thing) + " " + std::to_string(number) + " " + fault;
 }
 
 }  // namespace
@@ -68,7 +69,7 @@ class Grid::Validator {
     if (grid_.region_tables_.size() != supers * kRegionsPerSuper ||
         grid_.region_maps_.size() != supers * kMapsPerSuper)
       return "the number of region tables or maps does not fit that of superregions";
-    if (grid_.stamps_.size() < grid_.bodies_.size()) return "bodies lack stamps";
+    if (grid_.stamps_.size() < grid_.bodies_.size()) return "some bodies have no stamp";
     for (const Layer& layer : grid_.layers_)
       if (layer.cells.tile_maps().size() != regions || layer.cells.tiles().size() != tiles)
         return "the size of a layer does not fit the number of regions";
@@ -76,24 +77,24 @@ class Grid::Validator {
   }
 
   std::string CheckFreeIndices() {
+    constexpr char kListedTwice[] = "is in the free list twice, or does not exist";
     for (const BodyId id : grid_.free_bodies_) {
-      if (!free_bodies_.Add(id)) return Numbered("a free list holds twice or wrongly body", id);
-      if (grid_.bodies_[id].model) return Numbered("the free list holds a live body,", id);
+      if (!free_bodies_.Add(id)) return About("body", id, kListedTwice);
+      if (grid_.bodies_[id].model) return About("body", id, "is in the free list, but has a model");
     }
     for (const uint32_t region : grid_.free_regions_)
-      if (region == 0 || !regions_.Add(region))
-        return Numbered("a free list holds twice or wrongly region", region);
+      if (region == 0 || !regions_.Add(region)) return About("region", region, kListedTwice);
     for (const uint32_t super : grid_.free_supers_)
       if (super == 0 || super >= grid_.supers_.size() || grid_.supers_[super].in_use ||
           !supers_.Add(super))
-        return Numbered("a free list holds twice or wrongly superregion", super);
+        return About("superregion", super,
+                     "is in the free list twice, is in use, or does not exist");
     for (const uint32_t list : grid_.lists_.free())
-      if (!lists_.Add(list)) return Numbered("a free list holds twice or wrongly cell list", list);
+      if (!lists_.Add(list)) return About("cell list", list, kListedTwice);
     for (const uint32_t node : grid_.nodes_.free())
-      if (!nodes_.Add(node)) return Numbered("a free list holds twice or wrongly node", node);
+      if (!nodes_.Add(node)) return About("node", node, kListedTwice);
     for (const uint32_t outline : grid_.outline_fragments_.free())
-      if (outline == 0 || !outlines_.Add(outline))
-        return Numbered("a free list holds twice or wrongly outline", outline);
+      if (outline == 0 || !outlines_.Add(outline)) return About("outline", outline, kListedTwice);
     return "";
   }
 
@@ -106,19 +107,23 @@ class Grid::Validator {
         if (region == 0) continue;
         regions++;
         if (!regions_.Add(region))
-          return Numbered("a region table holds twice or wrongly region", region);
+          return About("region", region,
+                       "is in a region table, but is free, in a second one, or does not exist");
         const Region& entry = grid_.regions_[region];
         if (entry.super != super || entry.place != place)
-          return Numbered("another place than in the region table has region", region);
+          return About("region", region,
+                       "has another superregion or place than in the region table");
       }
-      if (regions != of.regions) return Numbered("wrong number of regions in superregion", super);
+      if (regions != of.regions)
+        return About("superregion", super, "has a wrong number of regions");
       if (of.in_use != (regions > 0))
-        return Numbered("wrong mark whether it is in use has superregion", super);
+        return About("superregion", super, "has a wrong mark of being in use");
       if (!of.in_use && !supers_.Has(super))
-        return Numbered("neither used nor free is superregion", super);
+        return About("superregion", super, "is neither in use nor in the free list");
     }
     for (uint32_t region = 1; region < grid_.regions_.size(); region++)
-      if (!regions_.Has(region)) return Numbered("neither used nor free is region", region);
+      if (!regions_.Has(region))
+        return About("region", region, "is neither in use nor in the free list");
     return "";
   }
 
@@ -135,7 +140,7 @@ class Grid::Validator {
     for (uint32_t super = 1; super < grid_.supers_.size(); super++) {
       const Super& of = grid_.supers_[super];
       if (of.in_use && ray_find_super(&view, of.x, of.y) != super)
-        return Numbered("the directory does not find superregion", super);
+        return About("superregion", super, "is not found by the directory");
     }
     return "";
   }
@@ -147,19 +152,19 @@ class Grid::Validator {
       for (uint32_t i = 0; i < kTilesPerRegion; i++)
         tiles += !grid_.IsEmpty(region * kTilesPerRegion + i);
       if (!IsUsed(region)) {
-        if (tiles > 0) return Numbered("something is in a region that is not used,", region);
+        if (tiles > 0) return About("region", region, "has filled tiles, but is not in use");
         continue;
       }
       const Region& of = grid_.regions_[region];
       empty += tiles == 0;
-      if (tiles != of.tiles) return Numbered("wrong number of filled tiles in region", region);
+      if (tiles != of.tiles) return About("region", region, "has a wrong number of filled tiles");
       const uint64_t bit = uint64_t{1} << ((of.place & 7) | (of.place >> 4 & 7) << 3);
       if (((grid_.region_maps_[MapOf(of.super, of.place)] & bit) != 0) != (tiles > 0))
-        return Numbered("wrong bit in the region map for region", region);
+        return About("region", region, "has a wrong bit in the region map");
       if (!Contains(grid_.occupied_, BoxOf(of)))
-        return Numbered("outside of the occupied box is region", region);
+        return About("region", region, "lies outside of the occupied box");
     }
-    if (empty != grid_.serial_edit_.empty_regions) return "wrong number of empty regions";
+    if (empty != grid_.serial_edit_.empty_regions) return "the number of empty regions is wrong";
     return "";
   }
 
@@ -167,10 +172,11 @@ class Grid::Validator {
     for (BodyId id = 0; id < grid_.bodies_.size(); id++) {
       const Body& body = grid_.bodies_[id];
       if (body.exact() != (body.edges > 0) || body.edges > Body::kMaxEdges)
-        return Numbered("wrong number of edges of body", id);
+        return About("body", id, "has a wrong number of edges");
       if (body.model && body.layers != grid_.LayersOf(body))
-        return Numbered("wrong layers of body", id);
-      if (grid_.stamps_[id] > grid_.last_stamp()) return Numbered("a stamp too high of body", id);
+        return About("body", id, "has wrong layers");
+      if (grid_.stamps_[id] > grid_.last_stamp())
+        return About("body", id, "has a stamp that was never given");
     }
     return "";
   }
@@ -181,7 +187,7 @@ class Grid::Validator {
       std::string fault = CheckCells(slot);
       if (fault.empty()) fault = CheckOutlines(slot);
       if (fault.empty()) fault = CheckLayers(slot);
-      if (!fault.empty()) return fault + Numbered(" in tile", slot);
+      if (!fault.empty()) return "tile " + std::to_string(slot) + ": " + fault;
     }
     return "";
   }
@@ -189,15 +195,17 @@ class Grid::Validator {
   /// Checks the bodies of thin outlines in a tile, and notes in which layers its cells show.
   std::string CheckCells(uint32_t slot) {
     const TileCells& tile = grid_.tiles_[slot];
-    if ((tile.crowded & ~tile.cells) != 0) return "crowded cells that are not occupied";
-    if ((tile.cells == 0) != (tile.bodies == 0)) return "bodies without cells, or cells without";
+    if ((tile.crowded & ~tile.cells) != 0) return "cells are crowded, but not occupied";
+    if ((tile.cells == 0) != (tile.bodies == 0))
+      return "there are bodies without cells, or cells without bodies";
     if ((tile.bodies & kListFlag) == 0) {
-      if (tile.crowded != 0) return "crowded cells of a single body";
-      if (tile.cells != 0 && !Note(tile.bodies - 1, tile.cells)) return "a body that is none";
+      if (tile.crowded != 0) return "cells are crowded, but there is only one body";
+      if (tile.cells != 0 && !Note(tile.bodies - 1, tile.cells))
+        return "its body does not exist or has no thin outline";
       return "";
     }
     const uint32_t index = tile.bodies & ~kListFlag;
-    if (!lists_.Add(index)) return "cell lists that are used twice or free";
+    if (!lists_.Add(index)) return "its cell lists are free or used twice";
     std::string fault;
     bool only_one = true;
     BodyList first = 0;
@@ -207,46 +215,50 @@ class Grid::Validator {
       if (first == 0) first = list;
       only_one = only_one && list == first;
     });
-    if (fault.empty() && only_one && tile.crowded == 0) return "cell lists for a single body";
+    if (fault.empty() && only_one && tile.crowded == 0) return "its cell lists have only one body";
     return fault;
   }
 
   std::string CheckList(BodyList list, bool crowded, uint64_t cell) {
-    if (crowded != ((list & kListFlag) != 0)) return "a wrong mark of a crowded cell";
-    if (!crowded) return list != 0 && Note(list - 1, cell) ? "" : "a body that is none in a cell";
+    if (crowded != ((list & kListFlag) != 0)) return "a cell has a wrong mark of being crowded";
+    if (!crowded)
+      return list != 0 && Note(list - 1, cell)
+                 ? ""
+                 : "the body of a cell does not exist or has no thin outline";
     const uint32_t first = list & ~kListFlag;
     uint32_t node = first, previous = first;
     uint64_t stamp = 0;
     size_t count = 0;
     do {
-      if (!nodes_.Add(node)) return "a node that is used twice or free";
+      if (!nodes_.Add(node)) return "a node is free or used twice";
       const Node& entry = grid_.nodes_[node];
-      if (count > 0 && entry.previous != previous) return "a list whose links do not agree";
-      if (!Note(entry.id, cell)) return "a body that is none in a list";
-      if (count > 0 && grid_.stamps_[entry.id] <= stamp) return "a list out of order";
+      if (count > 0 && entry.previous != previous) return "the links of a list do not agree";
+      if (!Note(entry.id, cell)) return "a body in a list does not exist or has no thin outline";
+      if (count > 0 && grid_.stamps_[entry.id] <= stamp)
+        return "a list is not in the order of stamps";
       stamp = grid_.stamps_[entry.id];
       previous = node;
       node = entry.next;
       count++;
     } while (node != first);
-    if (grid_.nodes_[first].previous != previous) return "a list whose ends do not agree";
-    return count > 1 ? "" : "a list of a single body";
+    if (grid_.nodes_[first].previous != previous) return "the ends of a list do not agree";
+    return count > 1 ? "" : "a list has only one body";
   }
 
   /// Checks the exact outlines in a tile, and notes in which layers its cells show.
   std::string CheckOutlines(uint32_t slot) {
     std::vector<BodyId> seen;
     for (OutlineList list = grid_.OutlinesIn(slot); list != 0;) {
-      if (!outlines_.Add(list)) return "an outline that is used twice or free";
+      if (!outlines_.Add(list)) return "an outline is free or used twice";
       const OutlineFragment& set = grid_.outline_fragments_[list];
       if (set.id >= grid_.bodies_.size() || free_bodies_.Has(set.id) ||
           !grid_.bodies_[set.id].exact())
-        return "an outline of no body";
+        return "an outline belongs to no exact body";
       const Body& body = grid_.bodies_[set.id];
-      if (std::ranges::count(seen, set.id) > 0) return "a body with two outlines";
+      if (std::ranges::count(seen, set.id) > 0) return "a body has two outlines";
       seen.push_back(set.id);
       if (set.cells == 0 || set.edges >> (body.edges - 1) >> 1 != 0)
-        return "an outline without cells, or with edges that do not exist";
+        return "an outline has no cells, or edges that do not exist";
       Show(body, set.cells);
       list = set.next;
     }
@@ -256,18 +268,18 @@ class Grid::Validator {
   std::string CheckLayers(uint32_t slot) const {
     for (LayerIndex i = 0; i < grid_.layers_.size(); i++) {
       const Occupancy& cells = grid_.layers_[i].cells;
-      if (cells.tiles()[slot] != shown_[i]) return Numbered("wrong cells in layer", i);
+      if (cells.tiles()[slot] != shown_[i]) return About("layer", i, "has wrong cells");
       const uint64_t map = cells.tile_maps()[slot / kTilesPerRegion];
       if ((map >> slot % kTilesPerRegion & 1) != (shown_[i] != 0))
-        return Numbered("a wrong bit in the tile map of layer", i);
+        return About("layer", i, "has a wrong bit in its tile map");
     }
     return "";
   }
 
   std::string CheckTotals() {
     if (rasterized_cells_ + grid_.pretended_cells_ != grid_.rasterized_cells())
-      return "wrong number of rasterized cells";
-    if (!grid_.LiesInExtent()) return "cells outside of the extent";
+      return "the number of rasterized cells is wrong";
+    if (!grid_.LiesInExtent()) return "some cells lie outside of the extent";
     return "";
   }
 

@@ -35,7 +35,7 @@ class World::Validator {
       std::string fault = (this->*check)();
       if (!fault.empty()) return fault;
     }
-    if (std::string fault = grid_.Validate(); !fault.empty()) return "the grid has " + fault;
+    if (std::string fault = grid_.Validate(); !fault.empty()) return "the grid: " + fault;
     if (std::string fault = CheckBodies(); !fault.empty()) return fault;
     return engine_.loading ? "" : CheckPlaces();  // bodies are rasterized after loading
   }

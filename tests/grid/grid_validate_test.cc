@@ -122,92 +122,92 @@ struct Example {
 struct Corruption {
   std::string name;
   std::function<void(GridTamperer*, const Example&)> make;
-  std::string fault;  ///< beginning of the result of Validate()
+  std::string fault;  ///< part of the result of Validate()
 };
 
 std::vector<Corruption> AllCorruptions() {
   using T = GridTamperer;
   return {
       {"cells cleared", [](T* t, const Example& e) { t->Tile(e.alone_slot).cells = 0; },
-       "wrong number of filled tiles in region"},
+       "has a wrong number of filled tiles"},
       {"a cell set", [](T* t, const Example& e) { t->Tile(e.alone_slot).cells |= 1 << 30; },
-       "wrong cells in layer 0"},
+       "layer 0 has wrong cells"},
       {"another body in a tile", [](T* t, const Example& e) { t->Tile(e.alone_slot).bodies = 99; },
-       "a body that is none"},
+       "its body does not exist"},
       {"a removed body in a tile",
        [](T* t, const Example& e) { t->Tile(e.alone_slot).bodies = e.removed + 1; },
-       "a body that is none"},
+       "its body does not exist"},
       {"an exact body in a list",
        [](T* t, const Example& e) { t->ListOf(e.shared_slot, 1) = e.exact + 1; },
-       "a body that is none in a cell"},
+       "the body of a cell does not exist"},
       {"a tile without its body", [](T* t, const Example& e) { t->Tile(e.alone_slot).bodies = 0; },
-       "bodies without cells, or cells without"},
+       "there are bodies without cells"},
       {"crowded bit cleared", [](T* t, const Example& e) { t->Tile(e.shared_slot).crowded = 0; },
-       "a wrong mark of a crowded cell"},
+       "a cell has a wrong mark of being crowded"},
       {"crowded bit set", [](T* t, const Example& e) { t->Tile(e.alone_slot).crowded = 1 << 30; },
-       "crowded cells that are not occupied"},
+       "cells are crowded, but not occupied"},
       {"crowded cell of one body",
        [](T* t, const Example& e) { t->Tile(e.alone_slot).crowded = t->Tile(e.alone_slot).cells; },
-       "crowded cells of a single body"},
+       "cells are crowded, but there is only one body"},
       {"cell lists freed", [](T* t, const Example& e) { t->FreeLists(e.shared_slot); },
-       "cell lists that are used twice or free"},
+       "its cell lists are free or used twice"},
       {"a node freed", [](T* t, const Example& e) { t->FreeNode(e.shared_slot, 0); },
-       "a node that is used twice or free"},
+       "a node is free or used twice"},
       {"a node of another body",
        [](T* t, const Example& e) { t->FirstNode(e.shared_slot, 0).id = 77; },
-       "a body that is none in a list"},
+       "a body in a list does not exist"},
       {"a ring of one node",
        [](T* t, const Example& e) {
          auto& node = t->FirstNode(e.shared_slot, 0);
          node.next = node.previous = t->ListOf(e.shared_slot, 0) & ~Grid::kListFlag;
        },
-       "a list of a single body"},
+       "a list has only one body"},
       {"a link back", [](T* t, const Example& e) { t->FirstNode(e.shared_slot, 0).previous = 99; },
-       "a list whose"},
+       " of a list do not agree"},
       {"order reversed",
        [](T* t, const Example& e) { std::swap(t->StampOf(e.older), t->StampOf(e.newer)); },
-       "a list out of order"},
+       "a list is not in the order of stamps"},
       {"a stamp of the future", [](T* t, const Example& e) { t->StampOf(e.newer) = 1000; },
-       "a stamp too high of body"},
+       "has a stamp that was never given"},
       {"layers of a body", [](T* t, const Example& e) { t->BodyOf(e.alone).layers = 0; },
-       "wrong layers of body"},
+       "has wrong layers"},
       {"too many edges", [](T* t, const Example& e) { t->BodyOf(e.exact).edges = 33; },
-       "wrong number of edges of body"},
+       "has a wrong number of edges"},
       {"a bit in a tile map", [](T* t, const Example& e) { t->FlipTileMap(0, e.alone_slot + 1); },
-       "a wrong bit in the tile map of layer 0"},
+       "layer 0 has a wrong bit in its tile map"},
       {"cells of an outline", [](T* t, const Example& e) { t->Outline(e.shared_slot).cells |= 8; },
-       "wrong cells in layer"},
+       "has wrong cells"},
       {"no cells of an outline",
        [](T* t, const Example& e) { t->Outline(e.shared_slot).cells = 0; },
-       "an outline without cells"},
+       "an outline has no cells"},
       {"an outline of a thin body",
        [](T* t, const Example& e) { t->Outline(e.shared_slot).id = e.alone; },
-       "an outline of no body"},
+       "an outline belongs to no exact body"},
       {"an edge that is none", [](T* t, const Example& e) { t->Outline(e.shared_slot).edges = 2; },
-       "an outline without cells, or with edges that do not exist"},
+       "an outline has no cells, or edges that do not exist"},
       {"an outline freed", [](T* t, const Example& e) { t->FreeOutline(e.shared_slot); },
-       "an outline that is used twice or free"},
+       "an outline is free or used twice"},
       {"a live body freed", [](T* t, const Example& e) { t->FreeBodies().push_back(e.alone); },
-       "the free list holds a live body"},
+       "is in the free list, but has a model"},
       {"a body freed twice", [](T* t, const Example& e) { t->FreeBodies().push_back(e.removed); },
-       "a free list holds twice or wrongly body"},
+       "is in the free list twice"},
       {"a region freed",
        [](T* t, const Example& e) { t->FreeRegions().push_back(e.alone_slot / kTilesPerRegion); },
-       "a region table holds twice or wrongly region"},
+       "is in a region table, but is free"},
       {"place of a region", [](T* t, const Example& e) { t->RegionOf(e.alone_slot).place++; },
-       "another place than in the region table"},
+       "has another superregion or place"},
       {"tiles of a region", [](T* t, const Example& e) { t->RegionOf(e.alone_slot).tiles++; },
-       "wrong number of filled tiles in region"},
+       "has a wrong number of filled tiles"},
       {"a region map", [](T* t, const Example& e) { t->RegionMap(e.alone_slot) = 0; },
-       "wrong bit in the region map"},
+       "has a wrong bit in the region map"},
       {"regions of a superregion",
        [](T* t, const Example& e) { t->SuperOf(e.alone_slot).regions++; },
-       "wrong number of regions in superregion"},
+       "has a wrong number of regions"},
       {"use of a superregion",
        [](T* t, const Example& e) { t->SuperOf(e.alone_slot).in_use = false; },
-       "wrong mark whether it is in use"},
+       "has a wrong mark of being in use"},
       {"place of a superregion", [](T* t, const Example& e) { t->SuperOf(e.alone_slot).x += 5; },
-       "the directory does not find superregion"},
+       "is not found by the directory"},
       {"the directory emptied",
        [](T* t, const Example&) {
          for (ray_super_t& entry : t->Directory()) entry.index = 0;
@@ -216,13 +216,13 @@ std::vector<Corruption> AllCorruptions() {
       {"size of the directory", [](T* t, const Example&) { t->Directory().push_back({}); },
        "the directory's size is no power of two"},
       {"the occupied box", [](T* t, const Example&) { t->Occupied().max_x = 10; },
-       "outside of the occupied box"},
+       "lies outside of the occupied box"},
       {"number of cells", [](T* t, const Example&) { t->RasterizedCells()--; },
-       "wrong number of rasterized cells"},
+       "the number of rasterized cells is wrong"},
       {"number of empty regions", [](T* t, const Example&) { t->EmptyRegions()++; },
-       "wrong number of empty regions"},
+       "the number of empty regions is wrong"},
       {"the extent", [](T* t, const Example&) { t->Extent() = CellBox(); },
-       "cells outside of the extent"},
+       "some cells lie outside of the extent"},
   };
 }
 
@@ -237,7 +237,7 @@ TEST(GridValidateTest, FindsEachKindOfCorruption) {
     GridTamperer tamperer(&example.grid);
     const test::FailedAssertions ignored;  // of the corruption itself
     corruption.make(&tamperer, example);
-    EXPECT_TRUE(example.grid.Validate().starts_with(corruption.fault))
+    EXPECT_NE(example.grid.Validate().find(corruption.fault), std::string::npos)
         << corruption.name << ": \"" << example.grid.Validate() << '"';
   }
 }
@@ -282,7 +282,7 @@ TEST(GridMistakesTest, ABodyIsRemovedWithoutErasingItsCells) {
   Example example;
   const test::FailedAssertions failed;
   example.grid.RemoveBody(example.alone);
-  EXPECT_EQ(example.grid.Validate().substr(0, 19), "a body that is none");
+  EXPECT_NE(example.grid.Validate().find("its body does not exist"), std::string::npos);
   const BodyId reused = example.grid.AddBody(MakeBody());  // gets the same index
   ASSERT_EQ(reused, example.alone);
   std::vector<CellSet> there = Row(200, 100, 5);
@@ -297,7 +297,7 @@ TEST(GridMistakesTest, ABitOfATileMapIsOffByOne) {
   Example example;
   GridTamperer(&example.grid).FlipTileMap(kEverything, example.alone_slot);
   GridTamperer(&example.grid).FlipTileMap(kEverything, example.alone_slot + 1);
-  EXPECT_EQ(example.grid.Validate().substr(0, 29), "a wrong bit in the tile map o");
+  EXPECT_NE(example.grid.Validate().find("has a wrong bit in its tile map"), std::string::npos);
   const test::FailedAssertions failed;
   std::vector<CellSet> from = Row(200, 100, 5);
   from[0].slot = example.alone_slot;
@@ -321,7 +321,7 @@ TEST(GridMistakesTest, MovesThatShareATileAreMadeInTheWrongOrder) {
   edits[0].SetNextStamp(0);
   grid.Rasterize(first, {}, cell, &edits[0]);
   grid.EndConcurrentEdit(&edits);
-  EXPECT_EQ(grid.Validate().substr(0, 19), "a list out of order");
+  EXPECT_NE(grid.Validate().find("a list is not in the order of stamps"), std::string::npos);
   if (test::kAssertions) {
     EXPECT_NE(failed.Text().find("stamps_[LastOf(*list)] < stamps_[id]"), std::string::npos)
         << failed.Text();

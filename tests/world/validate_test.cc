@@ -134,7 +134,7 @@ std::vector<Corruption> AllCorruptions() {
        [](World* w) { const_cast<std::vector<point_t>&>(BlockOf(Wall(w)).points())[0].x += 1; },
        "a body that is rasterized elsewhere"},
       {"the extent", [](World* w) { w->engine().scene.grid.SetExtent(grid::CellBox()); },
-       "the grid has cells outside of the extent"},
+       "the grid: some cells lie outside of the extent"},
   };
 }
 
