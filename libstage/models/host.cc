@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <utility>
 
@@ -14,6 +15,17 @@ namespace Stg {
 
 namespace {
 bool IsBefore(const Model* model, uint32_t id) { return model->GetId() < id; }
+
+/// True if the two models before this place of a list and the two from it on are in the order of
+/// creation.
+[[maybe_unused]] bool IsInOrderAround(const std::vector<Model*>& list,
+                                      std::vector<Model*>::const_iterator place) {
+  const auto first = place - std::min<std::ptrdiff_t>(place - list.begin(), 2);
+  const auto last = place + std::min<std::ptrdiff_t>(list.end() - place, 2);
+  return std::adjacent_find(first, last, [](const Model* before, const Model* after) {
+           return before->GetId() >= after->GetId();
+         }) == last;
+}
 }  // namespace
 
 Model* Host::FindModel(uint32_t id) const {
@@ -62,6 +74,7 @@ void Host::FinishRaysOf(const Model* finder) {
 void Host::Insert(std::vector<Model*>* list, Model* model) {
   const auto place = std::lower_bound(list->begin(), list->end(), model->GetId(), IsBefore);
   STAGE_ASSERT(place == list->end() || *place == model || (*place)->GetId() > model->GetId());
+  STAGE_ASSERT(IsInOrderAround(*list, place));
   if (place == list->end() || *place != model) list->insert(place, model);
 }
 

@@ -257,6 +257,17 @@ TEST(WorldMistakesTest, ModelsMoveInTheWrongOrder) {
   std::swap(moving[0], moving[1]);
 }
 
+TEST(WorldMistakesTest, AModelIsInsertedWhereAListIsOutOfOrder) {
+  Init(nullptr, nullptr);
+  const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1);
+  const std::vector<Model*>& models = world->engine().models;
+  ASSERT_GT(models.size(), 3u);
+  std::vector<Model*> list = {models[0], models[2], models[1]};
+  const test::FailedAssertions failed;
+  Host::Insert(&list, models[3]);
+  ExpectFailed(failed, "libstage/models/host.cc", "IsInOrderAround");
+}
+
 TEST(WorldMistakesTest, ADeletedModelStaysInTheListOfMovingModels) {
   Init(nullptr, nullptr);
   const std::unique_ptr<World> world = LoadRobotsOfAllTypes(1);
