@@ -90,7 +90,7 @@ def test_tuples_of_other_kinds(room: str) -> None:
     assert robot.pose == (1, 2, 0.5)
 
 
-def test_texts_and_truths(room: str) -> None:
+def test_texts_and_booleans(room: str) -> None:
     world = st.World.from_text(room)
     robot = world.model("a")
     for value in (1, None, b"a", ["a"]):

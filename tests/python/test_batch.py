@@ -15,7 +15,7 @@ import stagesim as st
 
 
 @pytest.mark.parametrize("file", st.shipped_worlds())
-def test_each_world_is_as_alone(file: str) -> None:
+def test_each_world_of_a_batch_runs_as_it_would_alone(file: str) -> None:
     """Results do not depend on the numbers of worlds and threads."""
     alone = []
     for seed in range(4):
@@ -31,7 +31,7 @@ def test_each_world_is_as_alone(file: str) -> None:
         assert batch.failed == [None] * n
 
 
-def test_commands_and_readings_are_as_alone() -> None:
+def test_commands_and_readings_equal_those_of_single_worlds() -> None:
     batch = st.Batch("arena.world", n=6, seeds=range(10, 16), threads=2)
     assert (len(batch), batch.n, batch.seeds) == (5, 6, list(range(10, 16)))
     assert batch.names == ("r0", "r1", "r2", "r3", "r4")
@@ -54,7 +54,7 @@ def test_commands_and_readings_are_as_alone() -> None:
     assert batch.time.tolist() == pytest.approx([6.0] * 6)
 
 
-def test_some_worlds_only() -> None:
+def test_steps_can_be_limited_to_some_worlds() -> None:
     batch = st.Batch("arena.world", n=5, threads=2)
     batch.step(4, ids=[0, 3])
     batch.step(ids=batch.time > 0.1)
@@ -95,7 +95,7 @@ def test_reset() -> None:
     assert len(set(batch.state_hashes())) == 1
 
 
-def test_rollout_is_what_steps_are() -> None:
+def test_rollout_equals_single_steps() -> None:
     told = np.random.default_rng(2).uniform(-0.5, 0.5, (12, 4, 5, 3))
     batch, other = (st.Batch("arena.world", n=4, threads=t) for t in (2, 1))
     record = batch.rollout(told, n=2, record=("pose", "ranges", "stalled", "time"))
@@ -138,7 +138,7 @@ def test_snapshots_and_forks() -> None:
     assert other.state_hash() == batch.state_hash(0)
 
 
-def test_of_a_world_from_a_text(room: str) -> None:
+def test_batch_of_a_world_from_a_text(room: str) -> None:
     world = st.World.from_text(room, seed=1)
     world.step(5)
     batch = st.Batch.of(world, 3, seeds=[4, 5, 6], robots="[ab]")
@@ -193,7 +193,7 @@ def thrower(tmp_path_factory: pytest.TempPathFactory, plugin_of: Callable[[str, 
     return folder / "thrower.world"
 
 
-def test_failures(thrower: Path) -> None:
+def test_failed_worlds_are_reported_and_left_out(thrower: Path) -> None:
     batch = st.Batch(thrower, n=5, threads=2)
     batch.step(n=20)
     assert [text is None for text in batch.failed] == [True, False, True, False, True]
@@ -273,7 +273,7 @@ def test_world_whose_controller_throws(thrower: Path) -> None:
     assert not ending.ended
 
 
-def test_interrupt_leaves_all_worlds_alike() -> None:
+def test_interrupt_leaves_all_worlds_at_the_same_step() -> None:
     batch = st.Batch("cave.world", n=4, threads=2)
     timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
     timer.start()
@@ -312,7 +312,7 @@ def test_arguments_are_checked() -> None:
         st.Batch("arena.world", 2, robots="z*")
 
 
-def test_worlds_of_one_that_has_left_its_floor(tmp_path: Path) -> None:
+def test_copies_of_a_world_that_has_grown_equal_it(tmp_path: Path) -> None:
     """A robot drives into a region that was empty at loading; all ways to reach a state are equivalent."""
     file = tmp_path / "leave.world"
     file.write_text("resolution 0.02\nposition( name \"r\" pose [19 1 0 0] size [.4 .4 .4] alwayson 1\n"

@@ -71,7 +71,7 @@ def test_shapes() -> None:
         world.cast([0, 0, 0], 0, 8, ray_model="thick")
 
 
-def test_what_rays_meet(room: str) -> None:
+def test_rays_hit_robots_only_if_asked(room: str) -> None:
     world = st.World.from_text(room)
     robot = world.model("a")
     robot.pose = (1, 0, 0)

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 
-def test_walk(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_page_prints_what_it_shows(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each block of Python, executed in order, prints the output that follows it."""
     page = root / "docs" / "python.md"
     if not page.exists():

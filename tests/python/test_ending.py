@@ -70,7 +70,7 @@ time.sleep(0.2)
 
 @pytest.mark.parametrize("end", ENDS)
 @pytest.mark.parametrize("begun", BEGUN)
-def test_program_ends_with_its_own_status_and_no_word(begun: str, end: str) -> None:
+def test_program_ends_silently_with_its_own_status(begun: str, end: str) -> None:
     for package, word in (("websockets", "server"), ("foxglove", "foxglove")):
         if word in begun and importlib.util.find_spec(package) is None:
             pytest.skip(f"the package {package} is not installed: tools/setup --live")
@@ -96,7 +96,7 @@ def test_program_ends_although_a_controller_never_returns() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-def test_child_of_a_fork_does_not_wait_for_threads_that_it_has_not() -> None:
+def test_a_forked_child_does_not_wait_for_threads_of_its_parent() -> None:
     begun = ("world = st.World('arena.world'); forever(lambda: world.step(10**9)); time.sleep(0.1)\n"
              "import os\n"
              "child = os.fork()\n"

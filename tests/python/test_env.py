@@ -96,7 +96,7 @@ CASES: dict[str, Callable[[], tuple[str | None, Any]]] = {
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 @pytest.mark.parametrize("case", CASES)
-def test_vector_is_single_ones(case: str, mode: AutoresetMode) -> None:
+def test_vector_environment_equals_single_ones(case: str, mode: AutoresetMode) -> None:
     """Every step is bit-equal to Gymnasium's SyncVectorEnv."""
     n = 7
     world, task = CASES[case]()
@@ -128,7 +128,7 @@ def test_vector_is_single_ones(case: str, mode: AutoresetMode) -> None:
     assert_same(ours.reset(seed=[1, 2, 3, 4, 5, 6, 7]), theirs.reset(seed=[1, 2, 3, 4, 5, 6, 7]))
 
 
-def test_number_of_worlds_and_threads_change_nothing() -> None:
+def test_results_do_not_depend_on_the_numbers_of_worlds_and_threads() -> None:
     """Results must not depend on NumPy's vectorized loops."""
     many = stage_env.StageVectorEnv(33, task="Disperse", threads=3)
     few = stage_env.StageVectorEnv(4, task="Disperse", threads=1)
@@ -238,7 +238,7 @@ def test_worlds_have_seeds_of_their_own() -> None:
 
 
 @pytest.mark.parametrize("name", TASKS)
-def test_nothing_is_shared(name: str) -> None:
+def test_returned_arrays_share_no_memory(name: str) -> None:
     """Returned arrays share no memory with other calls or with the worlds."""
     task = stage_env.TASKS[name](limit=3)
     single = stage_env.StageEnv(task=task)
@@ -278,7 +278,7 @@ class Countdown(st.env.Task):
         return st.env.Outcome(number.astype(float), scene.actions[:, None] >= number, {"number": number})
 
 
-def test_agents_come_to_their_end_one_by_one() -> None:
+def test_agents_can_end_at_different_times() -> None:
     env = st.env.parallel_env("arena.world", Countdown())
     with pytest.raises(ResetNeeded):
         env.step({})
@@ -305,7 +305,7 @@ def test_agents_come_to_their_end_one_by_one() -> None:
     assert env.agents == names
 
 
-def test_a_team_is_over_when_all_are() -> None:
+def test_a_team_ends_when_all_its_agents_have_ended() -> None:
     single = stage_env.StageEnv("arena.world", Countdown())
     single.reset(seed=1)
     record = [single.step(np.zeros(10)) for _ in range(3)]
@@ -357,7 +357,7 @@ def test_arguments_are_checked() -> None:
         stage_env.StageEnv(st.World("arena.world"), controllers=False)
 
 
-def test_actions_are_clipped_and_told() -> None:
+def test_actions_are_clipped_to_their_space() -> None:
     env = stage_env.StageEnv(st.World("arena.world"), "Navigate", robots="r0")
     env.reset(seed=1)
     assert env.observation_space.shape == (37,)
@@ -377,7 +377,7 @@ class Decimated(st.env.Scene):
 
 
 @pytest.mark.parametrize("name", TASKS)
-def test_robots_that_are_deleted_come_to_their_end(name: str) -> None:
+def test_deleted_robots_end_their_episode(name: str) -> None:
     """The observations of deleted robots are in the observation space."""
     env = st.env.parallel_env(None if name == "Measured" else "forage.world", name)
     env.reset(seed=2)
@@ -475,7 +475,7 @@ def test_tasks_can_be_done() -> None:
     assert reward > play("Forage", chance)[0] + 4
 
 
-def test_rewards_are_what_metrics_gain() -> None:
+def test_rewards_are_increments_of_metrics() -> None:
     task = stage_env.Measured({"covered": 2.0, "collisions": -0.5}, limit=50)
     env = stage_env.StageVectorEnv(5, task=task, threads=2, autoreset_mode=AutoresetMode.DISABLED)
     env.reset(seed=3)
@@ -520,7 +520,7 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs*) {
 """
 
 
-def test_rewards_and_ends_in_c_plus_plus(tmp_path: Path, plugin_of: Callable[[str, Path], Path]) -> None:
+def test_plugins_compute_rewards_and_ends_of_episodes(tmp_path: Path, plugin_of: Callable[[str, Path], Path]) -> None:
     plugin = plugin_of(PLUGIN, tmp_path / "east.so")
     room = (Path(st.__file__).parent / "worlds" / "explore.world").read_text()
     file = tmp_path / "east.world"
@@ -556,7 +556,7 @@ def test_rewards_of_navigate_are_metres() -> None:
     assert total == pytest.approx(start - info["distance"] - 0.05 * stalls)
 
 
-def test_things_are_fetched_and_brought() -> None:
+def test_forage_rewards_fetching_and_bringing() -> None:
     env = st.env.parallel_env(task="Forage")
     env.reset(seed=1)
     scene = env._episodes.scene  # noqa: SLF001
@@ -599,7 +599,7 @@ def test_seen_from() -> None:
 # ---- the package --------------------------------------------------------------------------------
 
 
-def test_what_to_install_is_said() -> None:
+def test_import_error_names_the_package_to_install() -> None:
     code = ("import sys; sys.modules['pettingzoo'] = None\n"
             "try: import stagesim.env\n"
             "except ImportError as error: print(error.name, error)")
@@ -649,7 +649,7 @@ def test_window(monkeypatch: pytest.MonkeyPatch) -> None:
     assert pygame.display.get_surface() is None
 
 
-def test_clipping_is_told_once() -> None:
+def test_clipped_observations_are_reported_once() -> None:
     class Far(stage_env.Navigate):
         def observe(self, scene: stage_env.Scene) -> Any:
             seen = super().observe(scene)

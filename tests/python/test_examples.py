@@ -23,7 +23,7 @@ def figures(root: Path, name: str, *arguments: str) -> dict[str, Any]:
     return module.main(["--short", *arguments])
 
 
-def test_all_are_tested(root: Path) -> None:
+def test_every_example_is_tested(root: Path) -> None:
     assert sorted(path.stem for path in (root / "examples" / "python").glob("*.py")) == sorted(NAMES)
 
 

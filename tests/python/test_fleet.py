@@ -11,7 +11,7 @@ import pytest
 import stagesim as st
 
 
-def test_program_of_the_walk() -> None:
+def test_first_program_of_the_documentation_works() -> None:
     """The first program of the documentation works and does not depend on threads."""
     found = set()
     for threads in (1, 2):
@@ -254,7 +254,7 @@ def test_views_when_the_world_is_reset_and_restored(room: str) -> None:
     assert (pose == start).all()
 
 
-def test_views_when_the_world_is_gone(room: str) -> None:
+def test_views_stay_readable_after_the_world_is_closed(room: str) -> None:
     world = st.World.from_text(room)
     fleet = world.fleet()
     pose, cmd = fleet.pose, fleet.cmd
@@ -305,7 +305,7 @@ def test_no_memory_is_lost() -> None:
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 20000
 
 
-def test_commands_of_a_fleet_that_nobody_keeps_hold() -> None:
+def test_commands_hold_after_their_fleet_is_collected() -> None:
     kept, dropped = (st.World("simple.world", controllers=False) for _ in range(2))
     fleet = kept.fleet()
     for moment in range(3):

@@ -109,7 +109,7 @@ def test_batches_fit_together() -> None:
     assert record["sensed_pose"].shape == (5, 3, 1, 3) and record["estimate"].shape == (5, 3, 1, 3)
 
 
-def test_the_first_step_is_no_jump() -> None:
+def test_the_first_step_has_no_jump() -> None:
     for localization in ("gps", "odom"):
         with st.World.from_text(text_of(100, localization)) as world:
             fleet = world.fleet()
@@ -135,7 +135,7 @@ def test_a_blocked_robot_does_not_move() -> None:
         assert (fleet.estimate == before).all()
 
 
-def test_a_restored_world_tells_of_the_same_instant() -> None:
+def test_a_restored_world_has_the_instant_of_its_snapshot() -> None:
     with st.World.from_text(text_of(20, "odom")) as world:
         fleet = world.fleet()
         scan = fleet.ranger()

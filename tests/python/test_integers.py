@@ -174,7 +174,7 @@ def wrong_values(right: Any) -> list[Any]:
     return list(NO_INTEGERS)
 
 
-def test_lists_are_whole() -> None:
+def test_lists_of_arguments_are_complete() -> None:
     """Fails if signatures are parsed wrongly: the list has examples of each kind."""
     some = {("compiled", "Model.fiducial_key", "arg"), ("compiled", "Batch.__init__", "seeds"),
             ("compiled", "Batch.set_failures", "failures"), ("compiled", "sensor_name", "number"),

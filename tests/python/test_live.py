@@ -108,7 +108,7 @@ def test_scene_follows_what_is_made_and_deleted(server: Server) -> None:
         assert client.scene["lengths"] == []
 
 
-def test_shapes_without_end(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_shapes_that_are_not_used_are_dropped(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
     """Shapes that no longer exist are dropped eventually."""
     monkeypatch.setattr(Shapes, "MOST", 10)
     with Client(server) as client:
@@ -192,7 +192,7 @@ def test_drive_moves_the_right_robot_and_holds_for_a_while(server: Server) -> No
         assert after[1, 1] < 3 and after[1, 0] == pytest.approx(0, abs=1e-9)
 
 
-def test_who_goes_lets_go(server: Server) -> None:
+def test_a_client_that_disconnects_stops_driving(server: Server) -> None:
     with Client(server) as client:
         client.until(lambda: True)
         client.send("pause", on=False)
@@ -269,7 +269,7 @@ def test_control(room: str) -> None:
     assert world.state_hash() == other.state_hash()
 
 
-def test_control_that_fails(room: str) -> None:
+def test_an_exception_of_control_pauses_the_run(room: str) -> None:
     """An exception of control() pauses the run with a reason; the run can go on."""
     calls = []
 
@@ -287,7 +287,7 @@ def test_control_that_fails(room: str) -> None:
 
 # ---- clients ----
 
-def test_two_clients(server: Server) -> None:
+def test_two_clients_see_each_others_actions(server: Server) -> None:
     with Client(server) as one, Client(server) as other:
         one.send("step", count=2)
         for client in (one, other):
@@ -295,7 +295,7 @@ def test_two_clients(server: Server) -> None:
         assert one.words == other.words
 
 
-def test_a_client_that_is_killed(server: Server) -> None:
+def test_a_client_that_is_killed_does_not_stop_the_run(server: Server) -> None:
     client = Client(server)
     client.until(lambda: True)
     client.socket.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
@@ -306,7 +306,7 @@ def test_a_client_that_is_killed(server: Server) -> None:
         other.until(lambda: other.frame["steps"] == 2)
 
 
-def test_a_client_that_does_not_read(room: str) -> None:
+def test_a_client_that_does_not_read_misses_frames(room: str) -> None:
     """A slow client misses frames, and the run does not wait for it."""
     with Server(st.World("cave.world"), speed=0) as server, Client(server) as other:
         with socket.create_connection(("127.0.0.1", urlsplit(server.url).port)) as lazy:
@@ -331,7 +331,7 @@ GARBAGE = ["", "{", "[]", "7", "null", "[" * 4000, '{"do": 3}', '{"do": "fly"}',
            json.dumps({"do": "watch", "scans": list(range(300)), "all": True}), b"\0\1\2", b"{}", b""]
 
 
-def test_garbage_is_answered(server: Server) -> None:
+def test_each_invalid_order_is_answered_with_an_error(server: Server) -> None:
     """Each invalid order gets an error in one line and changes nothing."""
     with Client(server) as client:
         client.until(lambda: True)
@@ -345,7 +345,7 @@ def test_garbage_is_answered(server: Server) -> None:
         client.until(lambda: client.frame["steps"] == 1)
 
 
-def test_long_messages_end_the_connection_alone(server: Server) -> None:
+def test_a_message_that_is_too_long_ends_only_its_connection(server: Server) -> None:
     with Client(server) as client, Client(server) as other:
         client.until(lambda: True)
         client.socket.send("x" * 20_000)
@@ -355,7 +355,7 @@ def test_long_messages_end_the_connection_alone(server: Server) -> None:
         other.until(lambda: other.frame["steps"] == 1)
 
 
-def test_raw_bytes_harm_nobody(server: Server) -> None:
+def test_random_bytes_do_not_disturb_other_clients(server: Server) -> None:
     address = ("127.0.0.1", urlsplit(server.url).port)
     random = np.random.default_rng(1)
     for length in (0, 1, 100, 30_000):

@@ -119,7 +119,7 @@ def server(room: str) -> Iterator[Server]:
         yield made
 
 
-def test_greeting(server: Server) -> None:
+def test_server_announces_its_channels_and_services(server: Server) -> None:
     with Viewer(server) as viewer:
         viewer.until(lambda: {"/scene", "/tf", "/state"} <= set(viewer.channels)
                      and "advertiseServices" in viewer.heard)
@@ -152,7 +152,7 @@ def test_scene_and_transforms(server: Server) -> None:
         assert viewer.last["/state"]["paused"] is True and viewer.last["/state"]["steps"] == 0
 
 
-def test_scene_tells_what_is_new(server: Server) -> None:
+def test_scene_has_only_entities_that_changed(server: Server) -> None:
     with Viewer(server) as viewer:
         viewer.subscribe("/scene", "/tf")
         viewer.until(lambda: "/scene" in viewer.last and len(viewer.last["/scene"].entities) == 4)
@@ -288,7 +288,7 @@ def test_cmd_vel(server: Server) -> None:
             time.sleep(0.02)
 
 
-def test_garbage(server: Server) -> None:
+def test_invalid_messages_are_ignored(server: Server) -> None:
     with Viewer(server) as viewer:
         viewer.subscribe("/state")
         for message in ({}, [], 7, "x", {"linear": 3}, {"linear": {"x": "a"}, "angular": {}}, {"twist": 4},
@@ -303,7 +303,7 @@ def test_garbage(server: Server) -> None:
         assert do(server, lambda run: run.world.model("b").velocity) == (0, 0, 0)
 
 
-def test_two_viewers_one_killed(server: Server) -> None:
+def test_a_viewer_that_is_killed_does_not_disturb_another(server: Server) -> None:
     first = Viewer(server)
     first.subscribe("/tf")
     with Viewer(server) as second:
@@ -313,7 +313,7 @@ def test_two_viewers_one_killed(server: Server) -> None:
         second.until(lambda: second.last.get("/state", {}).get("steps") == 3)
 
 
-def test_beside_the_page(room: str) -> None:
+def test_viewer_and_page_share_a_run(room: str) -> None:
     with Server(st.World.from_text(room), foxglove=0, paused=True) as server:
         with Viewer(server) as viewer, Client(server) as client:
             viewer.subscribe("/state")
@@ -338,7 +338,7 @@ def test_every_shipped_world(file: str) -> None:
         assert set(robots) <= {entity.frame_id for entity in viewer.last["/scene"].entities}
 
 
-def test_the_last_area_of_a_robot_is_its_nose() -> None:
+def test_the_nose_is_the_last_area_of_a_robot() -> None:
     world = st.World.from_text(
         'position( name "a" size [0.4 0.4 0.2] color "red" ) position( name "b" pose [2 0 0 0] gui_nose 0 )'
         'model( name "c" pose [4 0 0 0] )')

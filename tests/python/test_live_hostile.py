@@ -176,7 +176,7 @@ def may_be_carried_out(order: str | bytes) -> bool:
                                 and fits[name](fields.get(name)) for name in wanted)
 
 
-def test_every_wrong_order_gets_one_line(server: Server) -> None:
+def test_every_invalid_order_is_answered_in_one_line(server: Server) -> None:
     """The connection stays open, and the world is unchanged."""
     state = do(server, lambda run: run.world.state_hash())
     count = 0
@@ -210,7 +210,7 @@ def frame(first: int, length: int, payload: bytes, masked: bool = True) -> bytes
     b""), 1002),
     (frame(0x81, 2**62, b""), 1009), (frame(0x81, 20000, b" " * 20000), 1009), (frame(0x88, 1, b"\0"), 1002),
     (frame(0x88, 2, b"\0\0"), 1002)])
-def test_frames_against_the_protocol_end_their_connection_alone(server: Server, data: bytes, code: int) -> None:
+def test_frames_that_violate_the_protocol_end_only_their_connection(server: Server, data: bytes, code: int) -> None:
     with Client(server) as bad, Client(server) as good:
         bad.until(lambda: True)
         bad.socket.socket.sendall(data)
@@ -333,7 +333,7 @@ def test_steps_that_are_asked_for_one_by_one_are_all_made(server: Server) -> Non
         client.until(lambda: client.frame["steps"] == 40)
 
 
-def test_orders_that_nobody_could_ever_carry_out_are_refused(room: str) -> None:
+def test_orders_beyond_the_limit_of_the_queue_are_refused(room: str) -> None:
     """The queue of orders is limited while the run is busy with a step."""
     from stagesim.live.show import MAX_ORDERS
 

@@ -106,7 +106,7 @@ def test_moves_and_pauses(look: Look) -> None:
     browser.wait(f"{text('clock')} !== '{clock}'")
 
 
-def test_says_that_it_loads_until_there_are_data() -> None:
+def test_page_shows_that_it_is_loading_until_the_first_frame() -> None:
     """The page shows that it is loading while a long first step delays the first frame, and lost connections."""
     go_on = threading.Event()
 
@@ -173,7 +173,7 @@ def test_choose_drag_and_drive(look: Look, room: str) -> None:
     browser.wait("document.getElementById('chosen').hidden")
 
 
-def test_what_can_be_chosen(look: Look) -> None:
+def test_a_click_selects_robots_before_things_below_them(look: Look) -> None:
     """A click selects robots before the things below them, and movable things only by their bodies."""
     server, browser = look(st.World.from_text("""
 model( name "ring" size [6 6 1] block( points 4 point[0] [0 0] point[1] [6 0] point[2] [6 6] point[3] [0 6] z [0 1] )
@@ -203,7 +203,7 @@ def test_zoom_and_fit(look: Look) -> None:
     browser.screenshot(PICTURES / "hospital.png")
 
 
-def test_comes_back_after_the_server(look: Look, room: str) -> None:
+def test_page_reconnects_after_a_restart_of_the_server(look: Look, room: str) -> None:
     server, browser = look(st.World.from_text(room))
     port = int(server.url.split(":")[2].rstrip("/"))
     server.stop()
@@ -215,7 +215,7 @@ def test_comes_back_after_the_server(look: Look, room: str) -> None:
 
 
 @pytest.mark.parametrize("width", [390, 820])
-def test_small_screens(look: Look, width: int) -> None:
+def test_page_fits_small_screens(look: Look, width: int) -> None:
     """The page fits small screens."""
     _, browser = look(st.World("simple.world"), paused=True, width=width)
     sizes = "[...document.querySelectorAll('.card, button')].map((part) => part.getBoundingClientRect())"

@@ -53,36 +53,36 @@ def test_page(server: Server) -> None:
 
 @pytest.mark.parametrize("path", ["/nothing", "/../scene.py", "/..%2fscene.py", "//etc/passwd", "/page/../web.py",
                                   "/%2e%2e/web.py", "/index.html/", "/./index.html", "/\\..\\web.py"])
-def test_nothing_else_is_served(server: Server, path: str) -> None:
+def test_other_paths_are_not_found(server: Server, path: str) -> None:
     assert get(server, path).status == 404
 
 
 @pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "localhost.evil.example", "", "[::1",
                                   "127.0.0.1.nip.io"])
-def test_foreign_names_are_refused(server: Server, host: str) -> None:
+def test_requests_with_a_foreign_host_are_refused(server: Server, host: str) -> None:
     """Foreign host names, as with DNS rebinding, are refused."""
     assert get(server, "/", Host=host).status == 403
     assert get(server, "/live", Host=host).status == 403
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost:1234", "[::1]:80", "LOCALHOST"])
-def test_own_names_are_not(server: Server, host: str) -> None:
+def test_requests_with_the_own_host_are_accepted(server: Server, host: str) -> None:
     assert get(server, "/", Host=host).status == 200
 
 
 @pytest.mark.parametrize("origin", ["http://evil.example", "null", "http://127.0.0.1:1", "http://localhost",
                                     "file://"])
-def test_foreign_origins_are_refused(server: Server, origin: str) -> None:
+def test_connections_from_foreign_origins_are_refused(server: Server, origin: str) -> None:
     with pytest.raises(InvalidStatus, match="403"):
         Client(server, origin=origin)
 
 
-def test_own_origin_is_not(server: Server) -> None:
+def test_connections_from_the_own_origin_are_accepted(server: Server) -> None:
     with Client(server, origin=server.url.rstrip("/")) as client:
         client.until(lambda: True)
 
 
-def test_others_need_the_token(room: str) -> None:
+def test_other_machines_need_the_token(room: str) -> None:
     """Clients need the token if other machines can reach the server."""
     with Server(st.World.from_text(room), host="0.0.0.0", paused=True) as server:  # noqa: S104
         assert f"//{socket.gethostname()}:" in server.url and "?token=" in server.url
@@ -94,7 +94,7 @@ def test_others_need_the_token(room: str) -> None:
         assert get(server, "/").status == 200
 
 
-def test_loopback_only(server: Server) -> None:
+def test_server_listens_only_on_the_loopback_interface(server: Server) -> None:
     assert server.url.startswith("http://127.0.0.1:") and "token" not in server.url
 
 
@@ -105,7 +105,7 @@ def test_port_in_use(server: Server, room: str) -> None:
         Server(st.World.from_text(room), port=urlsplit(server.url).port).start()
 
 
-def test_the_world_is_free_again(room: str) -> None:
+def test_the_world_can_be_used_after_the_server_has_stopped(room: str) -> None:
     world = st.World.from_text(room)
     for _ in range(3):
         with Server(world, speed=0):
@@ -114,7 +114,7 @@ def test_the_world_is_free_again(room: str) -> None:
         assert world.step(2) == 2 and world.steps == steps + 2
 
 
-def test_a_world_that_is_closed(server: Server) -> None:
+def test_actions_on_a_closed_world_are_errors(server: Server) -> None:
     with Client(server) as client:
         client.until(lambda: True)
         do(server, lambda run: run.world.close())
@@ -123,7 +123,7 @@ def test_a_world_that_is_closed(server: Server) -> None:
     assert get(server, "/").status == 200
 
 
-def test_orders_after_the_end(room: str) -> None:
+def test_orders_after_the_end_raise_an_error(room: str) -> None:
     run = Run(st.World.from_text(room))
     run.start()
     run.stop()
@@ -131,7 +131,7 @@ def test_orders_after_the_end(room: str) -> None:
         run.order(lambda run: None).result(PATIENCE)
 
 
-def test_orders_are_what_the_docstring_says() -> None:
+def test_orders_of_the_docstring_are_accepted() -> None:
     for order in ('{"do": "pause", "on": true}', '{"do": "speed", "factor": 2}', '{"do": "step", "count": 1}',
                   '{"do": "reset", "seed": null}', '{"do": "move", "thing": 1, "pose": [1, 2, 3]}',
                   '{"do": "drive", "thing": 1, "velocity": [1, 2, 3]}', '{"do": "sense", "thing": 1}',
@@ -194,7 +194,7 @@ def test_command(number: int) -> None:
     (["cave.world", "--threads", "0"], 1, "stage: found 0 as threads"),
     (["cave.world", "--host", "203.0.113.7"], 1, "stage: can't serve at 203.0.113.7"),
     ([], 2, "WORLD")])
-def test_command_that_fails(words: list[str], status: int, text: str) -> None:
+def test_command_reports_an_error_without_a_traceback(words: list[str], status: int, text: str) -> None:
     process = command(*words)
     _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == status and text in errors and "Traceback" not in errors
@@ -240,8 +240,8 @@ def test_program(tmp_path: Path) -> None:
     (["--live", "--stats", "s.json", "a.world"], 2, "--stats does not go with --live"),
     (["--live", "--screenshot", "s.png", "a.world"], 2, "--screenshot does not go with --live"),
     (["--live=0", "nothing.world"], 1, "stage: nothing.world: ")])
-def test_program_that_fails(words: list[str], status: int, text: str, tmp_path: Path,
-                            monkeypatch: pytest.MonkeyPatch) -> None:
+def test_program_reports_an_error_without_a_traceback(words: list[str], status: int, text: str, tmp_path: Path,
+                                                      monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     done = stage(*words, STAGE_PYTHON=sys.executable)
     assert done.returncode == status and text in done.stderr and done.stderr.count("\n") == 1, done

@@ -61,7 +61,7 @@ def test_messages(file: Path) -> None:
         st.World.from_text("").model(NAME)
 
 
-def test_lone_surrogates_that_stand_for_no_byte() -> None:
+def test_surrogates_that_encode_no_byte_are_refused() -> None:
     world = st.World.from_text("model( )")
     with pytest.raises(TypeError, match="found .* expected a text"):
         world.models[0].name = "\ud800"

@@ -42,7 +42,7 @@ def test_import_is_quick() -> None:
     assert min(float(python(code)) for _ in range(5)) < 0.05
 
 
-def test_everything_is_there() -> None:
+def test_package_contains_all_files() -> None:
     assert (FOLDER / "py.typed").exists()
     assert "class Simulation" in (FOLDER / "_core.pyi").read_text()
     assert os.access(FOLDER / "bin" / "stage", os.X_OK)
@@ -52,14 +52,14 @@ def test_everything_is_there() -> None:
     assert {"cave.world", "hospital.world", "simple.world", "arena.world"} <= set(st.shipped_worlds())
 
 
-def test_library_and_program_are_the_package_s_own() -> None:
+def test_library_and_program_are_those_of_the_package() -> None:
     maps = python("import stagesim; print(open('/proc/self/maps').read())")
     libraries = {line.split()[-1] for line in maps.splitlines() if "libstage.so" in line}
     own = os.path.realpath(FOLDER / "lib" / f"libstage.so.{st.__version__}")
     assert libraries == {own}
 
 
-def test_extras(root: Path) -> None:
+def test_optional_dependencies_are_complete(root: Path) -> None:
     """The optional dependencies of `pip install "stagesim[...]"` are complete."""
     file = root / "python" / "pyproject.toml"
     if not file.exists():

@@ -49,7 +49,7 @@ def check_golden(pixels: np.ndarray, golden: Path) -> None:
 
 @pytest.mark.parametrize(("file", "size"), [("arena", (200, 200)), ("zoo", (320, 256)), ("cave", (240, 240)),
                                             ("hospital", (400, 164))])
-def test_golden(file: str, size: tuple[int, int], root: Path) -> None:
+def test_pictures_equal_the_stored_ones(file: str, size: tuple[int, int], root: Path) -> None:
     world = st.World(f"{file}.world", seed=5)
     world.fleet().ranger(0)
     world.step(20)
@@ -107,13 +107,13 @@ def test_small_robots_are_dots(robots: int, width: int) -> None:
     assert (pixels == (255, 0, 0)).all(axis=2).sum() == 3 * width * width
 
 
-def test_noses_can_be_left_out() -> None:
+def test_gui_nose_0_hides_the_nose() -> None:
     world = st.World.from_text(ONE.replace("size [1 0.6 0.5]", "size [1 0.6 0.5] gui_nose 0"))
     pixels = world.render(160, 160, center=(0, 0), scale=20)
     assert not (pixels == (217, 217, 255)).all(axis=2).any()
 
 
-def test_fits_what_is_there() -> None:
+def test_picture_fits_the_contents_of_the_world() -> None:
     world = st.World.from_text(ONE)
     pixels = world.render(300, 200)
     white = (pixels == 255).all(axis=2)
@@ -123,7 +123,7 @@ def test_fits_what_is_there() -> None:
     assert st.World.from_text("resolution 0.02").render(5, 4).shape == (4, 5, 3)
 
 
-def test_what_is_higher_hides_what_is_lower() -> None:
+def test_higher_bodies_hide_lower_ones() -> None:
     boxes = """resolution 0.02
 model( size [1 1 %s] color_rgba [1 0 0 1] )
 model( size [2 2 1] color_rgba [0 1 0 1] )"""
@@ -170,7 +170,7 @@ def test_stalled_robots_have_red_edges(room: str) -> None:
     assert count(world.render(60, 60, center=(x, y), scale=40), (255, 0, 0)) > 40 > before / 100
 
 
-def test_far_views_and_endless_rays() -> None:
+def test_extreme_coordinates_do_not_overflow() -> None:
     """Extreme coordinates do not overflow: they are rasterized or omitted."""
     world = st.World.from_text("""resolution 0.02
 model( pose [3 0 0 0] size [0.1 8 1] )
@@ -253,7 +253,7 @@ def test_gif(tmp_path: Path) -> None:
     assert np.abs(np.asarray(found.convert("RGB")).astype(int) - expected).mean() < 3
 
 
-def test_films_of_worlds_that_go_back(tmp_path: Path) -> None:
+def test_films_continue_after_a_reset(tmp_path: Path) -> None:
     pytest.importorskip("PIL.Image")
     world = st.World("arena.world")
     with st.Film(tmp_path / "a.gif", world, every=1, width=20, height=20) as film:
@@ -264,7 +264,7 @@ def test_films_of_worlds_that_go_back(tmp_path: Path) -> None:
         assert film.take()
 
 
-def test_films_that_can_t_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_films_that_cannot_be_written_are_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     world = st.World("arena.world")
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(st.StageError, match="ffmpeg, which is not on PATH"):
@@ -305,7 +305,7 @@ def test_video_goes_through_ffmpeg(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert "-s 31x20 -r 25.0" in arguments and "yuv420p" in arguments
 
 
-def test_what_ffmpeg_complains_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_errors_of_ffmpeg_are_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fake_ffmpeg(tmp_path, "echo 'no such codec' >&2; exit 1\n")
     monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
     world = st.World("arena.world")

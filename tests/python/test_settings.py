@@ -33,7 +33,7 @@ def test_settings(room: str, settings: Any) -> None:
     assert world.fork().state_hash() == first
 
 
-def test_truth_in_settings(room: str) -> None:
+def test_settings_accept_booleans(room: str) -> None:
     hash_of = {value: st.World.from_text(room, settings={"a.obstacle_return": value}).state_hash()
                for value in (True, False)}
     assert hash_of[True] == st.World.from_text(room).state_hash() != hash_of[False]
@@ -45,7 +45,7 @@ def test_truth_in_settings(room: str) -> None:
     ({"world.resolution": -1}, st.WorldError, "resolution"),
     (["a.no_such_property=1"], st.WorldError, "no_such_property"),
 ])
-def test_settings_that_are_none(room: str, settings: Any, error: type[Exception], text: str) -> None:
+def test_invalid_settings_are_refused(room: str, settings: Any, error: type[Exception], text: str) -> None:
     with pytest.raises(error, match=text):
         st.World.from_text(room, settings=settings)
 
@@ -77,7 +77,7 @@ def test_metrics(room: str) -> None:
     assert st.World.from_text(room).metrics == {}
 
 
-def test_metrics_of_one_s_own(room: str) -> None:
+def test_own_metrics_hold_until_a_restore(room: str) -> None:
     world = st.World.from_text(room)
     world.set_metric("score", 3)
     world.set_metric("other", None)

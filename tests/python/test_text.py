@@ -15,7 +15,7 @@ from stagesim.text import printable
 @pytest.mark.parametrize(("name", "shown"), [
     (b"r0", "r0"), (b"\xc3\xa9", "\u00e9"), (b"r\xff", r"r\xff"), (b"\x80\x81", r"\x80\x81"), (b"\xc3", r"\xc3"),
     (b"\xed\xa0\x80", r"\xed\xa0\x80"), (b"a\xf0\x9f\xa4\x96", "a\U0001f916"), (b"", "")])
-def test_printable_names_can_be_carried_by_everything(name: bytes, shown: str) -> None:
+def test_printable_names_survive_every_encoding(name: bytes, shown: str) -> None:
     text = printable(os.fsdecode(name))
     assert text == shown
     text.encode()  # strict: raises for surrogates

@@ -60,7 +60,7 @@ def test_quit_time_ends_run_and_nothing_else() -> None:
     assert not world.ended
 
 
-def test_reset_is_as_loaded_anew() -> None:
+def test_reset_equals_loading() -> None:
     world = st.World("simple.world", seed=1)
     fresh = world.state_hash()
     world.step(50)
@@ -102,7 +102,7 @@ def test_snapshot_restore_and_pickle() -> None:
         st.World("simple.world").restore(now)
 
 
-def test_fork_goes_on_alike_and_alone() -> None:
+def test_a_fork_continues_equally_and_independently() -> None:
     world = st.World("cave.world", seed=8)
     world.step(20)
     fork = world.fork()
@@ -172,7 +172,7 @@ def test_controllers_can_be_left_out() -> None:
     assert world.model("r0").global_pose == before
 
 
-def test_worlds_in_threads_are_as_alone() -> None:
+def test_worlds_in_threads_run_as_they_would_alone() -> None:
     files = shipped() * 2
     alone = {}
     for seed, file in enumerate(files):
@@ -250,7 +250,7 @@ def test_interrupt_of_a_process(tmp_path: Path) -> None:
     assert process.wait() == 0
 
 
-def test_closed_world_says_so() -> None:
+def test_use_of_a_closed_world_raises_an_error() -> None:
     with st.World("simple.world") as world:
         robot = world.model("r0")
     assert "closed" in repr(world)
@@ -317,7 +317,7 @@ def test_create_drive_and_delete() -> None:
     assert robot.pose[0] == pytest.approx(0, abs=0.1)
 
 
-def test_models_that_a_snapshot_brings_back(room: str) -> None:
+def test_handles_are_valid_again_after_a_snapshot_restores_their_models(room: str) -> None:
     world = st.World.from_text(room)
     now = world.snapshot()
     robot = world.model("b")
@@ -328,7 +328,7 @@ def test_models_that_a_snapshot_brings_back(room: str) -> None:
     assert robot.name == "b"
 
 
-def test_models_of_another_life_are_gone(room: str) -> None:
+def test_handles_from_before_a_reset_stay_invalid(room: str) -> None:
     """A handle of a model from before a reset does not refer to a new model with the same id."""
     world = st.World.from_text(room)
     made = world.create(name="first")
@@ -351,7 +351,7 @@ def test_program() -> None:
     assert f"state-hash {world.state_hash()}" in run.stdout
 
 
-def test_fork_of_the_process() -> None:
+def test_a_forked_process_can_continue_the_worlds() -> None:
     """A forked child process can go on with the worlds of its parent."""
     world = st.World("hospital.world", seed=2, threads=2)
     world.step(3)

@@ -148,7 +148,7 @@ def seconds(clock: Clock) -> float:
     return clock.clock.sec + clock.clock.nanosec / 1e9
 
 
-def test_time_goes_back_at_resets_alone(start: Callable[..., Process], client: Client) -> None:
+def test_time_goes_back_only_at_resets(start: Callable[..., Process], client: Client) -> None:
     start("simple.world", speed=0.0)
     clock = client.listen(Clock, "/clock")
     client.until(lambda: clock)
@@ -178,8 +178,7 @@ def test_reset_with_a_seed(start: Callable[..., Process], client: Client, always
             assert found == {(4.0, world.state_hash())}
 
 
-def test_reset_positions_as_stage_ros_has_it(start: Callable[..., Process], client: Client,
-                                             two: str) -> None:
+def test_reset_positions_works_as_in_stage_ros(start: Callable[..., Process], client: Client, two: str) -> None:
     start(two, paused=True, base_watchdog_timeout=0)
     truth = client.listen(Odometry, "/a/ground_truth")
     client.talk(Twist, "/a/cmd_vel").publish(command(0.2))
@@ -221,8 +220,7 @@ def test_a_snapshot_replaces_no_other_file(start: Callable[..., Process], client
     assert file.read_text() == "precious"
 
 
-def test_a_node_that_was_killed_starts_anew(start: Callable[..., Process], client: Client,
-                                            two: str) -> None:
+def test_a_killed_node_can_be_restarted(start: Callable[..., Process], client: Client, two: str) -> None:
     scans = client.listen(LaserScan, "/a/base_scan", SENSOR)
     talk = client.node.create_publisher(Twist, "/a/cmd_vel", 10)
     truth = client.listen(Odometry, "/a/ground_truth")
@@ -235,7 +233,7 @@ def test_a_node_that_was_killed_starts_anew(start: Callable[..., Process], clien
         process.end(signal.SIGKILL)
 
 
-def test_it_ends_politely(start: Callable[..., Process], client: Client) -> None:
+def test_a_signal_ends_the_node_without_a_traceback(start: Callable[..., Process], client: Client) -> None:
     for sign in (signal.SIGINT, signal.SIGTERM):
         process = start("simple.world")
         client.until(lambda: client.node.count_publishers("/r0/odom"))
@@ -315,8 +313,8 @@ def memory() -> int:
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
-def test_pauses_and_commands_without_end_leave_the_clock_its_pace(start: Callable[..., Process], client: Client,
-                                                                  two: str) -> None:
+def test_many_pauses_and_commands_do_not_slow_the_clock(start: Callable[..., Process], client: Client,
+                                                        two: str) -> None:
     """At speed 1, simulated time keeps up with real time."""
     start(two)
     clock = client.listen(Clock, "/clock")
@@ -337,7 +335,7 @@ def test_pauses_and_commands_without_end_leave_the_clock_its_pace(start: Callabl
 
 
 @pytest.mark.parametrize("value", (0, -1, 1_000_001, 2**62, 1.5, True, "many"))
-def test_steps_that_nobody_could_wait_for_are_refused(start: Callable[..., Process], one: str, value: Any) -> None:
+def test_invalid_numbers_of_steps_are_refused(start: Callable[..., Process], one: str, value: Any) -> None:
     status, text = start(one, steps=value).wait()
     found = {"many": "'many'", True: "True"}.get(value, str(value))
     assert status == 1 and f"parameter steps: found {found}, expected a whole number, 1 to 1000000" in text, text

@@ -56,8 +56,8 @@ position( name "r" size [0.2 0.2 0.2] eye()
 @pytest.mark.parametrize("ranges", (None, "rep117", "stage"))
 @pytest.mark.parametrize("beams", ("scan", "range"))
 @pytest.mark.parametrize(("x", "reads"), ((2.05, 2.0), (9.0, np.inf), (0.85, -np.inf)))
-def test_ranges_by_rep_117(start: Callable[..., Process], client: Client, tmp_path: Path, ranges: str | None,
-                           beams: str, x: float, reads: float) -> None:
+def test_ranges_follow_rep_117(start: Callable[..., Process], client: Client, tmp_path: Path, ranges: str | None,
+                               beams: str, x: float, reads: float) -> None:
     """By default, +Inf means no return and -Inf too near; with the parameter, the maximum and the distance."""
     file = tmp_path / "r.world"
     file.write_text(NEAR_AND_FAR.format(x=x, near=1.0, far=4.0))
@@ -119,7 +119,7 @@ def test_covariances_are_known_or_said_to_be_unknown(start: Callable[..., Proces
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_errors_of_estimates_are_what_the_covariance_says(seed: int) -> None:
+def test_errors_of_estimates_match_the_covariance(seed: int) -> None:
     """The difference between a path with and without odometry errors is J e, to first order."""
     random = np.random.default_rng(seed)
     shares = random.uniform(-0.002, 0.002, (20, 3))
@@ -297,8 +297,7 @@ bot( name "b" pose [1 1 0 90] )
 
 
 @pytest.mark.parametrize("frame", ("mars", "c/base_link", "a/base_scan_link", "a", "odom", "map\n", "x" * 5000, "é"))
-def test_teleport_refuses_a_frame_that_there_is_not(start: Callable[..., Process], client: Client, two: str,
-                                                    frame: str) -> None:
+def test_teleport_refuses_an_unknown_frame(start: Callable[..., Process], client: Client, two: str, frame: str) -> None:
     process = start(two, paused=True)
     truth = client.listen(Odometry, "/a/ground_truth")
     talk = client.talk(PoseStamped, "/a/teleport")

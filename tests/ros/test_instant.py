@@ -185,8 +185,8 @@ CARRIERS = {
 
 @pytest.mark.parametrize("step", (20, 100))
 @pytest.mark.parametrize("carrier", CARRIERS)
-def test_frames_of_sensors_move_with_what_carries_them(start: Callable[..., Process], client: Client,
-                                                              tmp_path: Path, carrier: str, step: int) -> None:
+def test_frames_of_sensors_move_with_their_carrier(start: Callable[..., Process], client: Client, tmp_path: Path,
+                                                   carrier: str, step: int) -> None:
     compile_plugin(TURNS, tmp_path / "turns.so", ROOT)
     inner = CARRIERS[carrier].format(tmp_path / "turns.so")
     text = WORLD.format(step=step, ranger=100, robot=100, localization="odom").replace("  ranger(", f"  {inner}ranger(")

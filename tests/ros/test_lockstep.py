@@ -72,8 +72,7 @@ def without_ros() -> str:
         return world.state_hash()
 
 
-def test_it_waits_for_a_client_and_for_nobody_else(start: Callable[..., Process], client: Client,
-                                                   two: str) -> None:
+def test_only_clients_in_the_list_are_waited_for(start: Callable[..., Process], client: Client, two: str) -> None:
     start(two, lockstep="logger", speed=0)
     clock = client.listen(Clock, "/clock")
     done = client.talk(Header, "/stage/done")
@@ -95,8 +94,8 @@ def test_it_waits_for_a_client_and_for_nobody_else(start: Callable[..., Process]
     client.until(lambda: clock[-1].clock.sec > 2)
 
 
-def test_who_comes_late_gets_what_was_missed(start: Callable[..., Process], client: Client,
-                                             two: str) -> None:
+def test_a_late_client_gets_the_messages_of_the_last_step(start: Callable[..., Process], client: Client,
+                                                          two: str) -> None:
     process = start(two, lockstep="a,b", stamped_cmd_vel=True, speed=0)
     clock = client.listen(Clock, "/clock")
     client.until(lambda: clock)
@@ -128,8 +127,7 @@ def test_robots_that_are_not_waited_for_may_be_silent(start: Callable[..., Proce
         client.until(lambda: clock[-1].clock.nanosec == 200_000_000)
 
 
-def test_answers_may_be_asked_for_more_seldom(start: Callable[..., Process], client: Client,
-                                              two: str) -> None:
+def test_answers_can_be_expected_at_a_longer_interval(start: Callable[..., Process], client: Client, two: str) -> None:
     start(two, lockstep="me", lockstep_interval=0.25, speed=0)
     clock = client.listen(Clock, "/clock")
     done = client.talk(Header, "/stage/done")

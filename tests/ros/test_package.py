@@ -28,12 +28,12 @@ def run(*arguments: str, path: str = "") -> subprocess.CompletedProcess[str]:
                           check=False, env=environment, timeout=PATIENCE)
 
 
-def test_its_executable_is_the_node() -> None:
+def test_the_executable_runs_the_node() -> None:
     done = run("simple.world", "--duration", "0.5", "--stats", path=os.environ.get("PYTHONPATH", ""))
     assert done.returncode == 0 and '"simulated": 0.5' in done.stdout, done.stderr
 
 
-def test_without_stagesim_it_says_so() -> None:
+def test_the_error_without_stagesim_names_it() -> None:
     done = run()
     if "PYTHONPATH" not in os.environ:
         pytest.skip("stagesim is installed")
@@ -41,7 +41,7 @@ def test_without_stagesim_it_says_so() -> None:
     assert done.stderr.startswith("stage_ros2: there is no Python module stagesim")
 
 
-def test_launch_file_offers_parameters_that_there_are() -> None:
+def test_launch_file_offers_only_known_parameters() -> None:
     names: dict[str, Any] = {}
     with mock.patch.dict(sys.modules, {name: mock.MagicMock(spec=ModuleType) for name in (
             "launch", "launch.actions", "launch.conditions", "launch.substitutions", "launch_ros",
@@ -67,7 +67,7 @@ def test_all_parameters_are_documented() -> None:
         assert f"`{scheme.ground_truth}`" in text
 
 
-def test_the_list_of_packages_names_what_the_extra_does() -> None:
+def test_packages_of_the_extra_are_pinned() -> None:
     tomllib = pytest.importorskip("tomllib")  # since Python 3.11
     project = tomllib.loads((ROOT / "python" / "pyproject.toml").read_text())["project"]
     pinned = (ROOT / "python" / "ros_requirements.txt").read_text()

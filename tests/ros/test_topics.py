@@ -87,7 +87,7 @@ def zoo(start: Callable[..., Process], client: Client,
 
 
 @pytest.mark.parametrize("zoo", SCHEMES, indirect=True)
-def test_all_that_the_zoo_says_is_what_the_simulator_says(zoo: tuple[Client, str]) -> None:
+def test_messages_of_the_zoo_equal_the_state_of_the_simulator(zoo: tuple[Client, str]) -> None:
     client, scheme = zoo
     world = st.World("zoo.world")
     topics = expected_topics(world, scheme)
@@ -312,7 +312,7 @@ def test_one_robot_has_no_prefix_unless_it_is_wanted(ros: None, one: str) -> Non
                 assert [robot.prefix for robot in node.robots] == [prefix if enforced else ""]
 
 
-def test_robots_of_the_same_name_are_told_apart(ros: None) -> None:
+def test_robots_of_the_same_name_get_different_prefixes(ros: None) -> None:
     text = "".join(f'position( name "{name}" pose [{i} 0 0 0] )\n'
                    for i, name in enumerate(("r:1", "r:1", "r 1", "2", "é")))
     with st.World.from_text(text) as world, node_here(world) as node:
@@ -335,8 +335,7 @@ def test_names_that_are_not_utf_8_become_names_of_ros(start: Callable[..., Proce
     assert status == 0, text
 
 
-def test_frames_have_the_names_that_are_given(start: Callable[..., Process], client: Client,
-                                              one: str) -> None:
+def test_parameters_name_the_frames(start: Callable[..., Process], client: Client, one: str) -> None:
     start(one, paused=True, odom_frame_id="o", base_link_frame_id="b", base_footprint_frame_id="f",
           map_frame_id="m", publish_map_tf=True)
     odometry, truth = client.listen(Odometry, "/odom"), client.listen(Odometry, "/ground_truth")
@@ -361,15 +360,14 @@ def test_frames_have_the_names_that_are_given(start: Callable[..., Process], cli
     assert np.hypot(true.x - guess.x, true.y - guess.y) > 1e-3
 
 
-def test_no_frames(start: Callable[..., Process], client: Client, one: str) -> None:
+def test_publish_tf_turns_frames_off(start: Callable[..., Process], client: Client, one: str) -> None:
     start(one, publish_tf=False)
     odometry = client.listen(Odometry, "/odom")
     client.until(lambda: odometry)
     assert client.node.count_publishers("/tf") == client.node.count_publishers("/tf_static") == 0
 
 
-def test_sensors_of_whom_nobody_listens_do_not_work(start: Callable[..., Process], client: Client,
-                                                    two: str) -> None:
+def test_sensors_without_subscribers_do_not_work(start: Callable[..., Process], client: Client, two: str) -> None:
     start(two, paused=True)
     quiet = st.World(two)
     for model in quiet.models:

@@ -59,7 +59,7 @@ def place_of(odometry: Odometry) -> list[float]:
     return [pose.position.x, pose.position.y, 2 * np.arctan2(pose.orientation.z, pose.orientation.w)]
 
 
-def test_it_shows_what_ros_is_told(meet: Meet, two: str) -> None:
+def test_page_shows_commands_of_ros(meet: Meet, two: str) -> None:
     _, page, client = meet(two, "--gui", base_watchdog_timeout=0.0, speed=2)
     truth = {name: client.listen(Odometry, f"/{name}/ground_truth") for name in "ab"}
     for name, turn in (("a", 0.7), ("b", -0.4)):
@@ -118,7 +118,7 @@ def test_page_and_ros_see_each_others_pauses_and_speeds(meet: Meet, two: str) ->
     assert "expected 0 or 0.001 to 1000000" in page.until_error()
 
 
-def test_reset_by_the_page(meet: Meet) -> None:
+def test_a_reset_by_the_page_resets_ros(meet: Meet) -> None:
     _, page, client = meet("simple.world", "--gui", "--seed", "3", speed=5.0)
     clock = client.listen(Clock, "/clock")
     client.until(lambda: clock)
@@ -193,7 +193,7 @@ def test_lockstep_waits_while_the_page_answers(meet: Meet, two: str) -> None:
     page.until(lambda: page.frame["steps"] == 5)
 
 
-def test_it_ends_politely_with_a_browser_connected(meet: Meet, tmp_path: Path) -> None:
+def test_a_signal_ends_the_node_with_a_browser_connected(meet: Meet, tmp_path: Path) -> None:
     """With a display, the node opens the page; here a script replaces the browser and prints its arguments."""
     opened = tmp_path / "opened"
     browser = tmp_path / "browser"

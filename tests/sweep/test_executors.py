@@ -69,7 +69,7 @@ def test_processes_and_threads(slow: Experiment, tmp_path: Path) -> None:
         assert merged(run(slow, pool, out=tmp_path / "threads", jobs=2, chunk=4)) == alone
 
 
-def test_a_broken_pool_is_made_anew(slow: Experiment, tmp_path: Path) -> None:
+def test_a_broken_pool_is_replaced(slow: Experiment, tmp_path: Path) -> None:
     out, pools = tmp_path / "out", []
 
     def make() -> ProcessPoolExecutor:
@@ -91,7 +91,7 @@ def runs_of(out: Path) -> list[str]:
     return [line for line in listed.splitlines() if "sweep" in line and line.rstrip().endswith(str(out))]
 
 
-def test_a_broken_pool_of_the_caller_s_is_told(slow: Experiment, tmp_path: Path) -> None:
+def test_a_broken_pool_of_the_caller_is_an_error(slow: Experiment, tmp_path: Path) -> None:
     out = tmp_path / "out"
     with ProcessPoolExecutor(2) as pool:
         killer = killed_later(pool.submit(os.getpid).result(), out, 6)
@@ -125,14 +125,15 @@ class Idle:
 
 
 @pytest.mark.parametrize("dies, said", [(False, "did nothing"), (True, "the worker is gone")])
-def test_nobody_gets_on(experiment: Experiment, tmp_path: Path, dies: bool, said: str) -> None:
+def test_a_sweep_without_progress_ends_with_an_error(experiment: Experiment, tmp_path: Path, dies: bool,
+                                                     said: str) -> None:
     idle = Idle(dies)
     with pytest.raises(SweepError, match=f"20 of 20 runs are missing: 0, 1, 2, 3, 4, ...; .*{said}"):
         run(experiment, idle, out=tmp_path / "out", jobs=2, chunk=1)
     assert idle.submitted == 20 * executors.MAX_IDLE_ROUNDS and idle.most <= 4
 
 
-def test_a_world_that_has_changed_is_told(experiment: Experiment, tmp_path: Path) -> None:
+def test_a_changed_world_is_an_error(experiment: Experiment, tmp_path: Path) -> None:
     run(experiment, out=tmp_path / "out", jobs=2)
     (tmp_path / "out/runs/000/000003.json").unlink()
     Path(experiment.world).write_text(Path(experiment.world).read_text() + "# changed\n")

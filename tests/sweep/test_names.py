@@ -30,7 +30,7 @@ def swept(odd: Path) -> Experiment:
     return Experiment(odd, {f"{LATIN}.mass": [1, 2]}, runs=2, options={"args": LATIN})
 
 
-def test_names_come_through(swept: Experiment, tmp_path: Path) -> None:
+def test_records_of_both_workers_have_the_same_names(swept: Experiment, tmp_path: Path) -> None:
     """Records of the program's workers and of Python workers have the same names."""
     words = swept.arguments()
     for out, worker in ((tmp_path / "program", []), (tmp_path / "python", ["--worker", WORKER])):
@@ -52,7 +52,7 @@ def test_replay_commands_work(swept: Experiment, tmp_path: Path) -> None:
         assert done.stdout.split()[-1].decode() == record["state_hash"]
 
 
-def test_tables_have_the_names(swept: Experiment, tmp_path: Path) -> None:
+def test_tables_keep_the_names(swept: Experiment, tmp_path: Path) -> None:
     """CSV files and arrays keep the bytes; Parquet and HDF5, which need UTF-8, have printable names."""
     results = run(swept, out=tmp_path / LATIN / "out", jobs=1)
     table = results.table()
@@ -68,7 +68,7 @@ def test_tables_have_the_names(swept: Experiment, tmp_path: Path) -> None:
         assert r"Stra\xdfe.mass" in file
 
 
-def test_values_of_texts(odd: Path, tmp_path: Path) -> None:
+def test_odd_names_work_as_values_of_an_axis(odd: Path, tmp_path: Path) -> None:
     """Names with such bytes work as values of an axis, in every kind of table and in the report."""
     results = run(Experiment(odd, {f"{LATIN}.say": [LATIN, "plain"]}, runs=2), out=tmp_path / "out", jobs=1)
     assert results.table()[f"{LATIN}.say"].tolist() == [LATIN, LATIN, "plain", "plain"]
@@ -80,7 +80,7 @@ def test_values_of_texts(odd: Path, tmp_path: Path) -> None:
     assert r"Stra\xdfe.say" in page and r"Stra\xdfe.world" in page
 
 
-def test_failures_are_told(odd: Path, tmp_path: Path) -> None:
+def test_errors_name_the_file(odd: Path, tmp_path: Path) -> None:
     """An error of a Python worker names the file."""
     odd.write_bytes(odd.read_bytes() + b"nonsense(\n")
     done = subprocess.run([program._paths.PROGRAM, "sweep", odd, "--worker", WORKER, "-o", tmp_path / "out"],

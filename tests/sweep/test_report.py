@@ -45,14 +45,14 @@ def sure(study: Study) -> set[tuple[str, str, int, int]]:
             for one in study.comparisons() if one.probability < 0.05}
 
 
-def test_what_differs_is_found_and_nothing_else() -> None:
+def test_only_real_differences_are_found() -> None:
     found = sure(made_up(False, 2.0))
     assert {("m", "a", 0, 1), ("m", "a", 0, 2), ("m", "a", 1, 2)} <= found
     assert not any(axis == "b" for _, axis, _, _ in found)
     assert sure(made_up(False, 0.0)) == set()
 
 
-def test_pairs_find_what_seeds_hide() -> None:
+def test_paired_runs_reveal_differences_that_seeds_hide() -> None:
     assert not any(name == "m" for name, *_ in sure(made_up(False, 0.1)))
     paired = made_up(True, 0.1)
     assert {(name, axis) for name, axis, *_ in sure(paired) if name == "m"} == {("m", "a")}
@@ -70,7 +70,7 @@ def test_metrics_of_a_study() -> None:
     assert abs(mean.mean - 2) < 1
 
 
-def test_too_few_runs_are_said_to_be() -> None:
+def test_too_few_runs_have_no_probability() -> None:
     comparisons = made_up(False, 5.0, runs=4).comparisons()
     assert comparisons and all(np.isnan(one.probability) for one in comparisons)
 

@@ -49,7 +49,7 @@ def test_table_with_timings(experiment: Experiment, tmp_path: Path) -> None:
     assert set(table) > set(results.table())
 
 
-def test_a_second_call_goes_on(experiment: Experiment, tmp_path: Path) -> None:
+def test_a_second_call_resumes_the_sweep(experiment: Experiment, tmp_path: Path) -> None:
     first = run(experiment, out=tmp_path / "out", jobs=2)
     before = merged(first)
     kept, gone = first.folder / "runs/000/000003.json", first.folder / "runs/000/000004.json"
@@ -103,8 +103,8 @@ def test_common_seeds(experiment: Experiment, tmp_path: Path) -> None:
     ({"metrics": "own_metrics:NUMBER"}, "expected a function or a class"),
     ({"options": {"no-such-option": 1}}, "no-such-option"),
 ])
-def test_what_is_wrong_is_said_at_once(world: Path, tmp_path: Path, own_metrics: None, change: dict[str, Any],
-                                       text: str) -> None:
+def test_invalid_experiments_are_refused_before_the_first_run(world: Path, tmp_path: Path, own_metrics: None,
+                                                              change: dict[str, Any], text: str) -> None:
     with pytest.raises(SweepError) as caught:
         run(Experiment(**{"world": world, **change}), out=tmp_path / "out")
     assert text in str(caught.value) and "\n" not in str(caught.value)
@@ -112,7 +112,7 @@ def test_what_is_wrong_is_said_at_once(world: Path, tmp_path: Path, own_metrics:
 
 @pytest.mark.parametrize("change", [{"runs": 0}, {"runs": (3, 3)}, {"runs": range(0, 9, 2)}, {"set": {"bots": []}},
                                     {"set": {"world.name": ["a,b"]}}])
-def test_experiments_that_are_none(world: Path, change: dict[str, Any]) -> None:
+def test_invalid_experiments_are_refused(world: Path, change: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match="expected"):
         Experiment(**{"world": world, **change}).arguments()
 
@@ -134,8 +134,8 @@ def test_progress_is_the_program_s(experiment: Experiment, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("ending, package", [(".parquet", "pyarrow"), (".h5", "h5py")])
-def test_merged_files_are_alike_whatever_the_order(experiment: Experiment, tmp_path: Path, ending: str,
-                                                   package: str) -> None:
+def test_merged_files_do_not_depend_on_the_order(experiment: Experiment, tmp_path: Path, ending: str,
+                                                 package: str) -> None:
     pytest.importorskip(package, reason=f"skipped: {package} is not installed; try tools/setup --sweep")
     first = run(experiment, out=tmp_path / "a", jobs=2)
     second = run(experiment, out=tmp_path / "b", jobs=1)

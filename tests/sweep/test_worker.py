@@ -90,8 +90,8 @@ def test_metrics_that_fail(experiment: Experiment, tmp_path: Path, own_metrics: 
     assert again.failed == [] and (again.table()["driven"] > 0).all()
 
 
-def test_resumed_by_hand(experiment: Experiment, tmp_path: Path, own_metrics: None,
-                         monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_plan_can_be_resumed_by_the_program(experiment: Experiment, tmp_path: Path, own_metrics: None,
+                                                monkeypatch: pytest.MonkeyPatch) -> None:
     """The plan stores the worker. Without the module of its metrics, resuming is an error and fails no run."""
     own, out = replace(experiment, metrics="own_metrics:spread"), tmp_path / "out"
     whole = run(own, out=tmp_path / "whole", jobs=2)
@@ -103,7 +103,7 @@ def test_resumed_by_hand(experiment: Experiment, tmp_path: Path, own_metrics: No
     assert records(out) == records(whole.folder)
 
 
-def test_by_hand_it_says_what_it_is_for(tmp_path: Path) -> None:
+def test_a_worker_started_by_hand_explains_its_use(tmp_path: Path) -> None:
     done = subprocess.run([*shlex.split(WORKER), str(tmp_path)], capture_output=True, text=True, check=False,
                           env=program.environment([]))
     assert done.returncode == 2 and "expected to be started by stage sweep --worker" in done.stderr
