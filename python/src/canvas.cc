@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "messages/assert.hh"
+#include "pictures/color_byte.hh"
 
 namespace Stg::python {
 
@@ -29,15 +30,10 @@ int64_t Round(double pixels) {
       std::floor(std::clamp(pixels, -kMaxPixels, kMaxPixels) * double{kSubpixels} + 0.5));
 }
 
-uint8_t ToByte(double part) {
-  if (!(part > 0)) return 0;
-  return static_cast<uint8_t>(std::floor(255.0 * std::min(part, 1.0) + 0.5));
-}
-
 }  // namespace
 
 Canvas::Ink Canvas::Ink::Of(const Color& color) {
-  return {ToByte(color.r), ToByte(color.g), ToByte(color.b), ToByte(color.a)};
+  return {ColorByte(color.r), ColorByte(color.g), ColorByte(color.b), ColorByte(color.a)};
 }
 
 Canvas::Ink Canvas::Ink::Darker() const {

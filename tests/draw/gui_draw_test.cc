@@ -308,7 +308,7 @@ TEST(SceneTest, FootprintsGetFainterWithAge) {
     EXPECT_EQ(prints[i].z, 0);
     EXPECT_GT(prints[i].color.a, prints[i - 1].color.a);
   }
-  EXPECT_EQ(prints.back().color.a, Rgba::ToByte(4 * 0.5 / 5));
+  EXPECT_EQ(prints.back().color.a, ColorByte(4 * 0.5 / 5));
   EXPECT_EQ(onlooker.scene.frame().solid.lines.size(), 4u * 3 * 2);  // arrows
 }
 

@@ -89,9 +89,9 @@ void DrawSelected(Model& model, const view::Projection& projection, Painting* ma
   const double min_value = kMinPixels * projection.PixelAt(point3_t(global.x, global.y, global.z));
   const Bounds x = Half(std::max(kLarger * geom.size.x, min_value)),
                y = Half(std::max(kLarger * geom.size.y, min_value));
-  painter.SetColor({0, 255, 0, Rgba::ToByte(0.4)});
+  painter.SetColor({0, 255, 0, ColorByte(0.4)});
   painter.Rectangle(x, y, kAboveFloor);
-  painter.SetColor({0, 255, 0, Rgba::ToByte(0.8)});
+  painter.SetColor({0, 255, 0, ColorByte(0.8)});
   painter.RectangleOutline(x, y, kAboveFloor);
 
   char text[256];
@@ -172,7 +172,7 @@ void DrawDissipation(const DissipationVis& heat, Painting* painting) {
   if (!(max_value > 0)) return;
   Painter painter(painting);
   for (const auto& [square, amount] : heat.squares()) {
-    painter.SetColor({255, 0, 0, Rgba::ToByte(amount / max_value)});
+    painter.SetColor({255, 0, 0, ColorByte(amount / max_value)});
     painter.Rectangle(Bounds(square.x, square.x + 1.0), Bounds(square.y, square.y + 1.0), 0);
   }
 }

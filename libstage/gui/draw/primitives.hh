@@ -5,14 +5,13 @@
 #ifndef STAGE_GUI_DRAW_PRIMITIVES_HH
 #define STAGE_GUI_DRAW_PRIMITIVES_HH
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "pictures/color.hh"
+#include "pictures/color_byte.hh"
 
 namespace Stg::draw {
 
@@ -20,13 +19,10 @@ struct Rgba {
   uint8_t r = 0, g = 0, b = 0, a = 255;
 
   bool operator==(const Rgba&) const = default;
-  Rgba WithOpacity(double opacity) const { return {r, g, b, ToByte(opacity)}; }
-  static uint8_t ToByte(double value) {
-    return static_cast<uint8_t>(std::lround(255.0 * std::clamp(value, 0.0, 1.0)));
-  }
+  Rgba WithOpacity(double opacity) const { return {r, g, b, ColorByte(opacity)}; }
 };
 inline Rgba ToRgba(const Color& c) {
-  return {Rgba::ToByte(c.r), Rgba::ToByte(c.g), Rgba::ToByte(c.b), Rgba::ToByte(c.a)};
+  return {ColorByte(c.r), ColorByte(c.g), ColorByte(c.b), ColorByte(c.a)};
 }
 inline constexpr Rgba kBlack = {0, 0, 0, 255}, kWhite = {255, 255, 255, 255};
 

@@ -11,6 +11,7 @@
 #include "models/state_exchange.hh"
 #include "models/types/built_in_types.hh"
 #include "models/types/camera_raster.hh"
+#include "pictures/color_byte.hh"
 #include "sensing/scene.hh"
 #include "worldfile/worldfile.hh"
 
@@ -28,14 +29,8 @@ bool IsPossible(int width, int height) {
          width * height <= kMaxPixels;
 }
 
-uint8_t Byte(double fraction) {
-  // NaN becomes 0.
-  return fraction > 0 ? static_cast<uint8_t>(fraction < 1 ? fraction * 255 + 0.5 : 255)
-                      : uint8_t{0};
-}
-
 camera::Rgba Opaque(const Color& color) {
-  return {Byte(color.r), Byte(color.g), Byte(color.b), 255};
+  return {ColorByte(color.r), ColorByte(color.g), ColorByte(color.b), 255};
 }
 
 /// Tangent of half a field of view given in degrees.

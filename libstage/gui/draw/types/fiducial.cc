@@ -19,7 +19,7 @@ void DrawFiducials(ModelFiducial& finder, const Pose& global, const view::ViewOp
   Painter painter(layers.data), marks(layers.over);
   painter.SetFrame(global);
   if (options[Show::kFiducialFov]) {
-    painter.SetColor({255, 0, 255, Rgba::ToByte(0.4)});
+    painter.SetColor({255, 0, 255, ColorByte(0.4)});
     painter.SectorOutline(Finite(finder.max_range_anon), -finder.fov / 2, finder.fov, 0,
                           finder.fov < 2 * M_PI);
   }
@@ -30,7 +30,7 @@ void DrawFiducials(ModelFiducial& finder, const Pose& global, const view::ViewOp
     const point3_t there(found.range * std::cos(found.bearing),
                          found.range * std::sin(found.bearing), 0);
     painter.SetFrame(sensed);
-    painter.SetColor({255, 0, 255, Rgba::ToByte(0.5)});
+    painter.SetColor({255, 0, 255, ColorByte(0.5)});
     painter.DashedLine({0, 0, 0}, there, 0.1);
     const Pose target = sensed + Pose(there.x, there.y, 0, found.geom.a);
     marks.SetFrame(target);  // at the finder's height, and so inside the target's body
