@@ -9,6 +9,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "recording/cdr.hh"
+#include "recording/ros_names.hh"
 
 namespace Stg::recording {
 
@@ -286,7 +287,7 @@ void PutClock(usec_t time, Buffer* message) {
 
 void PutOccupancyGrid(const OccupancyMap& map, usec_t time, Buffer* message) {
   CdrWriter to(message);
-  PutHeader(time, "map", &to);
+  PutHeader(time, kMapFrame, &to);
   PutStamp(time, &to);
   to.Put(static_cast<float>(map.resolution));
   to.Put(map.width);
@@ -316,7 +317,7 @@ void PutReadings(const ModelType& type, const Model& sensor, const std::string& 
 
 void PutModelPoses(const std::vector<ModelPose>& poses, usec_t time, Buffer* message) {
   CdrWriter to(message);
-  PutHeader(time, "map", &to);
+  PutHeader(time, kMapFrame, &to);
   const auto count = static_cast<uint32_t>(poses.size());
   const auto put_all = [&](const auto& value_of) {
     to.Put(count);

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Names of topics and frames for the ROS node, which are those of logs.
+// Names of topics and frames, and covariances of exact and unknown values, for the ROS node. They
+// are those of logs.
 
 #include <nanobind/stl/vector.h>
 
 #include <set>
 
 #include "bindings.hh"
+#include "recording/odometry_covariance.hh"
 #include "recording/ros_names.hh"
 #include "text.hh"
 
@@ -22,6 +24,8 @@ void BindRosNames(nanobind::module_& module) {
   module.attr("ODOMETRY_FRAME") = recording::kOdometryFrame;
   module.attr("FOOTPRINT_FRAME") = recording::kFootprintFrame;
   module.attr("BASE_FRAME") = recording::kBaseFrame;
+  module.attr("EXACT_COVARIANCE") = recording::OdometryCovariance::kExact;
+  module.attr("UNKNOWN_COVARIANCE") = recording::OdometryCovariance::kUnknown;
   nb::class_<NamingScheme>(module, "NamingScheme", "A scheme of names in ROS.")
       .def_ro("name", &NamingScheme::name)
       .def_ro("ground_truth", &NamingScheme::ground_truth, "Topic of the true pose.")

@@ -10,9 +10,12 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from .._core import EXACT_COVARIANCE, UNKNOWN_COVARIANCE
+
 Array = npt.NDArray[np.float64]
 
-EXACT, UNKNOWN = 1e-9, 1e6
+#: Variances of exact values and of values that are not measured, as in logs.
+EXACT, UNKNOWN = EXACT_COVARIANCE, UNKNOWN_COVARIANCE
 #: Indices of x, y and the heading in x, y, z, roll, pitch, yaw.
 PLANE = np.array([0, 1, 5])
 
