@@ -24,8 +24,10 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from build_tree import skip_if_static  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 
+skip_if_static()
 ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2]).resolve()
 BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "release").resolve()
 FULL = "--full" in sys.argv

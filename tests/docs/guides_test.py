@@ -14,9 +14,10 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
-from build_tree import BINARY_DIR, COMPILER  # noqa: E402
+from build_tree import BINARY_DIR, COMPILER, skip_if_static  # noqa: E402
 from pages import FENCED, HASH, Home  # noqa: E402
 
+skip_if_static()
 SOURCE_DIR = Path(os.environ["STAGE_SOURCE_DIR"]).resolve()
 CONTROLLERS = SOURCE_DIR / "examples" / "ctrl" / "README.md"
 MODELS = SOURCE_DIR / "examples" / "model" / "README.md"

@@ -21,7 +21,7 @@ from pathlib import Path
 from PIL import Image, ImageChops, ImageFilter
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
-from build_tree import BINARY_DIR, COMPILER, HAS_WINDOW  # noqa: E402
+from build_tree import BINARY_DIR, COMPILER, HAS_WINDOW, needs_shared_library  # noqa: E402
 from pages import HASH, Block, Home, blocks_of  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 
@@ -144,6 +144,7 @@ class PageTest(unittest.TestCase):
 
 @unittest.skipUnless(shutil.which(COMPILER) and shutil.which("bash"), "no compiler, or no bash")
 @unittest.skipUnless(shutil.which("pkg-config"), "pkg-config is not installed")
+@needs_shared_library
 class TutorialTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls) -> None:

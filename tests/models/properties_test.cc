@@ -48,10 +48,18 @@ bool IsRequired(const Property& property) {
          name == "metric.goal";
 }
 
+/// A static build refuses all plug-ins, so the property is read as an empty list there.
+Property Readable(Property property) {
+#ifdef STAGE_STATIC
+  if (property.name == std::string("plugins")) property.value = "[]";
+#endif
+  return property;
+}
+
 class Properties : public testing::TestWithParam<Property> {};
 
 TEST_P(Properties, IsRead) {
-  const Property& property = GetParam();
+  const Property property = Readable(GetParam());
   const LoadOutcome outcome = TryToLoad(WorldWith(property, property.name));
   EXPECT_TRUE(outcome.loaded) << outcome.errors;
   EXPECT_EQ(outcome.errors.find("is never read"), std::string::npos) << outcome.errors;
@@ -104,7 +112,7 @@ TEST(PropertiesTable, HasAllPropertiesThatAreRead) {
   const auto add = [&](const Property& property) {
     tabled.insert(WithoutIndex(property.name));
     const auto world = EmptyWorld();
-    EXPECT_TRUE(TryToLoad(world.get(), WorldWith(property, property.name)).loaded);
+    EXPECT_TRUE(TryToLoad(world.get(), WorldWith(Readable(property), property.name)).loaded);
     for (const std::string& name : world->GetWorldFile()->AskedNames())
       asked.insert(WithoutIndex(name));
   };

@@ -15,6 +15,7 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from build_tree import HAS_OPENCL  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 
 BINARY_DIR = os.environ.get("STAGE_BINARY_DIR", ".")
@@ -71,6 +72,8 @@ class OclgrindTest(unittest.TestCase):
     def setUp(self):
         if not OCLGRIND:
             self.skipTest("oclgrind is not installed")
+        if not HAS_OPENCL:
+            self.skipTest("this build has no OpenCL")
         if is_sanitized():
             self.skipTest("the program is built with sanitizers")
         self.directory = tempfile.TemporaryDirectory()

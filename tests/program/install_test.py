@@ -15,9 +15,11 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
-from build_tree import BINARY_DIR, CMAKE, COMPILER, HAS_WINDOW, SANITIZE, SOURCE_DIR, cache_entry, run  # noqa: E402
+from build_tree import (BINARY_DIR, CMAKE, COMPILER, HAS_WINDOW, SANITIZE, SOURCE_DIR,  # noqa: E402
+                        cache_entry, run, skip_if_static)
 from patience import PATIENCE  # noqa: E402
 
+skip_if_static()
 CLIENT_DIR = SOURCE_DIR / "tests" / "program" / "install_client"
 PKG_CONFIG = shutil.which("pkg-config")
 XVFB = shutil.which("Xvfb")

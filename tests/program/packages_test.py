@@ -14,10 +14,10 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
-from build_tree import BINARY_DIR, HAS_WINDOW, SOURCE_DIR as ROOT  # noqa: E402
+from build_tree import BINARY_DIR, HAS_OPENCL, HAS_WINDOW, SOURCE_DIR as ROOT, skip_if_static  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 
-HAS_OPENCL = bool(list(BINARY_DIR.glob("lib/stage-*/stage_cl.so")))
+skip_if_static()
 
 
 def run(*command: object, check: bool = True, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:

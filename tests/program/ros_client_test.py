@@ -15,7 +15,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
-from build_tree import BINARY_DIR, CMAKE, COMPILER, HAS_WINDOW, SANITIZE, SOURCE_DIR, run  # noqa: E402
+from build_tree import (BINARY_DIR, CMAKE, COMPILER, HAS_WINDOW, SANITIZE, SOURCE_DIR,  # noqa: E402
+                        needs_shared_library, run)
 
 NODE = SOURCE_DIR / "tests" / "program" / "ros_client" / "node.cc"
 PKG_CONFIG, XVFB_RUN = shutil.which("pkg-config"), shutil.which("xvfb-run")
@@ -72,6 +73,7 @@ class ManifestTest(unittest.TestCase):
 
 
 @unittest.skipUnless(PKG_CONFIG, "pkg-config is not installed")
+@needs_shared_library
 class NodeTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls) -> None:

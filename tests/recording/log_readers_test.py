@@ -17,6 +17,9 @@ import unittest
 from collections import Counter
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from build_tree import needs_shared_library  # noqa: E402
+
 ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
 BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "release")
 STAGE = BINARY_DIR / "bin" / "stage"
@@ -130,6 +133,7 @@ class LogReadersTest(unittest.TestCase):
                 found.setdefault(channel.topic, []).append(message)
         return found
 
+    @needs_shared_library
     def test_readings_of_all_types_of_sensors(self) -> None:
         """A ring of sonars, which a plug-in defines, is in a log like Stage's own sensors."""
         world = Path(self.folder.name) / "all.world"

@@ -88,8 +88,8 @@ def fused_in(file: Path) -> list[str]:
 
 def built() -> list[Path]:
     """All built libraries and programs that results depend on."""
-    found = [*BINARY_DIR.glob("lib/*.so"), *BINARY_DIR.glob("lib/stage-*/*.so"), *BINARY_DIR.glob("bin/*"),
-             *BINARY_DIR.glob("python/stagesim/_core*.so")]
+    found = [path for pattern in ("lib/*.so", "lib/*.a", "lib/stage-*/*.so", "bin/*", "python/stagesim/_core*.so")
+             for path in BINARY_DIR.glob(pattern)]
     return sorted({path.resolve() for path in found if path.is_file()})
 
 
@@ -147,7 +147,7 @@ class FusedTest(unittest.TestCase):
         self.assertEqual(mnemonic("0000000000000000 <f>:"), "")
 
     def test_nothing_that_was_built_fuses(self) -> None:
-        self.assertGreater(len(built()), 10)
+        self.assertIn("libstage", {path.name.split(".")[0] for path in built()})
         for path in built():
             with self.subTest(file=path.name):
                 self.assertEqual(fused_in(path), [])

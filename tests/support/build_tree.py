@@ -6,6 +6,8 @@ from __future__ import annotations
 import os
 import re
 import subprocess
+import sys
+import unittest
 from pathlib import Path
 
 from patience import PATIENCE
@@ -13,6 +15,18 @@ from patience import PATIENCE
 SOURCE_DIR = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).parents[2]).resolve()
 BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or SOURCE_DIR / "build" / "release").resolve()
 HAS_WINDOW = (BINARY_DIR / "lib" / "libstagegui.so").exists()
+HAS_OPENCL = bool(list(BINARY_DIR.glob("lib/stage-*/stage_cl.so")))
+IS_STATIC = (BINARY_DIR / "lib" / "libstage.a").exists()
+STATIC_REASON = "libstage is static in this build: it cannot be installed, and loads no plug-ins"
+needs_shared_library = unittest.skipIf(IS_STATIC, STATIC_REASON)
+SKIPPED = 77  # the exit status of a skipped script, see tests/CMakeLists.txt
+
+
+def skip_if_static() -> None:
+    """Ends a script whose tests all need an installation or plug-ins if this build has none."""
+    if IS_STATIC:
+        print("skipped:", STATIC_REASON)
+        sys.exit(SKIPPED)
 
 
 def cache_entry(name: str) -> str:
