@@ -33,9 +33,8 @@ ControllerInit FindControllerInit(const std::string&, std::string* error) {
   std::string linked;
   for (const std::string& name : LinkedControllerNames())
     linked += (linked.empty() ? "" : ", ") + name;
-  *error = "is none of those in this program, which loads no plug-ins; expected one of " +
-           (linked.empty() ? "none" : linked) +
-           "; add it by Stg::RegisterController(), or build Stage without STAGE_STATIC";
+  *error = "is not linked into this program; expected one of " +
+           (linked.empty() ? "none" : linked) + "; see RegisterController()";
   return nullptr;
 }
 
