@@ -198,6 +198,7 @@ TEST(Batch, SlicesCanBeFilledInAnyOrder) {
     for (uint32_t i = count; i-- > 0;) {
       Fan fan;
       fan.tag = i;
+      if (i == 1) fan.layer = grid::kNoLayer;
       batch.Put(before.fans + i, fan, before.rays + i * 2, 2, SelfMask());
     }
     batch.SetLayer(2, 7);

@@ -64,7 +64,7 @@ struct Scene {
   }
   grid::CellRef Draw(int body, int32_t x, int32_t y) {
     cells[{x, y}].push_back(body);
-    return test::DrawCell(&grid, x, y, ids[static_cast<size_t>(body)]);
+    return test::DrawCellOnce(&grid, x, y, ids[static_cast<size_t>(body)]);
   }
 
   Fan MakeFan(const Pose& origin, double range, bool z_test = true) const {

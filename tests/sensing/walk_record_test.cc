@@ -23,8 +23,8 @@ void Fill(RandomStream* random, grid::Grid* grid) {
     const auto x = static_cast<int32_t>(random->Uniform(-3000, 3000));
     const auto y = static_cast<int32_t>(random->Uniform(-3000, 3000));
     for (int i = 0; i < 300; i++)
-      test::DrawCell(grid, x + static_cast<int32_t>(random->Uniform(0, 60)),
-                     y + static_cast<int32_t>(random->Uniform(0, 60)), body);
+      test::DrawCellOnce(grid, x + static_cast<int32_t>(random->Uniform(0, 60)),
+                         y + static_cast<int32_t>(random->Uniform(0, 60)), body);
   }
 }
 

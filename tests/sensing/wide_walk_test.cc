@@ -355,7 +355,7 @@ TEST_P(WideWalkOf, SuperregionsOneAfterTheOther) {
                 length = random.Int(1, 300);
       const bool upwards = random.OneIn(2);
       for (int k = 0; k < length; k++)
-        test::DrawCell(&grid, upwards ? x : x + k, upwards ? y + k : y, body);
+        test::DrawCellOnce(&grid, upwards ? x : x + k, upwards ? y + k : y, body);
     }
     const ray_grid_t view = grid.View(grid::kEverything);
     size_t hits = 0;

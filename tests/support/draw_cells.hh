@@ -25,6 +25,16 @@ inline grid::CellRef DrawCell(grid::Grid* grid, int32_t x, int32_t y, grid::Body
   return grid::CellOf(set.slot, grid::Grid::BitOf(x, y));
 }
 
+/// Adds a cell to a body unless the body has it.
+inline grid::CellRef DrawCellOnce(grid::Grid* grid, int32_t x, int32_t y, grid::BodyId body) {
+  const grid::CellSet set = CellSetOf(x, y);
+  if (const uint32_t slot = grid->FindTileSlot(set); slot != 0) {
+    const grid::CellRef cell = grid::CellOf(slot, grid::Grid::BitOf(x, y));
+    if (grid->AnyIn(cell, [&](grid::BodyId id) { return id == body; })) return cell;
+  }
+  return DrawCell(grid, x, y, body);
+}
+
 /// Undoes one call of DrawCell().
 inline void EraseCell(grid::Grid* grid, grid::CellRef cell, grid::BodyId body) {
   int32_t x, y;
