@@ -84,7 +84,8 @@ uint32_t DirectionTables::Find(const std::vector<double>& bearings) {
 template <typename BearingOf>
 uint32_t DirectionTables::Append(uint32_t count, BearingOf bearing_of) {
   const size_t first = all_.size();
-  STAGE_ASSERT(unit_vectors_.size() == first && first + count <= UINT32_MAX);
+  // There are more unit vectors if memory was exhausted between the two calls of resize().
+  STAGE_ASSERT(unit_vectors_.size() >= first && first + count <= UINT32_MAX);
   unit_vectors_.resize(first + count);
   all_.resize(first + count);
   for (uint32_t i = 0; i < count; i++) {

@@ -101,6 +101,7 @@ class LogLimitsTest : public LogTest {
                 static_cast<double>(std::filesystem::file_size(file)) / 1e3, megabytes, seconds);
     if (kSanitized) return;
     EXPECT_LT(megabytes, kMaxMegabytes);
+    if (!kOptimized) return;
     EXPECT_LT(seconds, kMaxSeconds * patience::Slowness());
   }
 };

@@ -59,7 +59,6 @@ TEST(FiducialIndex, IsReadAtEachRefreshUnlessItIsFrozen) {
   model->SetFiducialReturn(1);
   const std::vector<Model*> models = {model};
   FiducialIndex index;
-  EXPECT_TRUE(index.Near(0, 0, 1).empty());
   index.Refresh(models);
   EXPECT_EQ(index.Near(0, 0, 1).size(), 1u);
   model->SetPose(Pose(5, 0, 0, 0));

@@ -316,6 +316,7 @@ void ModelRanger::Gather(sensing::FanList* fans) {
   for (uint32_t i = 0; i < sensors_.size(); i++) {
     Sensor& sensor = sensors_[i];
     if (sensor.sample_count == 0) continue;
+    STAGE_ASSERT(sensors_[i].HasTable(scene().tables.generation()));  // after Preparations()
     const sensing::Fan fan = FanOf(i, frame, turn);
     if (!sensor.HasAngleNoise()) {
       fans->Add(fan, sensor.sample_count);
@@ -339,7 +340,6 @@ Pose ModelRanger::OriginOf(const Sensor& sensor, const Pose& frame, const SineCo
 sensing::Fan ModelRanger::FanOf(uint32_t index, const Pose& frame, const SineCosine& turn) const {
   STAGE_ASSERT(index < sensors_.size());
   const Sensor& sensor = sensors_[index];
-  STAGE_ASSERT(sensor.HasTable(scene().tables.generation()));  // after Preparations()
   sensing::Fan fan;
   fan.predicate = StopsRanger;
   fan.finder = this;
@@ -411,6 +411,7 @@ bool ModelRanger::FillSpace(sensing::BatchSpace place, const sensing::FanList& f
   for (uint32_t i = 0; i < sensors_.size(); i++) {
     const Sensor& sensor = sensors_[i];
     if (sensor.sample_count == 0) continue;
+    STAGE_ASSERT(sensors_[i].HasTable(scene().tables.generation()));  // after Preparations()
     const sensing::Fan fan = FanOf(i, frame, turn);
     layers_found &= fan.layer != grid::kNoLayer;
     scene().batch.Put(place.fans++, fan, place.rays, sensor.sample_count,
