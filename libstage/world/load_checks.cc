@@ -52,6 +52,7 @@ void World::LoadChecks::Run() {
     CheckSize(*model);
     CheckHeight(*model);
     CheckPicture(*model);
+    CheckAcceleration(*model);
   }
   CheckRangers();
   CheckStarts();
@@ -59,10 +60,26 @@ void World::LoadChecks::Run() {
 
 void World::LoadChecks::WarnLikelyMistake(int entity, const char* property,
                                           const std::string& message) {
-  const std::string line = wf_.Where(entity, property) + ": " + message;
-  if (!warned_.insert(line).second) return;
-  wf_.Warn(entity, property, message);
+  if (Keep(wf_.Where(entity, property) + ": " + message)) wf_.Warn(entity, property, message);
+}
+
+bool World::LoadChecks::Keep(const std::string& line) {
+  if (!warned_.insert(line).second) return false;
   engine_.load_warnings.push_back(line);
+  return true;
+}
+
+/// Only --explain mentions this: many worlds for Stage 4.3 state bounds that have no effect there.
+void World::LoadChecks::CheckAcceleration(const Model& model) {
+  constexpr char kBounds[] = "acceleration_bounds";
+  if (!wf_.PropertyExists(model.wf_entity, kBounds) ||
+      wf_.PropertyExists(model.wf_entity, "limit_acceleration") ||
+      !dynamic_cast<const ModelPosition*>(&model))
+    return;
+  Keep(wf_.Where(model.wf_entity, kBounds) +
+       ": acceleration_bounds limit only commands of acceleration, as in Stage 4.3; "
+       "limit_acceleration 1 makes them limit every command, limit_acceleration 0 silences this "
+       "line");
 }
 
 // ---- bodies -------------------------------------------------------------------------------------

@@ -33,6 +33,7 @@ class World::LoadChecks {
   void CheckSize(const Model& model);
   void CheckHeight(const Model& model);
   void CheckPicture(const Model& model);
+  void CheckAcceleration(const Model& model);
   void CheckRangers();
   bool FindSeenRobots();
   void CheckRanger(const ModelRanger& ranger);
@@ -43,6 +44,8 @@ class World::LoadChecks {
   void WarnBlockedStart(const Model& robot, const Model& obstacle);
 
   int FirstBlockOf(int entity);
+  /// Keeps the line for --explain. Returns false if it is there already.
+  bool Keep(const std::string& line);
   /// Warns once per place and message, and keeps the line for --explain.
   void WarnLikelyMistake(int entity, const char* property, const std::string& message);
 

@@ -153,10 +153,10 @@ class Crowd(_Views):
     def cmd(self) -> Floats:
         """Writable array of commanded speeds: forwards, to the left (m/s), turning (rad/s); shape (n, 3).
 
-        For robots with car steering, the third number is the steering angle (rad). From the first access to
-        this array on, the commands are applied before each step; initially all are 0. A command overrides the
-        one that a controller gave in the step before. A row with a NaN is skipped: that robot obeys its
-        controller or keeps its last command.
+        For robots with car steering, the third number is the steering angle (rad), or the turn rate with
+        `car_command "turn"`. From the first access to this array on, the commands are applied before each step;
+        initially all are 0. A command overrides the one that a controller gave in the step before. A row with a NaN
+        is skipped: that robot obeys its controller or keeps its last command.
         """
         return self._view("cmd", self._crowd.commands)
 

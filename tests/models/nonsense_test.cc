@@ -38,10 +38,12 @@ const std::set<std::string> kMayBeNegative = {
 
 /// Flags, in which every value except for 0 means yes.
 const std::set<std::string> kFlags = {
-    "show_clock",      "test",        "paused",         "confirm_on_quit", "debug",
-    "noblocks",        "boundary",    "stack_children", "blob_return",     "gripper_return",
-    "obstacle_return", "gui_nose",    "gui_outline",    "gui_grid",        "gui_move",
-    "alwayson",        "ignore_zloc", "autosnatch",     "enabled",         "first"};
+    "show_clock",         "test",        "paused",         "confirm_on_quit", "debug",
+    "noblocks",           "boundary",    "stack_children", "blob_return",     "gripper_return",
+    "obstacle_return",    "gui_nose",    "gui_outline",    "gui_grid",        "gui_move",
+    "alwayson",           "ignore_zloc", "autosnatch",     "enabled",         "first",
+    "limit_acceleration",
+};
 
 bool MayBeNegative(const Property& property) {
   const std::string name = property.name, entity = property.entity;

@@ -146,20 +146,31 @@ class InstallTest(unittest.TestCase):
         if HAS_WINDOW and XVFB:
             self.check_window_client(folder / "window_client")
 
-    def test_sensor_in_a_plugin(self) -> None:
-        """The example of a model type, which adds rays to the batch, is built as its README says, and logged."""
-        folder, example = self.new_folder("sensor"), SOURCE_DIR / "examples" / "model"
-        texts = {name: (example / name).read_text(encoding="utf-8")
-                 for name in ("sonar_ring.cc", "sonar_ring.hh", "sonar.world")}
-        readme = (example / "README.md").read_text(encoding="utf-8").split("## Compile it elsewhere")[1]
+    def build_example(self, example: str, files: tuple[str, ...], name: str, own_name: str) -> Path:
+        """Builds a plug-in of the examples as its README says, by another name, as Stage has found its own already."""
+        folder, source = self.new_folder(own_name), SOURCE_DIR / "examples" / example
+        texts = {file: (source / file).read_text(encoding="utf-8") for file in files}
+        readme = (source / "README.md").read_text(encoding="utf-8").split("## Compile it elsewhere")[1]
         texts["CMakeLists.txt"] = "\n".join(re.findall(r"^    (.*)$", readme, re.MULTILINE)) + "\n"
-        for name, text in texts.items():  # by another name, as Stage has found its own sonar_ring already
-            (folder / name.replace("sonar_ring", "own_ring")).write_text(text.replace("sonar_ring", "own_ring"),
-                                                                         encoding="utf-8")
+        for file, text in texts.items():
+            (folder / file.replace(name, own_name)).write_text(text.replace(name, own_name), encoding="utf-8")
         run(CMAKE, "-G", cache_entry("CMAKE_GENERATOR"), "-S", folder, "-B", folder,
             f"-DCMAKE_PREFIX_PATH={self.prefix}", f"-DCMAKE_CXX_COMPILER={COMPILER}",
             f"-DCMAKE_CXX_FLAGS={' '.join(SANITIZE)}")
         run(CMAKE, "--build", folder)
+        return folder
+
+    def test_drive_in_a_plugin(self) -> None:
+        """The example of a drive is built as its README says, and changes how its robots move."""
+        folder = self.build_example("drive", ("lagging_drive.cc", "lagging.world"), "lagging", "sluggish")
+        hashes = [run(self.prefix / "bin" / "stage", "-g", "--duration", "3", "--state-hash", "--set", f"slow0.drive={drive}",
+                      folder / "sluggish.world", STAGEPATH=folder) for drive in ("sluggish", "diff", "sluggish")]
+        self.assertEqual(hashes[0], hashes[2])
+        self.assertNotEqual(hashes[0], hashes[1])
+
+    def test_sensor_in_a_plugin(self) -> None:
+        """The example of a model type, which adds rays to the batch, is built as its README says, and logged."""
+        folder = self.build_example("model", ("sonar_ring.cc", "sonar_ring.hh", "sonar.world"), "sonar_ring", "own_ring")
         run(self.prefix / "bin" / "stage", "-g", "--duration", "1", "--log", folder / "run.mcap", "--log-compression",
             "none", folder / "sonar.world", STAGEPATH=folder)
         log = (folder / "run.mcap").read_bytes()

@@ -159,6 +159,10 @@ inline constexpr Property kTypes[] = {
     {"position", "velocity", "[0.1 0 0 5]"},
     {"position", "drive", "\"omni\""},
     {"position", "wheelbase", "0.5"},
+    {"position", "steering_limit", "30"},
+    {"position", "steering_rate", "45"},
+    {"position", "car_command", "\"turn\""},
+    {"position", "limit_acceleration", "1"},
     {"position", "odom", "[0 0 0 0]"},  // has no effect except for a message
     {"position", "localization_origin", "[1 1 0 0]"},
     {"position", "odom_error", "[0.01 0.01 0 1]"},

@@ -8,17 +8,20 @@
 #include <vector>
 
 #include "models/model.hh"
+#include "motion/drive.hh"
 
 namespace Stg {
 
 class MovePhase;
 class Placement;
+struct RegisteredDrive;
 
 class ModelPosition : public Model {
  public:
   typedef enum { CONTROL_ACCELERATION, CONTROL_VELOCITY, CONTROL_POSITION } ControlMode;
   typedef enum { LOCALIZATION_GPS, LOCALIZATION_ODOM } LocalizationMode;
-  typedef enum { DRIVE_DIFFERENTIAL, DRIVE_OMNI, DRIVE_CAR } DriveMode;
+  /// DRIVE_CUSTOM: registered with RegisterDrive().
+  typedef enum { DRIVE_DIFFERENTIAL, DRIVE_OMNI, DRIVE_CAR, DRIVE_CUSTOM } DriveMode;
 
   ModelPosition(World* world, Model* parent, const std::string& type);
   ~ModelPosition();
@@ -28,7 +31,7 @@ class ModelPosition : public Model {
   // the robot stalls.
 
   /// Metres per second forward and to the left (omni only), radians per second. For a car, `a` is
-  /// the steering angle.
+  /// the steering angle, or with car_command "turn" the turn rate.
   void SetSpeed(double x, double y, double a);
   void SetSpeed(Velocity vel);
   void SetXSpeed(double x);
@@ -53,6 +56,9 @@ class ModelPosition : public Model {
   /// Velocity as measured by localization: GetActualVelocity() with odometry errors, or without
   /// them in gps mode.
   Velocity GetEstimatedVelocity() const;
+  /// Steering angle of a car in radians, positive to the left; the `steering` of a drive of one's
+  /// own.
+  double GetSteering() const { return steering_; }
   LocalizationMode GetLocalizationMode() const { return localization_mode; }
   void SetGlobalVelocity(const Velocity& gvel);
 
@@ -120,11 +126,16 @@ class ModelPosition : public Model {
   void DrawErrors();
   void LoadModes();
   void LoadOdomError();
+  void LoadDrive();
+  void LoadLimits();
   double PowerOf(const Velocity& vel) const;
-  Velocity WantedVelocity(double dt) const;
-  Velocity VelocityMode() const;
-  Velocity AccelerationMode(double dt) const;
-  Velocity PositionMode() const;
+  /// The velocity that the drive and the bounds give for the present command; sets the power drawn.
+  Velocity NextVelocity(double dt);
+  DriveInput InputOfDrive(double dt) const;
+  void ExchangeMotion(StateExchange& exchange);
+  unsigned MotionState(bool hashing) const;
+  void RestoreDefaults(unsigned state);
+  void ExchangeOwnDrive(StateExchange& exchange);
   Pose EstimateNow() const;
   double SecondsSinceUpdate();
   /// Displacement of one step in the body frame.
@@ -153,7 +164,11 @@ class ModelPosition : public Model {
   LocalizationMode localization_mode;
   Velocity integration_error;
   bool errors_given_ = false;  // in the world file
+  bool limits_acceleration_ = false, commands_turn_ = false;
   double wheelbase;
+  double steering_ = 0;
+  double steering_limit_, steering_rate_;  // rad, rad/s; infinite: none
+  const RegisteredDrive* drive_;
   usec_t last_update_;  // simulated time of the last update or subscription
   bool car_warned_;
   Pose driven_;       // odometry since est_pose was refreshed; not used with gps

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The table of drives, and the bounds that apply to all of them.
+
+#ifndef STAGE_MOTION_DRIVE_TABLE_HH
+#define STAGE_MOTION_DRIVE_TABLE_HH
+
+#include <string>
+
+#include "motion/drive.hh"
+
+namespace Stg {
+
+/// A drive with its name in world files. It exists as long as the process.
+struct RegisteredDrive {
+  std::string name;
+  DriveFunction function;
+};
+
+namespace motion {
+
+/// Position of the built-in drives in the table; equal to ModelPosition::DriveMode.
+enum BuiltInDrive { kDifferential, kOmni, kCar, kBuiltInDrives };
+
+const RegisteredDrive& DriveOf(BuiltInDrive kind);
+/// Returns null if no drive has that name. Can be called from any thread.
+const RegisteredDrive* FindDrive(const std::string& name);
+/// Quoted names of all drives, as `"diff", "omni" or "car"`.
+std::string DriveNames();
+
+/// Clips a drive's output to the velocity bounds and, if the input says so, to the velocities that
+/// the acceleration bounds allow after dt. A velocity outside of the velocity bounds returns to
+/// them no faster than that.
+Velocity Bounded(const DriveInput& input, const DriveOutput& output);
+
+}  // namespace motion
+}  // namespace Stg
+
+#endif
