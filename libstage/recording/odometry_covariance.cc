@@ -10,12 +10,15 @@ namespace {
 
 constexpr size_t kPlane[3] = {0, 1, 5};  // indices of x, y and yaw in the matrix
 
-/// Expands a matrix of x, y and heading to the six dimensions of ROS.
-OdometryCovariance::Matrix ExpandToSpace(const double (&planar)[3][3]) {
+/// Expands a matrix of x, y and heading, plus `random`, to the six dimensions of ROS.
+OdometryCovariance::Matrix ExpandToSpace(const double (&planar)[3][3],
+                                         const PoseCovariance& random) {
   OdometryCovariance::Matrix whole{};
   for (const size_t axis : {2, 3, 4}) whole[7 * axis] = OdometryCovariance::kUnknown;
   for (size_t i = 0; i < 3; i++) {
-    for (size_t k = 0; k < 3; k++) whole[6 * kPlane[i] + kPlane[k]] = planar[i][k];
+    for (size_t k = 0; k < 3; k++)
+      whole[6 * kPlane[i] + kPlane[k]] =
+          planar[i][k] + random.At(static_cast<int>(i), static_cast<int>(k));
     whole[7 * kPlane[i]] += OdometryCovariance::kExact;
   }
   return whole;
@@ -44,22 +47,24 @@ void OdometryCovariance::Move(const Pose& estimate) {
   before_ = estimate;
 }
 
-OdometryCovariance::Matrix OdometryCovariance::OfPose(const Velocity& error) const {
+OdometryCovariance::Matrix OdometryCovariance::OfPose(const Velocity& error,
+                                                      const PoseCovariance& random) const {
   const double variances[3] = {error.x * error.x, error.y * error.y, error.a * error.a};
   double planar[3][3] = {};
   for (size_t i = 0; i < 3; i++)
     for (size_t k = 0; k < 3; k++)
       for (size_t share = 0; share < 3; share++)
         planar[i][k] += jacobian_[i][share] * variances[share] * jacobian_[k][share];
-  return ExpandToSpace(planar);
+  return ExpandToSpace(planar, random);
 }
 
 OdometryCovariance::Matrix OdometryCovariance::OfTwist(const Velocity& velocity,
-                                                       const Velocity& error) {
+                                                       const Velocity& error,
+                                                       const PoseCovariance& random) {
   const double deviations[3] = {velocity.x * error.x, velocity.y * error.y, velocity.a * error.a};
   double planar[3][3] = {};
   for (size_t i = 0; i < 3; i++) planar[i][i] = deviations[i] * deviations[i];
-  return ExpandToSpace(planar);
+  return ExpandToSpace(planar, random);
 }
 
 }  // namespace Stg::recording

@@ -9,6 +9,7 @@
 #include <cstddef>
 
 #include "geometry/geometry.hh"
+#include "motion/pose_covariance.hh"
 
 namespace Stg::recording {
 
@@ -17,7 +18,7 @@ namespace Stg::recording {
 /// Odometry adds a fraction of each motion forwards, to the left and in turning: the property
 /// `odom_error`. To first order, the error of an estimate is J e. Here e holds the three fractions,
 /// and J is the derivative of the pose with respect to them, updated with each motion. The
-/// covariance is J diag(e^2) J^T.
+/// covariance is J diag(e^2) J^T, plus that of the random errors of `odom_noise`.
 ///
 /// ROS interprets an all-zero matrix as unknown, so exact values get kExact on the diagonal and
 /// unmeasured ones (z, roll, pitch) kUnknown.
@@ -29,9 +30,11 @@ class OdometryCovariance {
 
   /// Call with each estimate in turn.
   void Move(const Pose& estimate);
-  /// Covariance of the last estimate. `error`: fractions of the motion.
-  Matrix OfPose(const Velocity& error) const;
-  static Matrix OfTwist(const Velocity& velocity, const Velocity& error);
+  /// Covariance of the last estimate. `error`: fractions of the motion; `random`: covariance of
+  /// random errors.
+  Matrix OfPose(const Velocity& error, const PoseCovariance& random = {}) const;
+  static Matrix OfTwist(const Velocity& velocity, const Velocity& error,
+                        const PoseCovariance& random = {});
 
  private:
   bool has_moved_ = false;

@@ -113,11 +113,10 @@ Pose OriginOf(const ModelPosition& position) {
                                                                            : position.est_origin;
 }
 
-/// Relative errors of the robot's odometry, as fractions of its motion.
-Velocity OdometryErrorOf(const ModelPosition& position) {
-  return position.GetLocalizationMode() == ModelPosition::LOCALIZATION_GPS
-             ? Velocity()
-             : position.GetOdomError();
+OdometryMaker::Errors OdometryErrorsOf(const ModelPosition& position) {
+  if (position.GetLocalizationMode() == ModelPosition::LOCALIZATION_GPS) return {};
+  return {position.GetOdomError(), position.GetOdomCovariance(),
+          position.GetOdomVelocityCovariance()};
 }
 
 }  // namespace
@@ -373,17 +372,17 @@ void Recorder::Impl::WriteFixedTransforms() {
 void Recorder::Impl::WriteOdometry(LoggedRobot* robot) {
   const usec_t time = robot->robot_state.time;
   const auto write = [&](const char* name, int* channel, OdometryMaker* maker, const Pose& pose,
-                         const Velocity& velocity, const Velocity& error) {
+                         const Velocity& velocity, const OdometryMaker::Errors& errors) {
     if (*channel < 0) *channel = log_.Channel(robot->robot.topics + name, OdometryType);
     uint8_t* space =
         log_.mcap().AddMessage(static_cast<uint16_t>(*channel), Nanoseconds(now_), maker->size());
-    maker->Write(pose, velocity, error, time, space);
+    maker->Write(pose, velocity, errors, time, space);
   };
   const ModelPosition& position = *robot->robot.position;
   write(kOdometryTopic, &robot->odometry_channel, &robot->odometry, robot->robot_state.estimate,
-        position.GetEstimatedVelocity(), OdometryErrorOf(position));
+        position.GetEstimatedVelocity(), OdometryErrorsOf(position));
   write(NamingSchemes().front().ground_truth, &robot->truth_channel, &robot->truth,
-        robot->robot_state.truth, position.GetActualVelocity(), Velocity());
+        robot->robot_state.truth, position.GetActualVelocity(), {});
 }
 
 void Recorder::Impl::WriteScans(LoggedRobot* robot) {

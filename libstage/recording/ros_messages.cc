@@ -254,15 +254,16 @@ OdometryMaker::OdometryMaker(const std::string& frame, const std::string& child_
   to.PutDoubles(6 + kCovariance, 0);
 }
 
-void OdometryMaker::Write(const Pose& pose, const Velocity& velocity, const Velocity& error,
+void OdometryMaker::Write(const Pose& pose, const Velocity& velocity, const Errors& errors,
                           usec_t time, uint8_t* to) {
   const PlaceInSpace place(pose);
   const double twist[6] = {velocity.x, velocity.y, velocity.z, 0, 0, velocity.a};
   std::memcpy(to, bytes_.data(), bytes_.size());
   SetStamp(time, to + kStampPlace);
   covariance_.Move(pose);
-  const OdometryCovariance::Matrix of_pose = covariance_.OfPose(error);
-  const OdometryCovariance::Matrix of_twist = OdometryCovariance::OfTwist(velocity, error);
+  const OdometryCovariance::Matrix of_pose = covariance_.OfPose(errors.fractions, errors.of_pose);
+  const OdometryCovariance::Matrix of_twist =
+      OdometryCovariance::OfTwist(velocity, errors.fractions, errors.of_velocity);
   std::memcpy(to + pose_, place.numbers, sizeof place.numbers);
   std::memcpy(to + pose_ + sizeof place.numbers, of_pose.data(), sizeof of_pose);
   std::memcpy(to + twist_, twist, sizeof twist);

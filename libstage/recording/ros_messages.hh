@@ -72,8 +72,12 @@ class OdometryMaker {
  public:
   OdometryMaker(const std::string& frame, const std::string& child_frame);
   size_t size() const { return bytes_.size(); }
-  /// `error`: fractions of the motion that odometry adds; 0 for true poses.
-  void Write(const Pose& pose, const Velocity& velocity, const Velocity& error, usec_t time,
+  /// Errors of an estimate; all 0 for true poses.
+  struct Errors {
+    Velocity fractions;                   // of the motion, which odometry adds
+    PoseCovariance of_pose, of_velocity;  // of random errors
+  };
+  void Write(const Pose& pose, const Velocity& velocity, const Errors& errors, usec_t time,
              uint8_t* to);
 
  private:

@@ -26,6 +26,15 @@ void FillPlane(const ModelPosition* robot, double* row) {
   row[2] = pose.a;
 }
 
+/// Writes a covariance matrix row by row.
+template <auto get>
+void FillCovariance(const ModelPosition* robot, double* matrix) {
+  const PoseCovariance covariance = robot ? std::invoke(get, robot) : PoseCovariance();
+  for (int row = 0; row < 3; row++)
+    for (int column = 0; column < 3; column++)
+      *matrix++ = robot ? covariance.At(row, column) : kNaN;
+}
+
 void FillSensedTime(const ModelPosition* robot, double* time) {
   *time = robot ? static_cast<double>(robot->GetSensedTime()) / 1e6 : kNaN;
 }
@@ -50,6 +59,9 @@ constexpr BodyArrayKind kBodyArrays[] = {
     {"actual_velocity", 3, FillPlane<&ModelPosition::GetActualVelocity>, false},
     {"estimate", 3, FillPlane<&ModelPosition::est_pose>, true},
     {"estimated_velocity", 3, FillPlane<&ModelPosition::GetEstimatedVelocity>, true},
+    {"estimate_covariance", 9, FillCovariance<&ModelPosition::GetOdomCovariance>, true},
+    {"estimated_velocity_covariance", 9, FillCovariance<&ModelPosition::GetOdomVelocityCovariance>,
+     true},
     {"sensed_pose", 3, FillPlane<&ModelPosition::GetSensedPose>, true},
     {"sensed_time", 0, FillSensedTime, true},
     {"energy", 0, FillEnergy, false}};

@@ -89,6 +89,14 @@ class Crowd(_Views):
         view = self._views.get(name)
         return self._view(name, lambda: self._crowd.body(name)) if view is None else view
 
+    def _matrices(self, name: str) -> Floats:
+        """A view of 3 x 3 matrices, whose elements are in the last axis of the array."""
+        def make() -> Floats:
+            body = self._crowd.body(name)
+            return body.reshape(*body.shape[:-1], 3, 3)
+
+        return self._view(name, make)
+
     @property
     def pose(self) -> Floats:
         """x, y (metres) and heading (radians) in the world frame: shape (n, 3). NaN: the robot is gone.
@@ -146,8 +154,23 @@ class Crowd(_Views):
 
     @property
     def estimated_velocity(self) -> Floats:
-        """`actual_velocity` with the errors of the odometry; exact with "gps". Shape (n, 3)."""
+        """Velocities of the wheels with the errors of the odometry; `actual_velocity` with "gps". Shape (n, 3)."""
         return self._body("estimated_velocity")
+
+    @property
+    def estimate_covariance(self) -> Floats:
+        """Covariances of `estimate` over x, y (metres) and heading (radians): shape (n, 3, 3).
+
+        They are those of the random errors that `odom_noise` causes, in the frame of the estimate; 0 without that
+        property and with "gps". The constant factors `odom_error` are not part of it. Reading this array subscribes
+        to the robots. NaN: the robot is gone.
+        """
+        return self._matrices("estimate_covariance")
+
+    @property
+    def estimated_velocity_covariance(self) -> Floats:
+        """Covariances of `estimated_velocity`, in (m/s, m/s, rad/s)², like `estimate_covariance`: shape (n, 3, 3)."""
+        return self._matrices("estimated_velocity_covariance")
 
     @property
     def cmd(self) -> Floats:

@@ -146,7 +146,7 @@ TEST(Car, RefusesNegativeLimitsAndReportsUnknownCommands) {
 
 // ---- every combination, threads, snapshots and copies -------------------------------------------
 
-constexpr int kCombinations = 48;
+constexpr int kCombinations = 72;
 
 /// Robots with the product of drives, bounds, odometry and update intervals, far from each other.
 std::string EveryKind(int step) {
@@ -158,7 +158,8 @@ std::string EveryKind(int step) {
     for (const std::string limits :
          {"", "limit_acceleration 1 acceleration_bounds [-0.5 0.2 -0.5 0.2 0 0 -40 30]"})
       for (const std::string localization :
-           {"localization \"gps\"", "localization \"odom\" odom_error [0.01 0.01 0 2]"})
+           {"localization \"gps\"", "localization \"odom\" odom_error [0.01 0.01 0 2]",
+            "localization \"odom\" odom_noise [0.02 0.01 2 1] wheel_slip 0.3"})
         for (const int interval : {0, 150}) {
           text += "position( name \"r" + std::to_string(count) + "\" pose [" +
                   std::to_string(count % 10 * 6) + ' ' + std::to_string(count / 10 * 6) +
@@ -261,9 +262,12 @@ TEST(MotionState, EveryPropertyChangesTheHashAndDefaultsDoNot) {
         .world->StateHash();
   };
   const uint64_t plain = hash("");
-  EXPECT_EQ(hash("limit_acceleration 0 car_command \"steering\""), plain);
+  EXPECT_EQ(hash("limit_acceleration 0 car_command \"steering\" wheel_slip 0 "
+                 "odom_noise [0 0 0 0]"),
+            plain);
   for (const char* property :
-       {"limit_acceleration 1", "car_command \"turn\"", "steering_limit 30", "steering_rate 30"})
+       {"limit_acceleration 1", "car_command \"turn\"", "wheel_slip 0.5", "steering_limit 30",
+        "steering_rate 30", "odom_noise [0.1 0 0 0]", "odom_noise [0 0 0 1]"})
     EXPECT_NE(hash(property), plain) << property;
 }
 

@@ -11,6 +11,7 @@
 #include "recording/odometry_covariance.hh"
 #include "recording/replay.hh"
 #include "recording/ros_messages.hh"
+#include "support/model_testing.hh"
 
 namespace log_testing {
 
@@ -148,6 +149,45 @@ TEST_F(ConventionsTest, Covariances_GrowWithTheWayAndAreNeverZero) {
     for (size_t k = 0; k < 6; k++) EXPECT_DOUBLE_EQ(last[6 * i + k], last[6 * k + i]);
   const double turned = kTurn * 2.9;
   EXPECT_NEAR(std::sqrt(last[35]), share * turned, 0.1 * share * turned);
+}
+
+TEST(OdometryCovarianceTest, RandomErrorsAreAddedToThoseOfTheFactors) {
+  OdometryCovariance covariance;
+  for (int i = 0; i <= 10; i++) covariance.Move(Pose(0.5 * i, 0, 0, 0));
+  const Velocity factors(0.02, 0, 0, 0);
+  PoseCovariance random;
+  random.xx = 0.5;
+  random.xa = 0.25;
+  random.aa = 2;
+  const OdometryCovariance::Matrix without = covariance.OfPose(factors);
+  const OdometryCovariance::Matrix with = covariance.OfPose(factors, random);
+  EXPECT_DOUBLE_EQ(with[0], without[0] + 0.5);
+  EXPECT_DOUBLE_EQ(with[5], without[5] + 0.25);
+  EXPECT_DOUBLE_EQ(with[30], without[30] + 0.25);
+  EXPECT_DOUBLE_EQ(with[35], without[35] + 2);
+  EXPECT_DOUBLE_EQ(OdometryCovariance::OfTwist(Velocity(), factors, random)[35],
+                   2 + OdometryCovariance::kExact);
+}
+
+TEST_F(ConventionsTest, Covariances_OfALogAreThoseOfTheRobot) {
+  const auto world = LoadText(
+      "position( name \"r\" alwayson 1 localization \"odom\" odom_error [0 0 0 0]\n"
+      "  odom_noise [0.02 0.01 2 1] )");
+  auto* const robot = Find<ModelPosition>(*world, "r");
+  robot->SetSpeed(0.5, 0, 0.4);
+  Log(world.get(), 30, "noise.mcap");
+  const McapReader log(Path("noise.mcap"));
+  const auto odometry = CovariancesOf(log, "/odom");
+  ASSERT_GE(odometry.size(), 20u);
+  const auto& [pose, twist] = odometry.back();
+  const PoseCovariance of_pose = robot->GetOdomCovariance(),
+                       of_twist = robot->GetOdomVelocityCovariance();
+  EXPECT_GT(of_pose.aa, 0);
+  EXPECT_DOUBLE_EQ(pose[0], of_pose.xx + OdometryCovariance::kExact);
+  EXPECT_DOUBLE_EQ(pose[1], of_pose.xy);
+  EXPECT_DOUBLE_EQ(pose[11], of_pose.ya);
+  EXPECT_DOUBLE_EQ(pose[35], of_pose.aa + OdometryCovariance::kExact);
+  EXPECT_DOUBLE_EQ(twist[35], of_twist.aa + OdometryCovariance::kExact);
 }
 
 /// Driving straight ahead, a speed error shifts the robot ahead; a turn error has no effect.

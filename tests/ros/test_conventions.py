@@ -142,6 +142,30 @@ def test_errors_of_estimates_match_the_covariance(seed: int) -> None:
     assert (np.abs(off) <= np.sqrt(3) * sigma * 1.05 + 1e-3).all() and (sigma > 3e-5).all()
 
 
+def test_random_errors_are_in_the_messages(start: Callable[..., Process], client: Client, tmp_path: Path) -> None:
+    """The covariance of odom_noise, which the simulation computes, is that of the messages."""
+    file = tmp_path / "noise.world"
+    file.write_text('position( name "a" localization "odom" odom_error [0 0 0 0] odom_noise [0.02 0.01 2 1] )\n')
+    start(str(file), paused=True, base_watchdog_timeout=0)
+    odometry = client.listen(Odometry, "/odom")
+    message = Twist()
+    message.linear.x, message.angular.z = 0.2, 0.3
+    client.talk(Twist, "/cmd_vel").publish(message)
+    client.until(lambda: bool(odometry))
+    client.spin(0.3)
+    client.set(steps=60)
+    client.step()
+    client.until(lambda: odometry[-1].header.stamp.sec == 6)
+    pose = np.reshape(odometry[-1].pose.covariance, (6, 6))
+    twist = np.reshape(odometry[-1].twist.covariance, (6, 6))
+    way, turn = 0.2 * 5.9, 0.3 * 5.9
+    expected = np.radians(2)**2 * turn + np.radians(1)**2 * way
+    assert pose[5, 5] == pytest.approx(expected, rel=0.1) and np.array_equal(pose, pose.T)
+    # The variance of the velocity is that of a step's error, divided by the square of 0.1 s.
+    assert twist[5, 5] == pytest.approx((np.radians(2)**2 * 0.03 + np.radians(1)**2 * 0.02) / 0.01, rel=0.1)
+    assert twist[0, 0] > EXACT and pose[0, 0] > EXACT
+
+
 # ---- order and time ----
 
 def test_time_comes_before_transforms_and_these_before_data(ros: None, one: str) -> None:

@@ -163,6 +163,8 @@ inline constexpr Property kTypes[] = {
     {"position", "steering_rate", "45"},
     {"position", "car_command", "\"turn\""},
     {"position", "limit_acceleration", "1"},
+    {"position", "wheel_slip", "0.5"},
+    {"position", "odom_noise", "[0.02 0.01 2 1]"},
     {"position", "odom", "[0 0 0 0]"},  // has no effect except for a message
     {"position", "localization_origin", "[1 1 0 0]"},
     {"position", "odom_error", "[0.01 0.01 0 1]"},

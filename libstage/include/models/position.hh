@@ -5,14 +5,17 @@
 #ifndef STAGE_MODELS_POSITION_HH
 #define STAGE_MODELS_POSITION_HH
 
+#include <memory>
 #include <vector>
 
 #include "models/model.hh"
 #include "motion/drive.hh"
+#include "motion/pose_covariance.hh"
 
 namespace Stg {
 
 class MovePhase;
+class NoisyOdometry;
 class Placement;
 struct RegisteredDrive;
 
@@ -53,8 +56,8 @@ class ModelPosition : public Model {
   /// Velocity of the last step's motion, in the body frame: zero if the robot was blocked, is
   /// disabled or has no subscribers.
   Velocity GetActualVelocity() const;
-  /// Velocity as measured by localization: GetActualVelocity() with odometry errors, or without
-  /// them in gps mode.
+  /// Velocity as measured by localization: in gps mode GetActualVelocity(), in odom mode that of
+  /// the wheels, which may slip, with odometry errors.
   Velocity GetEstimatedVelocity() const;
   /// Steering angle of a car in radians, positive to the left; the `steering` of a drive of one's
   /// own.
@@ -64,6 +67,11 @@ class ModelPosition : public Model {
 
   /// Relative odometry errors along x, y and about z; z is not used.
   Velocity GetOdomError() const { return integration_error; }
+  /// Covariance of est_pose that comes from the random errors of odom_noise, in the frame of
+  /// est_pose; zero without that property and in gps mode. GetOdomError() is not part of it.
+  PoseCovariance GetOdomCovariance() const;
+  /// That of GetEstimatedVelocity(), in the body frame, m/s and rad/s.
+  PoseCovariance GetOdomVelocityCovariance() const;
   /// Sets the estimate of the present pose to `odom`. In gps mode the next step overwrites it.
   /// Refused with a message if not finite.
   void SetOdom(Pose odom);
@@ -128,6 +136,7 @@ class ModelPosition : public Model {
   void LoadOdomError();
   void LoadDrive();
   void LoadLimits();
+  void LoadOdomNoise();
   double PowerOf(const Velocity& vel) const;
   /// The velocity that the drive and the bounds give for the present command; sets the power drawn.
   Velocity NextVelocity(double dt);
@@ -140,7 +149,13 @@ class ModelPosition : public Model {
   double SecondsSinceUpdate();
   /// Displacement of one step in the body frame.
   Pose MotionOfStep(const Velocity& v) const;
-  void CountMotion();
+  /// Call once after each move. `made`: the body-frame velocity with which the robot moved in this
+  /// step, equal to GetVelocity() if nothing hindered it, zero if it was blocked. Odometry and
+  /// GetActualVelocity() follow.
+  void NoteMotion(const Velocity& made);
+  /// Velocity of the wheels in the last step: that of the robot, and a share of what hindered it.
+  Velocity WheelVelocity() const;
+  double StepSeconds() const;
 
   void ApplyVelocity(const Velocity& val);
   void CheckSubscription();
@@ -165,10 +180,14 @@ class ModelPosition : public Model {
   Velocity integration_error;
   bool errors_given_ = false;  // in the world file
   bool limits_acceleration_ = false, commands_turn_ = false;
+  bool is_hindered_ = false;  // made_ differs from what velocity and stall tell
   double wheelbase;
   double steering_ = 0;
   double steering_limit_, steering_rate_;  // rad, rad/s; infinite: none
+  double wheel_slip_ = 0;
+  Velocity made_;  // of the last move, if is_hindered_
   const RegisteredDrive* drive_;
+  std::unique_ptr<NoisyOdometry> noisy_odometry_;  // null without odom_noise
   usec_t last_update_;  // simulated time of the last update or subscription
   bool car_warned_;
   Pose driven_;       // odometry since est_pose was refreshed; not used with gps

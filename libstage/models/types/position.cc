@@ -14,6 +14,7 @@
 #include "models/types/built_in_types.hh"
 #include "models/warn_about.hh"
 #include "motion/drive_table.hh"
+#include "motion/odometry.hh"
 #include "random/random.hh"
 
 namespace Stg {
@@ -170,6 +171,7 @@ void ModelPosition::Startup() {
 void ModelPosition::Shutdown() {
   goal = Pose();
   velocity = Velocity();
+  is_hindered_ = false;
   host().StopMoving(this);
   Model::Shutdown();
 }
@@ -238,8 +240,12 @@ double ModelPosition::PowerOf(const Velocity& vel) const {
 
 // ---- moving -------------------------------------------------------------------------------------
 
+double ModelPosition::StepSeconds() const {
+  return static_cast<double>(world_base().sim_interval) / kSecond;
+}
+
 Pose ModelPosition::MotionOfStep(const Velocity& v) const {
-  const double dt = static_cast<double>(world_base().sim_interval) / kSecond;
+  const double dt = StepSeconds();
   return Pose(v.x * dt, v.y * dt, v.z * dt, normalize(v.a * dt));
 }
 
@@ -249,6 +255,7 @@ void ModelPosition::Move() {
 }
 
 bool ModelPosition::BeginMove(Placement* placement) {
+  is_hindered_ = false;
   if (StaysStill()) return false;
   STAGE_ASSERT(IsFinite(pose) && HasSubscribers());
   pose_before_move_ = pose;
@@ -266,10 +273,8 @@ bool ModelPosition::BeginMove(Placement* placement) {
 
 bool ModelPosition::EndMove(const Placement& placement) {
   stall = placement.Collision(world_base().GetGround()) != nullptr;
-  if (stall)
-    pose = pose_before_move_;
-  else
-    CountMotion();
+  if (stall) pose = pose_before_move_;
+  NoteMotion(stall ? Velocity() : velocity);
   return !stall;
 }
 

@@ -4,15 +4,30 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 
 #include "messages/report.hh"
 #include "models/position.hh"
 #include "models/property_checks.hh"
 #include "motion/drive_table.hh"
+#include "motion/odometry.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
+
+namespace {
+
+double ReadShare(Worldfile* wf, int entity, const char* name, double share) {
+  share = wf->ReadFloat(entity, name, share);
+  if (!(share >= 0 && share <= 1))
+    wf->Fail(
+        entity, name,
+        std::string("property \"") + name + "\": found a share outside of 0 to 1, expected 0 to 1");
+  return share;
+}
+
+}  // namespace
 
 void ModelPosition::Load() {
   if (!LoadCommon()) return;
@@ -26,6 +41,8 @@ void ModelPosition::Load() {
   }
   LoadOdomError();
   errors_given_ = wf->PropertyExists(wf_entity, "odom_error");
+  LoadOdomNoise();
+  wheel_slip_ = ReadShare(wf, wf_entity, "wheel_slip", wheel_slip_);
 
   const auto read_bounds = [this](const char* name, Bounds* b) {
     wf->ReadTuple(wf_entity, name, 0, 8, "llllllaa", &b[0].min, &b[0].max, &b[1].min, &b[1].max,
@@ -96,6 +113,18 @@ void ModelPosition::LoadLimits() {
     wf->Warn(
         wf_entity, "car_command",
         "found car_command " + messages::Quoted(command) + ", expected \"steering\" or \"turn\"");
+}
+
+void ModelPosition::LoadOdomNoise() {
+  constexpr char kName[] = "odom_noise";
+  if (!wf->PropertyExists(wf_entity, kName)) return;
+  NoisyOdometry::Noise noise;
+  wf->ReadTuple(wf_entity, kName, 0, 4, "llaa", &noise.translation_per_metre,
+                &noise.translation_per_radian, &noise.heading_per_radian, &noise.heading_per_metre);
+  for (const double deviation : {noise.translation_per_metre, noise.translation_per_radian,
+                                 noise.heading_per_radian, noise.heading_per_metre})
+    CheckNotNegative(*wf, wf_entity, kName, deviation);
+  noisy_odometry_ = noise.IsZero() ? nullptr : std::make_unique<NoisyOdometry>(noise);
 }
 
 void ModelPosition::LoadModes() {

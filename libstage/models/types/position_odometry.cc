@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Localization of position models: odometry, and velocities in other frames.
+// Localization of position models: what wheels measure, the estimate that follows, and velocities
+// in other frames.
 
 #include <cmath>
 
 #include "geometry/trigonometry.hh"
 #include "models/host.hh"
+#include "models/noise.hh"
 #include "models/position.hh"
 #include "models/property_checks.hh"
 #include "models/warn_about.hh"
+#include "motion/odometry.hh"
+#include "random/random.hh"
 
 namespace Stg {
 
@@ -18,6 +22,11 @@ namespace {
 point_t Turned(double x, double y, double angle) {
   const SineCosine turn = SinCos(angle);
   return point_t(x * turn.cosine - y * turn.sine, x * turn.sine + y * turn.cosine);
+}
+
+/// A velocity as odometry with constant relative errors measures it.
+Velocity WithOdomError(const Velocity& v, const Velocity& error) {
+  return Velocity(v.x * (1.0 + error.x), v.y * (1.0 + error.y), 0, v.a * (1.0 + error.a));
 }
 
 }  // namespace
@@ -30,6 +39,7 @@ void ModelPosition::SetOdom(Pose odom) {
   }
   est_pose = odom;
   driven_ = Pose();
+  if (noisy_odometry_) noisy_odometry_->Restart();
   // Computes the frame in which the present pose reads `odom`.
   const Pose g = GetGlobalPose();
   const double da = normalize(g.a - odom.a);
@@ -44,12 +54,14 @@ void ModelPosition::StartLocalization() {
   const point_t seen = Turned(global.x - est_origin.x, global.y - est_origin.y, -est_origin.a);
   est_pose = Pose(seen.x, seen.y, 0, normalize(global.a - est_origin.a));
   driven_ = Pose();
+  if (noisy_odometry_) noisy_odometry_->Restart();
   StoreSensedPose();
 }
 
 void ModelPosition::StoreSensedPose() {
   sensed_pose_ = GetGlobalPose();
   sensed_at_ = world_base().SimTimeNow();
+  if (noisy_odometry_) noisy_odometry_->Refresh(est_pose, driven_);
   est_pose = EstimateNow();
   driven_ = Pose();
 }
@@ -78,21 +90,57 @@ Pose ModelPosition::GetSensedLocalPose() const {
   return parent ? parent->LocalPoseOf(sensed_pose_, parent->GetSensedPose()) : sensed_pose_;
 }
 
-/// Adds this step's motion, scaled by the odometry errors, to the distance driven.
-void ModelPosition::CountMotion() {
+/// Adds what the wheels measured in this step to the distance driven.
+void ModelPosition::NoteMotion(const Velocity& made) {
+  is_hindered_ = !(made == velocity) && !(stall && made.IsZero());
+  if (is_hindered_) made_ = made;
   if (localization_mode == LOCALIZATION_GPS) return;
-  const Pose next = driven_ + MotionOfStep(GetEstimatedVelocity());
+  const Velocity wheels = WheelVelocity();
+  if (wheels.IsZero()) return;
+  Velocity measured = WithOdomError(wheels, integration_error);
+  if (noisy_odometry_) {
+    RandomStream& stream = this->random();
+    const double normal[2] = {NormalError(&stream), NormalError(&stream)};
+    measured = noisy_odometry_->Measure(measured, StepSeconds(), normal, driven_);
+  }
+  const Pose next = driven_ + MotionOfStep(measured);
   if (IsFinite(next)) driven_ = next;
 }
 
 Velocity ModelPosition::GetActualVelocity() const {
-  return stall || disabled || !HasSubscribers() ? Velocity() : velocity;
+  if (disabled || !HasSubscribers()) return Velocity();
+  if (is_hindered_) return made_;
+  return stall ? Velocity() : velocity;
+}
+
+Velocity ModelPosition::WheelVelocity() const {
+  const Velocity made = GetActualVelocity();
+  if (wheel_slip_ == 0 || disabled || !HasSubscribers()) return made;
+  const auto turned = [this](double robot, double command) {
+    return robot + wheel_slip_ * (command - robot);
+  };
+  return Velocity(turned(made.x, velocity.x), turned(made.y, velocity.y), made.z,
+                  turned(made.a, velocity.a));
 }
 
 Velocity ModelPosition::GetEstimatedVelocity() const {
-  const Velocity v = GetActualVelocity(), &error = integration_error;
-  if (localization_mode == LOCALIZATION_GPS) return v;
-  return Velocity(v.x * (1.0 + error.x), v.y * (1.0 + error.y), 0, v.a * (1.0 + error.a));
+  if (localization_mode == LOCALIZATION_GPS) return GetActualVelocity();
+  const Velocity wheels = WheelVelocity();
+  Velocity v = WithOdomError(wheels, integration_error);
+  if (!noisy_odometry_ || wheels.IsZero()) return v;
+  const Velocity& error = noisy_odometry_->twist_error();
+  return Velocity(v.x + error.x, v.y + error.y, 0, v.a + error.a);
+}
+
+PoseCovariance ModelPosition::GetOdomCovariance() const {
+  if (!noisy_odometry_ || localization_mode == LOCALIZATION_GPS) return PoseCovariance();
+  return noisy_odometry_->covariance();
+}
+
+PoseCovariance ModelPosition::GetOdomVelocityCovariance() const {
+  if (!noisy_odometry_ || localization_mode == LOCALIZATION_GPS) return PoseCovariance();
+  return noisy_odometry_->CovarianceOf(WithOdomError(WheelVelocity(), integration_error),
+                                       StepSeconds());
 }
 
 Velocity ModelPosition::GetGlobalVelocity() const {

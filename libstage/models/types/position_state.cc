@@ -5,12 +5,14 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <string>
 
 #include "models/position.hh"
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
 #include "motion/drive_table.hh"
+#include "motion/odometry.hh"
 
 namespace Stg {
 
@@ -18,8 +20,9 @@ namespace {
 
 // Groups of values that most robots leave at their defaults. Only the other groups are hashed and
 // saved.
-constexpr unsigned kHasLimits = 1, kHasSteering = 2, kHasOwnDrive = 4;
-constexpr unsigned kEverything = 7;
+constexpr unsigned kHasLimits = 1, kHasSteering = 2, kHasMadeVelocity = 4, kHasNoise = 8,
+                   kHasOwnDrive = 16;
+constexpr unsigned kEverything = 31;
 
 }  // namespace
 
@@ -41,13 +44,15 @@ void ModelPosition::ExchangeState(StateExchange& exchange) {
 
 unsigned ModelPosition::MotionState(bool hashing) const {
   unsigned state = 0;
-  if (limits_acceleration_ || commands_turn_ || !std::isinf(steering_limit_) ||
+  if (limits_acceleration_ || commands_turn_ || wheel_slip_ != 0 || !std::isinf(steering_limit_) ||
       !std::isinf(steering_rate_))
     state |= kHasLimits;
   if (drive_mode == DRIVE_CUSTOM) state |= kHasOwnDrive;
   // A car with this steering computes the angle anew from each command.
   const bool at_once = drive_mode != DRIVE_CUSTOM && !commands_turn_ && std::isinf(steering_rate_);
   if (steering_ != 0 && !(hashing && at_once)) state |= kHasSteering;
+  if (is_hindered_) state |= kHasMadeVelocity;
+  if (noisy_odometry_) state |= kHasNoise;
   return state;
 }
 
@@ -57,8 +62,10 @@ void ModelPosition::ExchangeMotion(StateExchange& exchange) {
   if (exchange.restoring() && !exchange.failed()) RestoreDefaults(state);
   if (state > kEverything) return exchange.Fail("found unknown values of a robot's motion");
   if (state & kHasLimits)
-    exchange(limits_acceleration_, commands_turn_, steering_limit_, steering_rate_);
+    exchange(limits_acceleration_, commands_turn_, wheel_slip_, steering_limit_, steering_rate_);
   if (state & kHasSteering) exchange(steering_);
+  if (state & kHasMadeVelocity) exchange(made_);
+  if (state & kHasNoise) exchange(*noisy_odometry_);
   if (state & kHasOwnDrive)
     ExchangeOwnDrive(exchange);
   else if (exchange.restoring() && !exchange.failed() && drive_mode != DRIVE_CUSTOM)
@@ -69,9 +76,15 @@ void ModelPosition::ExchangeMotion(StateExchange& exchange) {
 void ModelPosition::RestoreDefaults(unsigned state) {
   if (!(state & kHasLimits)) {
     limits_acceleration_ = commands_turn_ = false;
+    wheel_slip_ = 0;
     steering_limit_ = steering_rate_ = std::numeric_limits<double>::infinity();
   }
   if (!(state & kHasSteering)) steering_ = 0;
+  is_hindered_ = state & kHasMadeVelocity;
+  if (!(state & kHasNoise))
+    noisy_odometry_.reset();
+  else if (!noisy_odometry_)
+    noisy_odometry_ = std::make_unique<NoisyOdometry>();
 }
 
 void ModelPosition::ExchangeOwnDrive(StateExchange& exchange) {

@@ -39,7 +39,7 @@ class OdometryErrors:
     Odometry scales each motion forwards, to the left and turning by 1 + e, where e is the property `odom_error`. To
     first order the error of an estimated pose is J e, where J is the Jacobian of the pose with respect to e; each
     motion updates it. The covariance is J diag(e^2) J^T: the components of e count as independent errors with
-    themselves as standard deviations.
+    themselves as standard deviations. The covariances of the random errors, `odom_noise`, come from the simulation.
 
     Args:
         shares: e forwards, to the left and turning, as fractions of the motion: shape (n, 3).
@@ -80,11 +80,19 @@ class OdometryErrors:
         j[:, 2, 2] += turn
         self._before[:] = poses
 
-    def pose(self) -> Array:
-        """Covariances of the estimated poses in ROS's format: shape (n, 36)."""
-        found = np.einsum("nij,nj,nkj->nik", self.jacobian, self._variances, self.jacobian)
-        return in_space((found + found.transpose(0, 2, 1)) / 2)  # symmetric to the last bit
+    def pose(self, random: Array | float = 0) -> Array:
+        """Covariances of the estimated poses in ROS's format: shape (n, 36).
 
-    def twist(self, velocities: Array) -> Array:
-        """Covariances of velocities (forwards, to the left, turning; shape (n, 3)) in ROS's format: (n, 36)."""
-        return in_space((self._variances * velocities**2)[:, :, None] * np.eye(3))
+        Args:
+            random: those of random errors, shape (n, 3, 3), which are added.
+        """
+        found = np.einsum("nij,nj,nkj->nik", self.jacobian, self._variances, self.jacobian)
+        return in_space((found + found.transpose(0, 2, 1)) / 2 + random)  # symmetric to the last bit
+
+    def twist(self, velocities: Array, random: Array | float = 0) -> Array:
+        """Covariances of velocities (forwards, to the left, turning; shape (n, 3)) in ROS's format: (n, 36).
+
+        Args:
+            random: those of random errors, shape (n, 3, 3), which are added.
+        """
+        return in_space((self._variances * velocities**2)[:, :, None] * np.eye(3) + random)

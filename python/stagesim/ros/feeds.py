@@ -130,8 +130,10 @@ class Bodies:
 
     def covariance(self) -> tuple[Array, Array]:
         """Covariances of the estimated poses and velocities: shape (n, 36) each."""
-        return (self._once("pose", self._errors.pose),
-                self._once("twist", lambda: self._errors.twist(self._fleet.estimated_velocity)))
+        fleet = self._fleet
+        return (self._once("pose", lambda: self._errors.pose(fleet.estimate_covariance)),
+                self._once("twist", lambda: self._errors.twist(fleet.estimated_velocity,
+                                                               fleet.estimated_velocity_covariance)))
 
     def exact(self) -> tuple[Array, Array]:
         """Covariances of the true poses and velocities: shape (n, 36) each."""
