@@ -43,6 +43,63 @@ std::vector<double> StoredOver(World& world, const std::string& name, int steps)
 
 using Series = std::vector<double>;
 
+/// A robot with 2 kg, which drives at 0.5 m/s with 11 W.
+std::string RobotWith(const std::string& properties) {
+  return "position( name \"r\" size [0.3 0.3 0.3] mass 2 alwayson 1 " + properties + " )\n";
+}
+
+// ---- robots without energy ----------------------------------------------------------------------
+
+TEST(EmptyPack, StopsItsRobotUnlessTheWorldSaysOtherwise) {
+  for (const bool stops : {true, false}) {
+    const auto world = LoadText(RobotWith(stops ? "joules 5" : "joules 5 stops_when_empty 0"));
+    auto* const robot = Find<ModelPosition>(*world, "r");
+    robot->SetSpeed(0.5, 0, 0);
+    Step(*world, 5);  // 5 * 1.1 J
+    EXPECT_EQ(PackOf(*world, "r")->GetStored(), 0);
+    EXPECT_NEAR(robot->GetPose().x, 0.25, 1e-12);
+    Step(*world, 5);
+    EXPECT_NEAR(robot->GetPose().x, stops ? 0.25 : 0.5, 1e-12);
+    EXPECT_EQ(robot->GetVelocity().x, stops ? 0 : 0.5);
+    EXPECT_FALSE(robot->Stalled());
+  }
+}
+
+TEST(EmptyPack, CommandsWaitUntilItIsCharged) {
+  const auto world = LoadText(RobotWith("joules_capacity 100"));
+  auto* const robot = Find<ModelPosition>(*world, "r");
+  robot->SetSpeed(0.5, 0, 0);
+  Step(*world, 3);
+  robot->SetVelocity(Velocity(0.5, 0, 0, 0));
+  EXPECT_TRUE(robot->GetVelocity().IsZero());
+  robot->GoTo(1, 0, 0);
+  Step(*world, 3);
+  EXPECT_EQ(robot->GetPose().x, 0);
+  robot->SetSpeed(0.5, 0, 0);
+  PackOf(*world, "r")->Add(50);
+  Step(*world, 2);
+  EXPECT_NEAR(robot->GetPose().x, 0.1, 1e-12);
+}
+
+TEST(EmptyPack, ThatOfAParentStopsARobotOnItToo) {
+  const auto world =
+      LoadText("model( name \"m\" joules_capacity 10 position( name \"r\" alwayson 1 ) )\n");
+  auto* const robot = Find<ModelPosition>(*world, "m.r");
+  robot->SetSpeed(0.5, 0, 0);
+  Step(*world, 2);
+  EXPECT_TRUE(robot->GetVelocity().IsZero());
+}
+
+TEST(EmptyPack, AnInfiniteSupplyAndNoPackNeverStopARobot) {
+  for (const char* energy : {"", "joules -1"}) {
+    const auto world = LoadText(RobotWith(energy));
+    auto* const robot = Find<ModelPosition>(*world, "r");
+    robot->SetSpeed(0.5, 0, 0);
+    Step(*world, 2);
+    EXPECT_EQ(robot->GetVelocity().x, 0.5) << energy;
+  }
+}
+
 // ---- packs --------------------------------------------------------------------------------------
 
 class Pack : public testing::Test {
@@ -276,9 +333,10 @@ TEST(Consumption, DrivingCosts) {
   EXPECT_NEAR(PackOf(*world, "r")->GetStored(), 100 - 0.1 * (1 + 20 * 3.5), 1e-12);
 }
 
-TEST(Consumption, AnEmptyPackChangesNothing) {
+TEST(Consumption, AnEmptyPackThatStopsNothingChangesNothing) {
   const char* robot = "position( name \"r\" mass 5 ranger( name \"l\" sensor( samples 20 ) ) ";
-  const auto with = LoadText(std::string(robot) + "joules_capacity 5 )\n model( pose [2 0 0 0] )");
+  const auto with = LoadText(std::string(robot) +
+                             "joules_capacity 5 stops_when_empty 0 )\n model( pose [2 0 0 0] )");
   const auto without = LoadText(std::string(robot) + ")\n model( pose [2 0 0 0] )");
   for (World* world : {with.get(), without.get()}) {
     FindRunning<ModelPosition>(*world, "r")->SetSpeed(0.5, 0, 0.3);

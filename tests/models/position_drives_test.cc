@@ -262,12 +262,12 @@ TEST(MotionState, EveryPropertyChangesTheHashAndDefaultsDoNot) {
         .world->StateHash();
   };
   const uint64_t plain = hash("");
-  EXPECT_EQ(hash("limit_acceleration 0 car_command \"steering\" wheel_slip 0 "
+  EXPECT_EQ(hash("limit_acceleration 0 stops_when_empty 1 car_command \"steering\" wheel_slip 0 "
                  "odom_noise [0 0 0 0]"),
             plain);
   for (const char* property :
-       {"limit_acceleration 1", "car_command \"turn\"", "wheel_slip 0.5", "steering_limit 30",
-        "steering_rate 30", "odom_noise [0.1 0 0 0]", "odom_noise [0 0 0 1]"})
+       {"limit_acceleration 1", "stops_when_empty 0", "car_command \"turn\"", "wheel_slip 0.5",
+        "steering_limit 30", "steering_rate 30", "odom_noise [0.1 0 0 0]", "odom_noise [0 0 0 1]"})
     EXPECT_NE(hash(property), plain) << property;
 }
 

@@ -163,6 +163,7 @@ inline constexpr Property kTypes[] = {
     {"position", "steering_rate", "45"},
     {"position", "car_command", "\"turn\""},
     {"position", "limit_acceleration", "1"},
+    {"position", "stops_when_empty", "0"},
     {"position", "wheel_slip", "0.5"},
     {"position", "odom_noise", "[0.02 0.01 2 1]"},
     {"position", "odom", "[0 0 0 0]"},  // has no effect except for a message

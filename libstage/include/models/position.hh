@@ -31,7 +31,8 @@ class ModelPosition : public Model {
 
   // Commands take effect at the next update, clipped to the bounds. Commands with NaN are ignored
   // with a message; so are goals that are not finite. Infinite speeds are clipped; without bounds,
-  // the robot stalls.
+  // the robot stalls. While its power pack is empty, the robot stands and commands wait, unless the
+  // world file says stops_when_empty 0.
 
   /// Metres per second forward and to the left (omni only), radians per second. For a car, `a` is
   /// the steering angle, or with car_command "turn" the turn rate.
@@ -138,6 +139,8 @@ class ModelPosition : public Model {
   void LoadLimits();
   void LoadOdomNoise();
   double PowerOf(const Velocity& vel) const;
+  /// True if the robot stands because its power pack is empty.
+  bool IsOutOfPower() const;
   /// The velocity that the drive and the bounds give for the present command; sets the power drawn.
   Velocity NextVelocity(double dt);
   DriveInput InputOfDrive(double dt) const;
@@ -179,7 +182,7 @@ class ModelPosition : public Model {
   LocalizationMode localization_mode;
   Velocity integration_error;
   bool errors_given_ = false;  // in the world file
-  bool limits_acceleration_ = false, commands_turn_ = false;
+  bool limits_acceleration_ = false, stops_when_empty_ = true, commands_turn_ = false;
   bool is_hindered_ = false;  // made_ differs from what velocity and stall tell
   double wheelbase;
   double steering_ = 0;

@@ -5,7 +5,7 @@
 // Once per step, after the callbacks, every running model with a pack (its own or an ancestor's)
 // draws watts * 0.1 J from it. Chargers also transfer energy to the models that touch them. The 0.1
 // s are independent of the step's length, as in Stage 4.3, for which worlds are tuned. An empty
-// pack has no effect on its model.
+// pack stops robots (stops_when_empty of ModelPosition) and has no effect on other models.
 
 #ifndef STAGE_MODELS_POWER_PACK_HH
 #define STAGE_MODELS_POWER_PACK_HH

@@ -10,6 +10,7 @@
 #include "models/deletion_watch.hh"
 #include "models/host.hh"
 #include "models/placement.hh"
+#include "models/power_pack.hh"
 #include "models/property_checks.hh"
 #include "models/types/built_in_types.hh"
 #include "models/warn_about.hh"
@@ -146,7 +147,7 @@ void ModelPosition::SetAcceleration(double x, double y, double a) {
 
 void ModelPosition::SetVelocity(const Velocity& val) {
   if (!val.IsZero()) CheckSubscription();
-  ApplyVelocity(val);
+  ApplyVelocity(IsOutOfPower() && AllNumbers(val) ? Velocity() : val);
 }
 
 /// Sets the velocity and calls the callbacks, which may delete the model.
@@ -200,6 +201,10 @@ void ModelPosition::Gather(internal::sensing::FanList*) {
 }
 
 Velocity ModelPosition::NextVelocity(double dt) {
+  if (IsOutOfPower()) {
+    watts = PowerOf(Velocity());
+    return Velocity();
+  }
   const DriveInput input = InputOfDrive(dt);
   DriveOutput output = drive_->function(input);
   if (!std::isnan(output.steering)) steering_ = output.steering;
@@ -236,6 +241,12 @@ DriveInput ModelPosition::InputOfDrive(double dt) const {
 
 double ModelPosition::PowerOf(const Velocity& vel) const {
   return 1.0 + 10.0 * mass * (std::fabs(vel.x) + std::fabs(vel.y) + std::fabs(vel.a));
+}
+
+bool ModelPosition::IsOutOfPower() const {
+  if (!stops_when_empty_) return false;
+  const PowerPack* const pack = FindPowerPack();
+  return pack && pack->GetStored() == 0;
 }
 
 // ---- moving -------------------------------------------------------------------------------------

@@ -97,6 +97,7 @@ void ModelPosition::LoadLimits() {
     *flag = wf->ReadInt(wf_entity, name, *flag) != 0;
   };
   read_flag("limit_acceleration", &limits_acceleration_);
+  read_flag("stops_when_empty", &stops_when_empty_);
 
   wheelbase = wf->ReadLength(wf_entity, "wheelbase", wheelbase);
   if (!(wheelbase > 0)) wf->Fail(wf_entity, "wheelbase", "found a wheelbase that is not positive");

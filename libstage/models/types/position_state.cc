@@ -44,8 +44,8 @@ void ModelPosition::ExchangeState(StateExchange& exchange) {
 
 unsigned ModelPosition::MotionState(bool hashing) const {
   unsigned state = 0;
-  if (limits_acceleration_ || commands_turn_ || wheel_slip_ != 0 || !std::isinf(steering_limit_) ||
-      !std::isinf(steering_rate_))
+  if (limits_acceleration_ || !stops_when_empty_ || commands_turn_ || wheel_slip_ != 0 ||
+      !std::isinf(steering_limit_) || !std::isinf(steering_rate_))
     state |= kHasLimits;
   if (drive_mode == DRIVE_CUSTOM) state |= kHasOwnDrive;
   // A car with this steering computes the angle anew from each command.
@@ -62,7 +62,8 @@ void ModelPosition::ExchangeMotion(StateExchange& exchange) {
   if (exchange.restoring() && !exchange.failed()) RestoreDefaults(state);
   if (state > kEverything) return exchange.Fail("found unknown values of a robot's motion");
   if (state & kHasLimits)
-    exchange(limits_acceleration_, commands_turn_, wheel_slip_, steering_limit_, steering_rate_);
+    exchange(limits_acceleration_, stops_when_empty_, commands_turn_, wheel_slip_, steering_limit_,
+             steering_rate_);
   if (state & kHasSteering) exchange(steering_);
   if (state & kHasMadeVelocity) exchange(made_);
   if (state & kHasNoise) exchange(*noisy_odometry_);
@@ -76,6 +77,7 @@ void ModelPosition::ExchangeMotion(StateExchange& exchange) {
 void ModelPosition::RestoreDefaults(unsigned state) {
   if (!(state & kHasLimits)) {
     limits_acceleration_ = commands_turn_ = false;
+    stops_when_empty_ = true;
     wheel_slip_ = 0;
     steering_limit_ = steering_rate_ = std::numeric_limits<double>::infinity();
   }
