@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Contacts of single robots with walls and with each other: gaps, turns, slides, thin walls.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "support/motion_world.hh"
+
+namespace {
+
+using test::MotionWorld;
+using test::UnitVector;
+using test::Vector;
+
+enum Outline { kDisc, kSixteenCorners, kSquare };
+
+uint32_t AddShape(Outline outline, double radius, MotionWorld* world) {
+  if (outline == kDisc) return world->AddDisc(radius);
+  if (outline == kSixteenCorners) return world->AddRound(16, radius);
+  return world->AddRectangle(2.0 * radius, 2.0 * radius);
+}
+
+TEST(Contacts, AFreeBodyArrivesExactlyAtItsTarget) {
+  MotionWorld world;
+  const uint32_t disc = world.AddDisc(0.2);
+  for (int i = 0; i < 3; i++) world.AddRobot(disc, 0.1 + i, 0.3 - 0.5 * i, 0.7 * i);
+  // The last two are near each other, so they are an island, but nothing hinders them.
+  world.AddRobot(disc, 0.1 + 2.0, 0.3 - 1.0 + 0.41, 1.0);
+  for (size_t i = 0; i < 4; i++) world.Command(i, 0.1, 0.0, 0.3);
+  world.Step();
+  EXPECT_EQ(world.contacts.island_count(), 1u);
+  for (size_t i = 0; i < 4; i++) {
+    EXPECT_EQ(world.bodies.x[i], world.bodies.target_x[i]);
+    EXPECT_EQ(world.bodies.y[i], world.bodies.target_y[i]);
+    EXPECT_EQ(world.bodies.heading[i], world.bodies.target_heading[i]);
+    EXPECT_EQ(world.bodies.made[i], 1.0);
+  }
+}
+
+TEST(Contacts, AFreeMotionIsReversedToRounding) {
+  MotionWorld world;
+  world.AddRobot(world.AddRound(16, 0.2), 0.0, 0.0, 0.3);
+  test::Numbers random(3);
+  std::vector<Vector> made;
+  for (int i = 0; i < 1000; i++) made.push_back({random() - 0.5, random() - 0.5});
+  for (const Vector& m : made) {
+    world.Command(0, m.x, 0.0, m.y);
+    world.Step();
+  }
+  for (size_t i = made.size(); i-- > 0;) {
+    world.Command(0, -made[i].x, 0.0, -made[i].y);
+    world.Step();
+  }
+  EXPECT_NEAR(world.bodies.x[0], 0.0, 1e-12);
+  EXPECT_NEAR(world.bodies.y[0], 0.0, 1e-12);
+  EXPECT_NEAR(world.bodies.heading[0], 0.3, 1e-12);
+}
+
+TEST(Contacts, TheGapToAWallIsLessThanAMillimetreForAllHeadingsAndSpeeds) {
+  for (const Outline outline : {kDisc, kSixteenCorners, kSquare})
+    for (const double speed : {0.02, 0.6, 1.5})
+      for (int k = 0; k < 48; k++) {
+        SCOPED_TRACE(testing::Message() << outline << " " << speed << " m/s, heading " << k);
+        const double heading = MotionWorld::Wrap(2.0 * M_PI * k / 48);
+        const int steps = 20 + static_cast<int>(10.0 / speed);
+        MotionWorld straight;  // drives straight at a wall that is across its way
+        const Vector u = UnitVector(heading), across{-3.0 * u.y, 3.0 * u.x};
+        straight.AddWall(u + across, u - across);
+        straight.AddRobot(AddShape(outline, 0.2, &straight), 0.0, 0.0, heading);
+        straight.Command(0, speed, 0.0, 0.0);
+        straight.Steps(steps);
+        EXPECT_LE(straight.GapToWall(0, 0), 1e-3);
+        EXPECT_GE(straight.GapToWall(0, 0), 1e-5);
+
+        MotionWorld turned;  // moves along x, with any heading
+        turned.AddWall({1.0, -9.0}, {1.0, 9.0});
+        turned.AddRobot(AddShape(outline, 0.2, &turned), 0.0, 0.0, heading);
+        for (int i = 0; i < steps; i++) {
+          turned.CommandInWorld(0, speed, 0.0);
+          turned.Step();
+        }
+        EXPECT_LE(turned.GapToWall(0, 0), 1e-3);
+        EXPECT_GE(turned.GapToWall(0, 0), 1e-5);
+      }
+}
+
+/// The least part of the commanded turn that a robot at a wall makes, over 72 headings.
+double LeastTurn(Outline outline, double press, double friction) {
+  double least = 1e9;
+  for (int k = 0; k < 72; k++) {
+    MotionWorld world;
+    world.AddWall({1.0, -5.0}, {1.0, 5.0}, friction);
+    world.AddRobot(AddShape(outline, 0.2, &world), 0.5, 0.0, MotionWorld::Wrap(M_PI * k / 36),
+                   friction);
+    for (int i = 0; i < 30; i++) {
+      world.CommandInWorld(0, 0.4, 0.0);
+      world.Step();
+    }
+    double turned = 0.0;
+    for (int i = 0; i < 40; i++) {
+      world.CommandInWorld(0, press, 0.0, k % 2 == 1 ? 0.5 : -0.5);
+      const double before = world.bodies.heading[0];
+      world.Step();
+      turned += std::fabs(MotionWorld::Wrap(world.bodies.heading[0] - before));
+    }
+    EXPECT_GE(world.GapToWall(0, 0), 1e-5);
+    least = std::min(least, turned / 2.0);
+  }
+  return least;
+}
+
+TEST(Contacts, DiscsTurnFullyAtAWallInAllHeadings) {
+  EXPECT_NEAR(LeastTurn(kDisc, 0.0, 0.0), 1.0, 1e-9);
+  EXPECT_NEAR(LeastTurn(kDisc, 0.0, 0.2), 1.0, 1e-9);
+  EXPECT_NEAR(LeastTurn(kDisc, 0.2, 0.0), 1.0, 1e-9);
+}
+
+TEST(Contacts, FrictionBrakesTheTurnOfAPressedDisc) {
+  // Torque of friction over that of the wheels: the turn is 0.5 rad/s less friction * speed / arm.
+  EXPECT_NEAR(LeastTurn(kDisc, 0.2, 0.2), 1.0 - 0.2 * 0.2 / (0.2 * 0.5), 0.01);
+}
+
+TEST(Contacts, PolygonsTurnAtAWallAndArePushedOffIt) {
+  EXPECT_GE(LeastTurn(kSixteenCorners, 0.0, 0.0), 0.99);
+  EXPECT_GE(LeastTurn(kSixteenCorners, 0.0, 0.2), 0.99);
+  EXPECT_GE(LeastTurn(kSquare, 0.0, 0.0), 0.9);
+}
+
+/// The speed along a wall of a robot that is driven into it at 30 degrees with 0.5 m/s, over a
+/// joint of two walls.
+double SlideSpeed(Outline outline, double friction, double arm) {
+  MotionWorld world;
+  world.AddWall({-5.0, 0.0}, {1.5, 0.0}, friction);
+  world.AddWall({1.5, 0.0}, {9.0, 0.0}, friction);
+  world.AddRobot(AddShape(outline, 0.2, &world), 0.0, 0.3, 0.0, friction);
+  world.bodies.arm[0] = arm;
+  double begin = 0.0;
+  for (int i = 0; i < 120; i++) {
+    if (i == 20) begin = world.bodies.x[0];
+    world.CommandInWorld(0, 0.5 * std::sqrt(0.75), -0.25);
+    world.Step();
+    EXPECT_GE(std::min(world.GapToWall(0, 0), world.GapToWall(0, 1)), 1e-5);
+  }
+  return (world.bodies.x[0] - begin) / 10.0;
+}
+
+TEST(Contacts, RobotsSlideAtThirtyDegreesWithTheSpeedThatFrictionLeaves) {
+  const double free_speed = 0.5 * std::sqrt(0.75);
+  for (const Outline outline : {kDisc, kSixteenCorners, kSquare}) {
+    EXPECT_NEAR(SlideSpeed(outline, 0.0, 0.2), free_speed, 0.01 * free_speed) << outline;
+    EXPECT_NEAR(SlideSpeed(outline, 0.2, 0.2), free_speed - 0.2 * 0.25, 0.01 * free_speed)
+        << outline;
+  }
+}
+
+TEST(Contacts, FrictionOfMoreThanTheTangentOfSixtyDegreesHoldsARobotThatCannotTurn) {
+  EXPECT_NEAR(SlideSpeed(kDisc, 1.7, 1e3), 0.5 * (std::sqrt(0.75) - 1.7 * 0.5), 1e-3);
+  EXPECT_NEAR(SlideSpeed(kDisc, 1.8, 1e3), 0.0, 1e-6);
+}
+
+TEST(Contacts, ADiscSlidesAlongAWallOfManyShortEdges) {
+  MotionWorld world;
+  std::vector<Vector> corners;
+  for (int i = 0; i <= 500; i++) corners.push_back({-1.0 + 0.02 * i, 0.0});
+  world.walls.Add(corners, false);
+  world.walls.Index();
+  world.AddRobot(world.AddDisc(0.2), 0.0, 0.3);
+  for (int i = 0; i < 100; i++) {
+    world.CommandInWorld(0, 0.5 * std::sqrt(0.75), -0.25);
+    world.Step();
+  }
+  EXPECT_NEAR(world.bodies.x[0], 5.0 * std::sqrt(0.75), 0.01);
+}
+
+TEST(Contacts, NothingPassesThroughAThinWallAtAnySpeed) {
+  for (int k = 0; k < 400; k++) {
+    SCOPED_TRACE(k);
+    MotionWorld world;
+    world.dt = k % 7 == 0 ? 1.0 : k % 7 == 1 ? 0.001 : 0.1;
+    world.AddRoom(-30.0, -30.0, 1.0, 30.0);
+    const double speed = 100.0 * k * k / (399.0 * 399.0), radius = k % 11 == 0 ? 0.005 : 0.05;
+    const Outline outline = static_cast<Outline>(k % 3);
+    world.AddRobot(AddShape(outline, radius, &world), 0.1 + 0.00037 * k, 0.01 * k - 2.0,
+                   (k % 40 - 20) * 0.06);
+    world.Command(0, speed, 0.0, 0.7 * (k % 5));
+    for (int i = 0; i < 30; i++) {
+      world.Step();
+      const Vector p = world.PositionOf(0);
+      ASSERT_TRUE(p.x < 1.0 && p.x > -30.0 && std::fabs(p.y) < 30.0) << p.x << " " << p.y;
+      ASSERT_GE(world.LeastGap(), 1e-9);
+    }
+  }
+}
+
+TEST(Contacts, TwoFastRobotsDoNotPassThroughEachOther) {
+  for (const double speed : {1.0, 10.0, 100.0}) {
+    MotionWorld world;
+    const uint32_t disc = world.AddDisc(0.05);
+    world.AddRobot(disc, -3.0, 0.0, 0.0);
+    world.AddRobot(disc, 3.0, 0.0, M_PI);
+    for (int i = 0; i < 100; i++) {
+      world.CommandInWorld(0, speed, 0.0);
+      world.CommandInWorld(1, -speed, 0.0);
+      world.Step();
+      ASSERT_LT(world.bodies.x[0], world.bodies.x[1]);
+    }
+    EXPECT_LE(world.LeastGap(), 1e-3);
+  }
+}
+
+TEST(Contacts, RobotsDoNotPushEachOther) {
+  MotionWorld world;
+  const uint32_t disc = world.AddDisc(0.2);
+  world.AddRobot(disc, 0.0, 0.0);
+  world.AddRobot(disc, 0.6, 0.0);
+  world.Command(0, 0.3, 0.0, 0.0);
+  world.Steps(30);
+  EXPECT_EQ(world.bodies.x[1], 0.6);
+  EXPECT_NEAR(world.bodies.x[0], 0.2, 1e-3);
+  EXPECT_EQ(world.bodies.made[0], 0.0);
+  // It follows one that goes the same way more slowly.
+  world.Command(1, 0.1, 0.0, 0.0);
+  world.Steps(50);
+  EXPECT_NEAR(world.bodies.x[1], 1.1, 1e-9);
+  EXPECT_NEAR(world.bodies.x[0], 0.7, 1e-3);
+  EXPECT_NEAR(world.bodies.made[0], 1.0 / 3.0, 0.01);
+}
+
+TEST(Contacts, WhatIsPressedTogetherStandsStill) {
+  for (int k = 0; k < 4; k++) {
+    SCOPED_TRACE(k);
+    MotionWorld world;
+    world.AddWall({1.0, -5.0}, {1.0, 5.0}, 0.2);
+    if (k == 3) world.AddWall({-5.0, 0.5}, {5.0, 0.5}, 0.2);
+    const Outline outline = k == 0 ? kDisc : k == 1 ? kSixteenCorners : kSquare;
+    world.AddRobot(AddShape(outline, 0.2, &world), 0.0, 0.0, k >= 2 ? 0.5 : 0.0, 0.2);
+    world.Command(0, 0.3, 0.0, 0.0);
+    world.Steps(150);
+    const test::Columns before = world.bodies;
+    world.Step();
+    EXPECT_NEAR(world.bodies.x[0], before.x[0], 1e-12);
+    EXPECT_NEAR(world.bodies.y[0], before.y[0], 1e-12);
+    EXPECT_NEAR(world.bodies.heading[0], before.heading[0], 1e-12);
+  }
+}
+
+TEST(Contacts, BodiesAtDifferentHeightsAndOfTheSameGroupPassEachOther) {
+  MotionWorld world;
+  const uint32_t low = world.AddPolygon({{-0.2, -0.2}, {0.2, -0.2}, {0.2, 0.2}, {-0.2, 0.2}});
+  world.AddRobot(low, 0.0, 0.0);
+  world.AddRobot(low, 1.0, 0.0);
+  world.bodies.elevation[1] = 1.0;  // begins where the other ends
+  world.AddRobot(low, 2.0, 0.0);
+  world.bodies.group[0] = world.bodies.group[2] = 7;
+  world.Command(0, 0.5, 0.0, 0.0);
+  world.Steps(60);
+  EXPECT_NEAR(world.bodies.x[0], 3.0, 1e-9);
+  world.bodies.group[2] = 8;
+  world.Command(0, -0.5, 0.0, 0.0);
+  world.Steps(60);
+  EXPECT_NEAR(world.bodies.x[0], 2.4, 1e-3);
+}
+
+TEST(Contacts, ContactsTellPointNormalAndWhatTouches) {
+  MotionWorld world;
+  world.AddWall({1.0, -5.0}, {1.0, 5.0});
+  world.AddRobot(world.AddRectangle(0.4, 0.4), 0.5, 0.0);
+  world.AddRobot(world.AddDisc(0.2), 0.0, 0.0);
+  world.Command(0, 0.3, 0.0, 0.0);
+  world.Command(1, 0.3, 0.0, 0.0);
+  world.Steps(30);
+  const auto contacts = world.contacts.contacts();
+  ASSERT_EQ(contacts.size(), 3u);
+  EXPECT_FALSE(contacts[0].wall);
+  EXPECT_EQ(contacts[0].a, 0u);
+  EXPECT_EQ(contacts[0].b, 1u);
+  EXPECT_NEAR(contacts[0].normal.x, -1.0, 1e-9);
+  EXPECT_NEAR(contacts[0].point.x, 0.6, 1.5e-3);
+  EXPECT_NEAR(contacts[0].point.y, 0.0, 1e-9);
+  for (size_t i = 1; i < 3; i++) {  // both ends of the side that lies at the wall
+    EXPECT_TRUE(contacts[i].wall);
+    EXPECT_EQ(contacts[i].a, 0u);
+    EXPECT_EQ(contacts[i].b, 0u);
+    EXPECT_NEAR(contacts[i].normal.x, 1.0, 1e-9);
+    EXPECT_NEAR(contacts[i].point.x, 1.0, 1e-3);
+    EXPECT_NEAR(std::fabs(contacts[i].point.y), 0.2, 1e-3);
+    EXPECT_NEAR(contacts[i].gap, 2e-4, 2e-4);
+  }
+}
+
+TEST(Contacts, BodiesThatOverlapAtTheStartCanLeaveAndDoNotOverlapMore) {
+  for (const Outline outline : {kDisc, kSixteenCorners, kSquare}) {
+    SCOPED_TRACE(outline);
+    MotionWorld world;
+    world.AddWall({0.3, -9.0}, {0.3, 9.0});
+    const uint32_t shape = AddShape(outline, 0.2, &world);
+    for (int i = 0; i < 6; i++)
+      world.AddRobot(shape, 0.12 * UnitVector(i).x, 0.12 * UnitVector(i).y, 0.3 * i);
+    double deepest = world.LeastGap();
+    EXPECT_LT(deepest, -0.1);
+    for (int step = 0; step < 200; step++) {
+      for (size_t i = 0; i < 6; i++) {
+        const Vector to = UnitVector(0.5 * M_PI + (static_cast<double>(i) + 0.5) * M_PI / 6.0);
+        world.CommandInWorld(i, 0.3 * to.x, 0.3 * to.y, 0.1);
+      }
+      world.Step();
+      const double gap = world.LeastGap();
+      EXPECT_GE(gap, deepest - 1e-9);
+      deepest = std::min(gap, 1e-5);
+    }
+    EXPECT_GT(world.LeastGap(), 0.0);
+    for (size_t i = 0; i < 6; i++) EXPECT_GT(Length(world.PositionOf(i)), 3.0) << i;
+  }
+}
+
+}  // namespace
