@@ -54,6 +54,7 @@
 #include "models/state_exchange.hh"
 #include "models/visualizer.hh"
 #include "models/wifi.hh"
+#include "motion/contact_model.hh"
 #include "pictures/color.hh"
 #include "pictures/image_polygons.hh"
 #include "random/random.hh"

@@ -23,6 +23,7 @@ namespace Stg {
 void BlockGroup::NoteChange() {
   version_++;
   owner_.scene().body_changes++;
+  owner_.NoteOutlineChange();
 }
 
 /// Makes the fitted shape of the blocks the source of later fitting.

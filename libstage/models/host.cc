@@ -71,6 +71,19 @@ void Host::FinishRaysOf(const Model* finder) {
     TraceBatch();
 }
 
+void Host::NoteOutlineChange(Model* root) {
+  contacts_known = false;
+  constexpr size_t kMany = 1000;  // then all outlines are found again
+  if (contacts_changed || contact_model != ContactModel::kOutlines) {
+    contacts_changed = true;
+  } else if (changed_outlines.size() == kMany) {
+    contacts_changed = true;
+    changed_outlines.clear();
+  } else if (changed_outlines.empty() || changed_outlines.back() != root) {
+    changed_outlines.push_back(root);
+  }
+}
+
 void Host::Insert(std::vector<Model*>* list, Model* model) {
   const auto place = std::lower_bound(list->begin(), list->end(), model->GetId(), IsBefore);
   STAGE_ASSERT(place == list->end() || *place == model || (*place)->GetId() > model->GetId());

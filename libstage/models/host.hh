@@ -9,6 +9,7 @@
 #include <atomic>
 #include <deque>
 #include <forward_list>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -21,6 +22,7 @@
 #include "models/model_names.hh"
 #include "models/placement.hh"
 #include "models/power_pack.hh"
+#include "motion/contact_model.hh"
 #include "sensing/scene.hh"
 
 namespace Stg {
@@ -106,6 +108,23 @@ class Host : public std::enable_shared_from_this<Host> {
   virtual void TraceBatchAndPostponeThrowing() noexcept = 0;
   /// Traces the batch if it has rays of this model, which is about to be deleted.
   void FinishRaysOf(const Model* finder);
+
+  // ---- contacts ----
+
+  ContactModel contact_model = ContactModel::kCells;
+  bool contacts_changed = true;          ///< properties or outlines of unknown models have changed
+  std::vector<Model*> changed_outlines;  ///< roots with other outlines than in the last step
+
+  /// True if the model cannot go from its pose `before` to its present one, where its tree would be
+  /// rasterized as in `placement`.
+  virtual bool IsBlocked(const Model& model, const Pose& before, const Placement& placement) = 0;
+  /// Notes that the outline of a tree has changed.
+  void NoteOutlineChange(Model* root);
+  size_t contact_callbacks = 0;  ///< number of CB_CONTACT callbacks that were ever added
+  bool contacts_known = false;   ///< contacts have been found since a pose changed
+  /// See Model::ForEachContact(). null: contacts of all trees.
+  virtual void ForEachContact(const Model* root,
+                              const std::function<void(const ContactPoint&)>& f) = 0;
 
   // ---- the steps ----
 

@@ -171,6 +171,7 @@ void Model::SetPose(const Pose& new_pose) {
   if (pose != new_pose) {
     pose = new_pose;
     pose.a = normalize(pose.a);
+    host().contacts_known = false;
     Map();
   }
   CallCallbacks(CB_POSE);
@@ -241,6 +242,8 @@ void Model::Map() {
   STAGE_ASSERT(!scene_->tearing_down);
   if (host().loading) return;  // all bodies are rasterized after loading
   host().TraceBatch();
+  // The pose of a root with a row is read in each step.
+  if (parent || contact_row_ == kNoRow) NoteOutlineChange();
   Placement& placement = host().placement;
   placement.Propose(*this, true);
   placement.Commit();
@@ -352,6 +355,7 @@ void Model::SetFiducialKey(int key) {
 void Model::SetObstacleReturn(bool val) {
   host().TraceBatch();
   vis.obstacle_return = val;
+  NoteOutlineChange();
 }
 
 void Model::SetBlobReturn(bool val) {
@@ -369,7 +373,10 @@ void Model::SetRangerReturn(double val) {
   SetFinite(*this, "ranger_return", val, &vis.ranger_return);
 }
 
-void Model::SetMass(kg_t m) { SetNotNegative(*this, "mass", m, &mass); }
+void Model::SetMass(kg_t m) {
+  SetNotNegative(*this, "mass", m, &mass);
+  host().contacts_changed = true;
+}
 
 void Model::SetWatts(watts_t w) { SetNotNegative(*this, "watts", w, &watts); }
 

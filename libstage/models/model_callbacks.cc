@@ -26,6 +26,7 @@ void Model::Adopt(const std::shared_ptr<void>& data) { adopted_.push_front(data)
 
 void Model::AddCallback(const Callback& entry) {
   if (!callbacks_) callbacks_ = std::make_shared<Callbacks>();
+  if (entry.type == CB_CONTACT) host().contact_callbacks++;
   std::vector<Callback>& all = callbacks_->all;
   if (std::find(all.begin(), all.end(), entry) == all.end()) all.push_back(entry);
 }

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "geometry/load_error.hh"
+#include "geometry/trigonometry.hh"
 #include "messages/report.hh"
 #include "models/body.hh"
 #include "models/deletion_watch.hh"
@@ -125,7 +126,7 @@ void Model::Load() {
   vis.Load(wf, wf_entity);
   LoadGuiState();
   map_resolution = wf->ReadFloat(wf_entity, "map_resolution", map_resolution);
-  friction = wf->ReadFloat(wf_entity, "friction", friction);
+  LoadContacts();
   if (!loaded_) LoadControllers();
   loaded_ = true;
 
@@ -228,10 +229,26 @@ void Model::LoadBody() {
     blockgroup->Clear();
     has_default_block = false;
   }
+  if (wf->PropertyExists(wf_entity, "round")) LoadRoundBody();
   const bool keeps_frame = ReadKeepsFrame(wf, wf_entity);
   if (wf->PropertyExists(wf_entity, "bitmap")) LoadPicture(keeps_frame);
   boundary = wf->ReadInt(wf_entity, "boundary", boundary);
   if (boundary) AddBoundary();
+}
+
+/// A round body without blocks is drawn with many corners. Blocks of the world file replace it.
+void Model::LoadRoundBody() {
+  round_ = wf->ReadInt(wf_entity, "round", 0) != 0 ? 1 : 0;
+  if (round_ == 0 || !has_default_block) return;
+  constexpr int kCorners = 32;
+  std::vector<point_t> circle;
+  for (int i = 0; i < kCorners; i++) {
+    const SineCosine at = SinCos(i * (2 * M_PI / kCorners));
+    circle.emplace_back(0.5 * at.cosine, 0.5 * at.sine);
+  }
+  blockgroup->Clear();
+  blockgroup->Add(std::move(circle), Bounds(0, 1));
+  if (geom.size.x != geom.size.y) round_ = 0;  // an ellipse
 }
 
 /// Adds the outlines of a picture as blocks. `keeps_frame`: fits the whole picture to the size, not

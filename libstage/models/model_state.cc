@@ -67,6 +67,8 @@ void Model::ExchangeState(StateExchange& exchange) {
   const Pose pose_before = pose;
   const Geom geom_before = geom;
   const double stand_before = StandOnZ();
+  const bool obstacle_before = vis.obstacle_return;
+  const double friction_before = friction, mass_before = mass;
   exchange(pose, geom, vis, color, mass, friction, map_resolution, boundary);
   exchange(alwayson, used, interval, disabled, stall, stack_children);
   // The time of the last update does not affect the future; it is the time of the readings.
@@ -74,6 +76,7 @@ void Model::ExchangeState(StateExchange& exchange) {
   ExchangeSubscriptions(exchange);
   exchange(watts, watts_give, watts_take, say_string, random_);
   const bool other_body = blockgroup->ExchangeState(exchange);
+  ExchangeContacts(exchange);
   ExchangeEnergy(exchange);
   ExchangeFlags(exchange);
   ExchangeCallbacks(exchange);
@@ -86,6 +89,8 @@ void Model::ExchangeState(StateExchange& exchange) {
     return exchange.Fail("found a pose that is not finite");
   blockgroup->RefreshVisibility(!(vis.ranger_return < 0));
   RegisterIfHidden();
+  if (vis.obstacle_return != obstacle_before || friction != friction_before || mass != mass_before)
+    host().contacts_changed = true;
   if (other_body || !(pose == pose_before) || !(geom.pose == geom_before.pose) ||
       StandOnZ() != stand_before)
     Map();

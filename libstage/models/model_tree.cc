@@ -113,6 +113,7 @@ void Model::BecomeParentOf(Model* child) {
   child->parent = this;
   AddChild(child);
   child->SetRoot(root);
+  host().topology_version++;
   child->Map();
 }
 

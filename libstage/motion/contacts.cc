@@ -39,6 +39,15 @@ void Contacts::End() {
   }
 }
 
+void Contacts::FindContacts(const Shapes& shapes, const Walls& walls, const Columns& columns) {
+  constexpr double kAny = 1e-9;  // m; all pairs that are in contact are found with any reach
+  nearby_.Find(shapes, walls, columns, kAny);
+  if (workers_.empty()) workers_.resize(1);
+  contacts_.clear();
+  for (const Island& island : nearby_.islands)
+    workers_[0].solver.FindContacts(shapes, walls, nearby_, island, columns, &contacts_);
+}
+
 void Contacts::Step(const Shapes& shapes, const Walls& walls, Columns* columns) {
   Begin(shapes, walls, columns);
   for (size_t island = 0; island < island_count(); island++)

@@ -41,11 +41,14 @@ class Contacts {
   /// Collects the contacts.
   void End();
 
+  /// Finds what is in contact at the present poses, for contacts(). Moves nothing.
+  void FindContacts(const Shapes& shapes, const Walls& walls, const Columns& columns);
+
   /// A whole step with one thread.
   void Step(const Shapes& shapes, const Walls& walls, Columns* columns);
 
-  /// What is in contact after the step, among pairs of which one could move. In an order that does
-  /// not depend on threads.
+  /// What is in contact: after the step, among pairs of which one could move, or as found by
+  /// FindContacts(). In an order that does not depend on threads.
   std::span<const Contact> contacts() const { return contacts_; }
 
   const Nearby& nearby() const { return nearby_; }

@@ -32,8 +32,8 @@ double FarthestOf(const Motion& motion, double core) {
 }
 
 bool Meet(const Interval& a, double elevation_a, const Interval& b, double elevation_b) {
-  return a.bottom + elevation_a < b.top + elevation_b &&
-         b.bottom + elevation_b < a.top + elevation_a;
+  return a.bottom + elevation_a <= b.top + elevation_b &&
+         b.bottom + elevation_b <= a.top + elevation_a;
 }
 
 }  // namespace
@@ -338,6 +338,13 @@ void IslandSolver::Store(Columns* columns) const {
     columns->y[row] = body.position.y;
     columns->heading[row] = body.heading;
   }
+}
+
+void IslandSolver::FindContacts(const Shapes& shapes, const Walls& walls, const Nearby& nearby,
+                                const Island& island, const Columns& columns,
+                                std::vector<Contact>* contacts) {
+  Load(shapes, walls, nearby, island, columns);
+  TellContacts(walls, contacts);
 }
 
 void IslandSolver::Solve(const Shapes& shapes, const Walls& walls, const Nearby& nearby,

@@ -50,6 +50,10 @@ class IslandSolver {
   void Solve(const Shapes& shapes, const Walls& walls, const Nearby& nearby, const Island& island,
              const Effort& effort, Columns* columns, std::vector<Contact>* contacts);
 
+  /// Appends what is in contact in an island at the present poses.
+  void FindContacts(const Shapes& shapes, const Walls& walls, const Nearby& nearby,
+                    const Island& island, const Columns& columns, std::vector<Contact>* contacts);
+
  private:
   enum class Kind : uint8_t {
     kFixed,  // b is a wall, or a body that stands

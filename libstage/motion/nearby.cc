@@ -21,17 +21,18 @@ double SquaredDistance(Vector p, const WallEdge& edge) {
   return Dot(distance, distance);
 }
 
-/// Twice the way of a corner that turns, as a body that turns beside something is pushed off by it.
+/// Twice the way of a corner that turns, because a body that turns beside something is pushed off
+/// by it; and the distance that bodies in contact are pushed apart by.
 double WantedReach(const Columns& columns, size_t i, double core) {
   const double dx = columns.target_x[i] - columns.x[i], dy = columns.target_y[i] - columns.y[i];
   const double turn = columns.turn[i];
   if (dx == 0.0 && dy == 0.0 && turn == 0.0) return 0.0;
-  return std::sqrt(dx * dx + dy * dy) + 2.0 * Least(std::fabs(turn), 2.0) * core;
+  return std::sqrt(dx * dx + dy * dy) + 2.0 * Least(std::fabs(turn), 2.0) * core + kSkin;
 }
 
 }  // namespace
 
-void Nearby::FindReaches(const Shapes& shapes, const Columns& columns) {
+void Nearby::FindReaches(const Shapes& shapes, const Columns& columns, double least_reach) {
   const size_t n = columns.size();
   reach.resize(n);
   push_.resize(n);
@@ -41,7 +42,7 @@ void Nearby::FindReaches(const Shapes& shapes, const Columns& columns) {
   for (uint32_t i = 0; i < n; i++) {
     const Shape& shape = shapes.shapes[columns.shape[i]];
     bound_[i] = shape.bound;
-    reach[i] = WantedReach(columns, i, shape.core);
+    reach[i] = Most(least_reach, WantedReach(columns, i, shape.core));
     push_[i] = 2.0 * reach[i];
     SetBox(i, columns);
     sum += boxes_[i].x1 - boxes_[i].x0;
@@ -258,8 +259,9 @@ void Nearby::FormIslands(const Columns& columns) {
     if (place[i] != kNone) members[islands[island_of_[i]].first_member + place[i]] = i;
 }
 
-void Nearby::Find(const Shapes& shapes, const Walls& edges, const Columns& columns) {
-  FindReaches(shapes, columns);
+void Nearby::Find(const Shapes& shapes, const Walls& edges, const Columns& columns,
+                  double least_reach) {
+  FindReaches(shapes, columns, least_reach);
   FillCells();
   FindPairs(columns);
   SpreadReaches(columns);

@@ -34,8 +34,10 @@ struct Island {
 
 class Nearby {
  public:
-  /// Finds all of the following.
-  void Find(const Shapes& shapes, const Walls& walls, const Columns& columns);
+  /// Finds all of the following. `least_reach`: reach of bodies that want less, even of those that
+  /// stand.
+  void Find(const Shapes& shapes, const Walls& walls, const Columns& columns,
+            double least_reach = 0.0);
 
   std::vector<double> reach;  // of each body
   // In the order of their smallest members; members, pairs and walls of an island ascend. A body
@@ -56,7 +58,7 @@ class Nearby {
     int32_t x0, y0, x1, y1;
     int64_t count() const { return (int64_t{x1} - x0 + 1) * (int64_t{y1} - y0 + 1); }
   };
-  void FindReaches(const Shapes& shapes, const Columns& columns);
+  void FindReaches(const Shapes& shapes, const Columns& columns, double least_reach);
   void FillCells();
   CellRange CellsOf(const Box& box) const;
   size_t BucketOf(int32_t x, int32_t y) const;

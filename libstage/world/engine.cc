@@ -32,6 +32,27 @@ std::shared_ptr<threads::WorkerPool> MakePool(unsigned threads) {
 
 }  // namespace
 
+void WorldEngine::CallContactCallbacks(uint64_t epoch_of_step) {
+  if (contact_callbacks == 0 || contact_model != ContactModel::kOutlines) return;
+  std::vector<uint32_t> ids;  // callbacks may delete models
+  ForEachContact(nullptr, [&](const ContactPoint& contact) {
+    for (const Model* model : {contact.a, contact.b})
+      if (model->Root()->HasCallbacks(Model::CB_CONTACT)) ids.push_back(model->Root()->GetId());
+  });
+  std::ranges::sort(ids);
+  const auto surplus = std::ranges::unique(ids);
+  ids.erase(surplus.begin(), surplus.end());
+  for (const uint32_t id : ids) {
+    if (Model* const model = FindModel(id)) model->CallCallbacks(Model::CB_CONTACT);
+    if (epoch != epoch_of_step) return;
+  }
+}
+
+bool WorldEngine::IsBlocked(const Model& model, const Pose& before, const Placement& proposed) {
+  if (contact_model == ContactModel::kOutlines) return contacts.IsBlocked(model, before, this);
+  return proposed.Collision(model.world_base().GetGround()) != nullptr;
+}
+
 Model* WorldEngine::Make(World* world, Model* parent, const std::string& type, creator_t create) {
   STAGE_ASSERT(world && create && !world_deleted);
   const uint32_t id = next_model_id;

@@ -23,6 +23,7 @@
 #include "threads/worker_pool.hh"
 #include "world/metric_list.hh"
 #include "world/phases/callback_phase.hh"
+#include "world/phases/contact_phase.hh"
 #include "world/phases/gather_phase.hh"
 #include "world/phases/move_phase.hh"
 #include "world/phases/parallel_choice.hh"
@@ -45,6 +46,7 @@ class WorldEngine : public Host {
   FiducialIndex fiducial_index;  ///< Host::fiducials
   GatherPhase gather;
   MovePhase move;
+  ContactPhase contacts;  ///< part of the move phase
   CallbackPhase callbacks;
   ParallelChoice parallel_choice;     ///< whether the phases use several threads
   RunStatistics statistics;           ///< without the tracer's counts, see Statistics()
@@ -78,6 +80,12 @@ class WorldEngine : public Host {
   void TraceBatchAndPostponeThrowing() noexcept override;
   void ScheduleUpdate(Model* model, usec_t time, uint64_t generation) override {
     scheduler.Add(time, {model, nullptr, nullptr, generation});
+  }
+  bool IsBlocked(const Model& model, const Pose& before, const Placement& placement) override;
+  void ForEachContact(const Model* root,
+                      const std::function<void(const ContactPoint&)>& f) override {
+    contacts.FindContacts(this);
+    contacts.ForEachContact(root, f);
   }
   void LoadController(Model* model, const std::string& text) override;
   std::string DescribeInitFailure(const std::string& model_name,
@@ -126,6 +134,8 @@ class WorldEngine : public Host {
   /// Call instead of EndStep() after an exception. Drops pending work of the step; due events that
   /// have not run are moved to the next step.
   void AbandonStep(usec_t now) noexcept;
+  /// Calls the CB_CONTACT callbacks of models that touch something. They may end the epoch.
+  void CallContactCallbacks(uint64_t epoch_of_step);
   /// Warns about robots that got commands but have no subscriber, and so do not move.
   void WarnAboutUnsubscribed();
   /// Moves bodies whose ranger_return is no longer negative back into the rangers' layer.

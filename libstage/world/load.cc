@@ -100,6 +100,16 @@ std::unique_ptr<sensing::Prefilter> ChoosePrefilter(const RunOptions& options) {
   return nullptr;
 }
 
+ContactModel ReadContactModel(Worldfile* wf) {
+  constexpr char kName[] = "contacts";
+  if (!wf->PropertyExists(0, kName)) return ContactModel::kDefault;
+  const std::string name = wf->ReadString(0, kName, "");
+  if (name == "cells") return ContactModel::kCells;
+  if (name != "outlines")
+    wf->Fail(0, kName, "found " + messages::Quoted(name) + ", expected \"cells\" or \"outlines\"");
+  return ContactModel::kOutlines;
+}
+
 }  // namespace
 
 /// Describes where a world is loaded from.
@@ -351,6 +361,8 @@ void World::LoadWorldProperties() {
   engine_->memory.Begin(megabytes);
   SetRayModel(ReadRayModel(wf.get(), 0, RayModel::kDefault));
   SetRayModel(options_.ray_model);
+  SetContactModel(ReadContactModel(wf.get()));
+  SetContactModel(options_.contacts);
   show_clock = wf->ReadInt(0, "show_clock", show_clock);
   const int every = wf->ReadInt(0, "show_clock_interval", static_cast<int>(show_clock_interval));
   if (every < 1) wf->Warn(0, "show_clock_interval", "found fewer than 1 step; using 1");

@@ -63,6 +63,18 @@ void SetRayModel(RunOptions* options, const OptionValue& value) {
                                          : RayModel::kExact;
 }
 
+OptionValue GetContacts(const RunOptions& options) {
+  if (options.contacts == ContactModel::kDefault) return {};
+  return std::string(options.contacts == ContactModel::kCells ? "cells" : "outlines");
+}
+
+void SetContacts(RunOptions* options, const OptionValue& value) {
+  const auto* name = std::get_if<std::string>(&value);
+  options->contacts = !name              ? ContactModel::kDefault
+                      : *name == "cells" ? ContactModel::kCells
+                                         : ContactModel::kOutlines;
+}
+
 OptionValue GetDevice(const RunOptions& options) {
   return options.opencl ? options.device : OptionValue();
 }
@@ -127,6 +139,20 @@ std::vector<RunOption> MakeTable() {
        0,
        0,
        {"cell", "exact"}},
+      {"contacts",
+       "contacts",
+       Type::kChoice,
+       "cells|outlines",
+       true,
+       "what stops bodies; overrides the world's. With cells, a move is refused if it would touch "
+       "a "
+       "cell of another body; with outlines, bodies touch, slide along each other, turn where they "
+       "touch, and push what is pushable",
+       GetContacts,
+       SetContacts,
+       0,
+       0,
+       {"cells", "outlines"}},
       {"controllers", "no-controllers", Type::kSwitch, "", true,
        "load no controllers and no plug-ins. These are programs: use this option to look at a "
        "world file that you do not trust",

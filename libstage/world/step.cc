@@ -111,6 +111,7 @@ void World::Step(WorldEngine& engine, uint64_t epoch) {
   STAGE_ASSERT(engine.stepping && !engine.loading && engine.epoch == epoch);
   STAGE_ASSERT(engine.due.empty() && engine.sensed.empty());
   engine.steps_begun++;
+  engine.contacts_known = false;
   PhaseSeconds& seconds = engine.statistics.seconds;
   const double start = WallClock();
   const double traced_before = engine.tracer.seconds();
@@ -121,8 +122,10 @@ void World::Step(WorldEngine& engine, uint64_t epoch) {
   if (engine.epoch != epoch) return;
   ValidateAfter("sense");
   const double sensed = WallClock();
-  engine.move.Run(&engine);
+  engine.move.Run(&engine, static_cast<double>(sim_interval) / 1e6);
   if (engine.epoch == epoch) ValidateAfter("move");
+  engine.CallContactCallbacks(epoch);
+  if (engine.epoch != epoch) return;
   const double moved = WallClock();
   engine.callbacks.Run(&engine);
   if (engine.epoch == epoch) CallUpdateCallbacks();

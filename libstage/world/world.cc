@@ -113,6 +113,7 @@ void World::SetDefaults() {
   show_clock_interval = 100;
   engine_->scene.cells_per_metre = default_ppm_;
   engine_->scene.ray_model = RayModel::kCell;
+  engine_->contact_model = ContactModel::kCells;
   engine_->scene.exact_rasterization = false;
   ApplyRunOptions();
 }
@@ -338,6 +339,18 @@ RayModel World::GetRayModel() const { return engine_->scene.ray_model; }
 
 void World::SetRayModel(RayModel model) {
   if (model != RayModel::kDefault) engine_->scene.ray_model = model;
+}
+
+ContactModel World::GetContactModel() const { return engine_->contact_model; }
+
+void World::SetContactModel(ContactModel model) {
+  if (model == ContactModel::kDefault) return;
+  engine_->contact_model = model;
+  engine_->contacts_changed = true;
+}
+
+void World::ForEachContact(const std::function<void(const ContactPoint&)>& f) const {
+  engine_->ForEachContact(nullptr, f);
 }
 
 bool World::IsExact(RayModel model) const { return engine_->IsExact(model); }

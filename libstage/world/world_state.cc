@@ -58,7 +58,9 @@ void World::ExchangeOwn(StateExchange& exchange) {
   if (exchange.hashing()) return;
   sensing::Scene& scene = engine_->scene;
   StateChoice ray_model(&scene.ray_model, RayModel::kExact);
-  exchange(options_.seed, engine_->next_model_id, ray_model);
+  StateChoice contact_model(&engine_->contact_model, ContactModel::kOutlines);
+  exchange(options_.seed, engine_->next_model_id, ray_model, contact_model);
+  if (exchange.restoring()) engine_->contacts_known = false;
   double resolution = scene.cells_per_metre;
   exchange(resolution);
   if (resolution != scene.cells_per_metre) exchange.Fail("found another resolution of the grid");

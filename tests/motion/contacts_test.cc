@@ -252,7 +252,7 @@ TEST(Contacts, BodiesAtDifferentHeightsAndOfTheSameGroupPassEachOther) {
   const uint32_t low = world.AddPolygon({{-0.2, -0.2}, {0.2, -0.2}, {0.2, 0.2}, {-0.2, 0.2}});
   world.AddRobot(low, 0.0, 0.0);
   world.AddRobot(low, 1.0, 0.0);
-  world.bodies.elevation[1] = 1.0;  // begins where the other ends
+  world.bodies.elevation[1] = 1.001;  // begins above the end of the other
   world.AddRobot(low, 2.0, 0.0);
   world.bodies.group[0] = world.bodies.group[2] = 7;
   world.Command(0, 0.5, 0.0, 0.0);

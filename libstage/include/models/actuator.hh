@@ -49,14 +49,11 @@ class ModelActuator : public Model {
   void Gather(internal::sensing::FanList*) override;
   /// Moves by one step, or not if that would end in an obstacle.
   void Move() override;
+  bool StaysStill() const override { return velocity_ == 0 || disabled; }
   void StoreSensedPose() override { sensed_pose_ = pose; }
   void DropReadings() override;
 
  private:
-  friend class MovePhase;
-  /// True if Move() does nothing.
-  bool StaysStill() const { return velocity_ == 0 || disabled; }
-
   void LoadJoint();
   void LoadAxis();
   Pose Displacement(double distance) const;

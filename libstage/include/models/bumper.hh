@@ -25,7 +25,9 @@ class ModelBumper : public Model, private internal::sensing::RaySink {
 
   class BumperSample {
    public:
-    Model* hit;         ///< model that touches the line, obstacle or not, at any height; or null
+    /// Model that touches the line, obstacle or not, at any height; or null. With contacts of
+    /// outlines also an obstacle that touches the robot within a centimetre of the line.
+    Model* hit;
     point_t hit_point;  ///< of the latest contact, global
 
     BumperSample() : hit(NULL) {}
@@ -58,6 +60,7 @@ class ModelBumper : public Model, private internal::sensing::RaySink {
     double cosine, sine;  // of its heading
   };
   void MakeSamples();
+  void FindTouched();
   void AddLine(uint32_t index, const Pose& frame, internal::sensing::FanList* fans);
   void ReceiveHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
 
@@ -65,6 +68,11 @@ class ModelBumper : public Model, private internal::sensing::RaySink {
   std::vector<BumperSample> results_;
   std::vector<uint32_t> hit_ids_;  // ids of the models in results_, which may be deleted
   std::vector<Line> lines_;        // of the current update
+  struct Touched {
+    Model* model;
+    point_t point;
+  };
+  std::vector<Touched> touched_;  // what touches each line in contacts of outlines; empty: nothing
 };
 
 }  // namespace Stg

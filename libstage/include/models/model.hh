@@ -29,6 +29,8 @@ namespace Stg {
 
 class BlockGroup;
 class CallbackPhase;
+class ContactPhase;
+struct ContactOutline;
 class GatherPhase;
 class MovePhase;
 class ModelRanger;
@@ -78,6 +80,17 @@ class Visibility {
   void ExchangeState(StateExchange& exchange);
 };
 
+class Model;
+
+/// A place where two bodies touch: their outlines are nearer to each other
+/// than 0.8 mm.
+struct ContactPoint {
+  Model *a, *b;    ///< a: one that can move; b: another one, or a model that stays where it is
+  point_t point;   ///< global, halfway between the outlines
+  point_t normal;  ///< unit vector from a to b
+  meters_t gap;    ///< distance of the outlines, usually 0.4 mm
+};
+
 class Model : public Ancestor {
  public:
   class Flag;
@@ -99,6 +112,7 @@ class Model : public Ancestor {
     CB_STARTUP,
     CB_UPDATE,
     CB_VELOCITY,
+    CB_CONTACT,  ///< the tree touches something after a step; for contacts of outlines, in roots
     __CB_TYPE_COUNT
   } callback_type_t;
 
@@ -168,7 +182,7 @@ class Model : public Ancestor {
   /// In world coordinates.
   virtual Pose GetSensedPose() const;
   /// In the parent's frame.
-  virtual Pose GetSensedLocalPose() const { return pose; }
+  virtual Pose GetSensedLocalPose() const { return pose_before_push_ ? *pose_before_push_ : pose; }
   /// Relative to the parent. Does not test collisions. Refused with a message if not finite.
   void SetPose(const Pose& pose);
   void SetGlobalPose(const Pose& gpose);
@@ -306,7 +320,23 @@ class Model : public Ancestor {
   void SetRangerReturn(double val);
   void SetBoundary(bool val) { boundary = val; }
   void SetMapResolution(meters_t res) { map_resolution = res; }
-  void SetFriction(double f) { friction = f; }
+  /// Coulomb coefficient of the surface. That of a contact is the mean of both bodies'. Used with
+  /// contacts of outlines. Refused with a message if it is negative or not finite.
+  void SetFriction(double f);
+  double GetFriction() const { return friction; }
+  /// Whether other bodies can push the model, with contacts of outlines. Only models at the top
+  /// level are pushed, together with their children.
+  void SetPushable(bool pushable);
+  bool IsPushable() const { return pushable_; }
+  /// Coefficient of friction between the model and the floor. Its weight times that is the force
+  /// that it takes to push the model, or with which a robot can push others. Negative: the default,
+  /// see docs/motion.md.
+  void SetFloorFriction(double f);
+  /// The coefficient in force: the default if none was set.
+  double GetFloorFriction() const;
+  /// Calls f for each place where the tree of this model touches something at its present pose; `a`
+  /// is the root of this tree. With contacts of cells there are none. Not for parallel callbacks.
+  void ForEachContact(const std::function<void(const ContactPoint&)>& f) const;
   void SetGuiNose(bool val) { gui.nose = val; }
   void SetGuiMove(bool val) { gui.move = val; }
   void SetGuiGrid(bool val) { gui.grid = val; }
@@ -371,6 +401,8 @@ class Model : public Ancestor {
   const BlockGroup& body() const { return *blockgroup; }
   /// Appends the cells of this model and its descendants.
   void CollectRasterizations(internal::grid::Rasterizations* rasterizations, bool exact) const;
+  /// Notes that the tree has got another outline for contacts. Internal.
+  void NoteOutlineChange();
   /// Registers a body that is rasterized while invisible to rangers.
   void RegisterIfHidden();
   /// True if RegisterIfHidden() has nothing to do.
@@ -439,6 +471,8 @@ class Model : public Ancestor {
   friend class CallbackPhase;
   friend class GatherPhase;
   friend class MovePhase;
+  friend class ContactPhase;
+  friend struct ContactOutline;
   friend class StepCostMeter;
   friend class ModelPosition;
   friend class ModelRanger;
@@ -503,8 +537,28 @@ class Model : public Ancestor {
   /// The part of an update that must wait until the step's rays are traced, such as changing
   /// bodies. Called before moves, if Update() added the model to Host::sensed.
   virtual void Sensed() {}
-  /// Moves by one step. Called for models that called Host::StartMoving().
+  /// Moves by one step. Called for models that called Host::StartMoving(), unless their type is
+  /// registered with ModelType::kMovesTree and they are at the top level.
   virtual void Move() {}
+
+  // Models of a type with ModelType::kMovesTree move in two stages, so that several threads can
+  // move many of them, and so that bodies can touch. Each stage only accesses this model's tree.
+
+  /// Where a model wants to be after a step.
+  struct WantedMove {
+    Pose pose;          ///< in the parent's frame
+    radians_t turn;     ///< the angle of the turn, which may exceed half a turn
+    Velocity velocity;  ///< in the body frame
+  };
+  /// Returns false if the model stays, such as one without a velocity.
+  virtual bool GetWantedMove(WantedMove*) { return false; }
+  /// Called after each wanted move. `made` is the velocity of the motion that was made, in the body
+  /// frame; zero if the move was refused.
+  virtual void EndMove(const Velocity& /*made*/) {}
+  /// Moves this model's tree, or not if that would end in an obstacle.
+  void MoveTree();
+  /// True if the next move does nothing.
+  virtual bool StaysStill() const { return false; }
   /// Stores the present pose for GetSensedPose(). Called for moving models after the updates and
   /// before the moves of a step in which a model of their tree updated. Several threads may call it
   /// for different models at once.
@@ -624,6 +678,11 @@ class Model : public Ancestor {
     size_t bytes;
     StateKeeper* keeper;  // null: `bytes` at `data`
   };
+  static const uint32_t kNoRow = 0xffffffff;
+  static const int8_t kRoundIfRegular = -1;
+  void ExchangeContacts(StateExchange& exchange);
+  void LoadContacts();
+  void LoadRoundBody();
   void ExchangeSubscriptions(StateExchange& exchange);
   void ExchangeEnergy(StateExchange& exchange);
   void ExchangeCallbacks(StateExchange& exchange);
@@ -675,7 +734,13 @@ class Model : public Ancestor {
   bool loaded_;                            // Load() has run
   bool shares_name_;                       // another model had this name before
   bool drives_ = false;                    // the model is a ModelPosition
-  uint16_t controllers_;                   // number loaded
+  bool pushable_ = false;
+  int8_t round_ = kRoundIfRegular;  // see ContactOutline
+  double floor_friction_ = -1;      // negative: the default
+  uint32_t contact_row_ = kNoRow;   // in roots: its row in the columns of motion
+  // Of pushable models that are no robots: the pose before the last step. See GetSensedPose().
+  std::unique_ptr<Pose> pose_before_push_;
+  uint16_t controllers_;  // number loaded
   LazyRandomStream random_;
   std::unique_ptr<Raster> last_raster_;
   // Empty for most models.

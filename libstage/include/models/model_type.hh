@@ -42,6 +42,7 @@ struct ModelType {
     kReadsFiducialIndex = 4,   ///< it reads the index of fiducials
     kUsesEverythingLayer = 8,  ///< its rays use the layer of all heights
     kRequestsSensed = 16,      ///< it requests Sensed()
+    kReadsContacts = 64,       ///< it calls ForEachContact()
     kCallsVelocity = 32,       ///< it calls CB_VELOCITY callbacks; runs alone if there are any
   };
   [[deprecated("use kSerial")]] static const Updates kAlone = kSerial;
@@ -52,12 +53,19 @@ struct ModelType {
   [[deprecated("use kUsesEverythingLayer")]] static const Updates kThroughAllHeights =
       kUsesEverythingLayer;
   [[deprecated("use kRequestsSensed")]] static const Updates kHasRest = kRequestsSensed;
+  /// How models of exactly this class take part in the move phase.
+  enum Moves : unsigned {
+    kMovesByItself,  ///< by Move(), one after the other
+    kMovesTree,      ///< by GetWantedMove() and EndMove(), several models at once
+    kStays,          ///< never
+  };
   std::string name;          ///< as in world files
   const std::type_info* of;  ///< the class
   size_t size;               ///< of an object, in bytes
   creator_t create;
   bool (*is)(const Model&);  ///< whether a model is of the class or a derived one
   unsigned updates;          ///< combination of Updates
+  Moves moves;
   /// Describes a sensor's extent; empty if it is no sensor.
   std::function<void(const Model&, SensorExtent*)> describe;
   /// True if ExchangeState() covers all that updates change, so that they can be measured and
@@ -78,11 +86,16 @@ class ModelTypeOf {
     type_.create = Create;
     type_.is = Is;
     type_.updates = ModelType::kSerial;
+    type_.moves = ModelType::kMovesByItself;
     type_.measurable = false;
   }
 
   ModelTypeOf& Updates(unsigned how) {
     type_.updates = how;
+    return *this;
+  }
+  ModelTypeOf& Moves(ModelType::Moves how) {
+    type_.moves = how;
     return *this;
   }
   ModelTypeOf& Senses(void (*describe)(const M&, SensorExtent*)) {

@@ -14,9 +14,7 @@
 
 namespace Stg {
 
-class MovePhase;
 class NoisyOdometry;
-class Placement;
 struct RegisteredDrive;
 
 class ModelPosition : public Model {
@@ -116,12 +114,14 @@ class ModelPosition : public Model {
 
  protected:
   friend class World;
-  friend class MovePhase;
   friend class StepCostMeter;
   friend class WorldEngine;
 
   /// Moves by one step, or not if that would end in an obstacle.
-  void Move() override;
+  void Move() override { MoveTree(); }
+  bool GetWantedMove(WantedMove* move) override;
+  void EndMove(const Velocity& made) override;
+  bool StaysStill() const override { return velocity.IsZero() || disabled; }
   void StoreSensedPose() override;
   void DropReadings() override;
   void Startup() override;
@@ -164,19 +164,8 @@ class ModelPosition : public Model {
   void CheckSubscription();
   /// Warns once if the robot got a command but has no subscriber, and so does not move.
   void WarnIfNotSubscribed();
-  /// True if Move() does nothing.
-  bool StaysStill() const { return velocity.IsZero() || disabled; }
-
-  // Stages of Move(), which may run in parallel: each only accesses this model's tree.
-
-  /// Applies the velocity and plans the bodies there. Returns false if the robot does not move.
-  bool BeginMove(Placement* placement);
-  /// Undoes a move that collides. Returns true if it does not: then commit the plan.
-  bool EndMove(const Placement& placement);
-
   Velocity velocity;
-  Pose pose_before_move_;
-  Pose goal;  // a velocity, an acceleration or a pose
+  Pose goal;                   // a velocity, an acceleration or a pose
   ControlMode control_mode;
   DriveMode drive_mode;
   LocalizationMode localization_mode;

@@ -19,6 +19,7 @@
 #include "models/model.hh"
 #include "models/power_pack.hh"
 #include "models/world_base.hh"
+#include "motion/contact_model.hh"
 #include "random/random.hh"
 #include "sensing/ray_hit.hh"
 #include "world/metric.hh"
@@ -71,8 +72,8 @@ class RaytraceResult {
       : pose(p), mod(m), color(c), range(r) {}
 };
 
-/// How to run a world. Results depend only on the seed, the ray model, the duration and the
-/// controllers.
+/// How to run a world. Results depend only on the seed, the models of rays and
+/// contacts, the duration and the controllers.
 struct RunOptions {
   int threads;     ///< threads per step; 0: as the world file says, or else one or all usable
                    ///< processors, whichever is faster
@@ -84,6 +85,7 @@ struct RunOptions {
   bool always_on_device;  ///< use it even for small batches
   std::string device;     ///< the device: the text after --opencl=
   RayModel ray_model;     ///< overrides that of world files; changes results
+  ContactModel contacts;  ///< overrides that of world files; changes results
   usec_t duration;   ///< simulated time after which a world is done, even if it is loaded several
                      ///< times; overrides quit times of files; 0: none
   bool clock;        ///< print the simulated time regardless of the file
@@ -102,6 +104,7 @@ struct RunOptions {
         opencl(false),
         always_on_device(false),
         ray_model(RayModel::kDefault),
+        contacts(ContactModel::kDefault),
         duration(0),
         clock(false),
         branch(false),
@@ -243,6 +246,12 @@ class World : public WorldBase {
   /// Ray model of Raytrace() and of sensors that do not specify one: kCell or kExact.
   RayModel GetRayModel() const;
   void SetRayModel(RayModel model);
+  /// What stops bodies: kCells or kOutlines. A change takes effect in the next step.
+  ContactModel GetContactModel() const;
+  void SetContactModel(ContactModel model);
+  /// Calls f for each place where bodies touch at their present poses, in an order that does not
+  /// depend on threads. With contacts of cells there are none.
+  void ForEachContact(const std::function<void(const ContactPoint&)>& f) const;
   /// Bounds of the area in which anything was ever rasterized, in whole superregions, metres.
   const bounds3d_t& GetExtent() const;
   /// Number of the cell at coordinate `x`, clamped to the valid range.

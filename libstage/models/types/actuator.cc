@@ -213,13 +213,14 @@ void ModelActuator::Move() {
 
   Placement& placement = host().placement;
   placement.Propose(*this, true);
-  stall = placement.Collision(world_base().GetGround()) != nullptr;
+  stall = host().IsBlocked(*this, old_pose, placement);
   if (stall) {
     pose = old_pose;
     return;
   }
   turned_ = position + step;
   placement.Commit();
+  NoteOutlineChange();
 }
 
 }  // namespace Stg

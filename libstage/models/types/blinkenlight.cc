@@ -14,7 +14,9 @@ constexpr double kDimmed = 0.5;
 }  // namespace
 
 ModelType BlinkenlightType() {
-  return ModelTypeOf<ModelBlinkenlight>("blinkenlight").Updates(ModelType::kParallel);
+  return ModelTypeOf<ModelBlinkenlight>("blinkenlight")
+      .Updates(ModelType::kParallel)
+      .Moves(ModelType::kStays);
 }
 
 ModelBlinkenlight::ModelBlinkenlight(World* world_, Model* parent_, const std::string& type_)

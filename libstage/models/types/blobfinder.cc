@@ -66,6 +66,7 @@ void PutRange(const Blob& blob, double* to) { *to = blob.range; }
 
 ModelType BlobfinderType() {
   return ModelTypeOf<ModelBlobfinder>("blobfinder")
+      .Moves(ModelType::kStays)
       .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree | ModelType::kUsesEverythingLayer)
       .Senses(Describe)
       .Measurable()

@@ -7,7 +7,7 @@
 namespace Stg {
 
 std::vector<ModelType> BuiltInModelTypes() {
-  return {ModelTypeOf<Model>("model").Updates(ModelType::kParallel),
+  return {ModelTypeOf<Model>("model").Updates(ModelType::kParallel).Moves(ModelType::kStays),
           ActuatorType(),
           BlinkenlightType(),
           BlobfinderType(),

@@ -20,6 +20,8 @@ namespace {
 
 constexpr double kWatts = 0.1;
 constexpr int kMaxBumpers = 10000;
+/// Distance of a contact of outlines at which it counts as one at a line, in metres.
+constexpr double kTouchDistance = 0.01;
 
 bool StopsBumper(Model* candidate, const Model* finder, const void*) {
   return !candidate->IsRelated(finder);
@@ -41,7 +43,8 @@ bool CopyHits(const ModelBumper& bumper, size_t length, bool* to) {
 
 ModelType BumperType() {
   return ModelTypeOf<ModelBumper>("bumper")
-      .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree)
+      .Moves(ModelType::kStays)
+      .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree | ModelType::kReadsContacts)
       .Senses(Describe)
       .Measurable()
       .Reads(
@@ -134,6 +137,23 @@ void ModelBumper::Gather(sensing::FanList* fans) {
   }
   const Pose frame = GetGlobalPose() + geom.pose;
   for (uint32_t i = 0; i < bumper_count; i++) AddLine(i, frame, fans);
+  FindTouched();
+}
+
+/// Looks for contacts of outlines at the lines.
+void ModelBumper::FindTouched() {
+  touched_.clear();
+  ForEachContact([this](const ContactPoint& contact) {
+    touched_.resize(lines_.size(), {nullptr, point_t()});
+    for (size_t i = 0; i < bumper_count; i++) {
+      const Line& line = lines_[i];
+      const double dx = contact.point.x - line.start.x, dy = contact.point.y - line.start.y;
+      const double along = constrain(dx * line.cosine + dy * line.sine, 0, bumpers[i].length);
+      const double x = dx - along * line.cosine, y = dy - along * line.sine;
+      if (touched_[i].model == nullptr && x * x + y * y < kTouchDistance * kTouchDistance)
+        touched_[i] = {contact.b, contact.point};
+    }
+  });
 }
 
 void ModelBumper::AddLine(uint32_t index, const Pose& frame, sensing::FanList* fans) {
@@ -163,6 +183,12 @@ void ModelBumper::ReceiveHits(uint32_t tag, const sensing::RayHits& hits) {
   STAGE_ASSERT(hits.count == 1);
   BumperSample& sample = results_[tag];
   sample.hit = hits.intervals[0].model;
+  if (!sample.hit && tag < touched_.size() && touched_[tag].model) {
+    sample.hit = touched_[tag].model;
+    sample.hit_point = touched_[tag].point;
+    hit_ids_[tag] = sample.hit->GetId();
+    return;
+  }
   if (!sample.hit) return;
   hit_ids_[tag] = sample.hit->GetId();
   const Line& line = lines_[tag];

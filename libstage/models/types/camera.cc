@@ -96,6 +96,7 @@ bool CopyColor(const ModelCamera& camera, size_t rows, uint8_t* to) {
 
 ModelType CameraType() {
   return ModelTypeOf<ModelCamera>("camera")
+      .Moves(ModelType::kStays)
       .Updates(ModelType::kParallel)
       .Senses(Describe)
       .Measurable()

@@ -44,6 +44,7 @@ void PutHeading(const Fiducial& seen, double* to) { *to = seen.geom.a; }
 
 ModelType FiducialType() {
   return ModelTypeOf<ModelFiducial>("fiducial")
+      .Moves(ModelType::kStays)
       .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree | ModelType::kReadsFiducialIndex |
                ModelType::kUsesEverythingLayer)
       .Senses(Describe)

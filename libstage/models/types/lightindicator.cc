@@ -12,7 +12,9 @@ constexpr double kDimmed = 0.8;
 }  // namespace
 
 ModelType LightIndicatorType() {
-  return ModelTypeOf<ModelLightIndicator>("lightindicator").Updates(ModelType::kParallel);
+  return ModelTypeOf<ModelLightIndicator>("lightindicator")
+      .Updates(ModelType::kParallel)
+      .Moves(ModelType::kStays);
 }
 
 ModelLightIndicator::ModelLightIndicator(World* world_, Model* parent_, const std::string& type_)

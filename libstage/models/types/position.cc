@@ -46,6 +46,7 @@ bool AllNumbers(const Pose& p) {
 // kCallsVelocity, because CB_VELOCITY callbacks need special treatment in GatherPhase.
 ModelType PositionType() {
   return ModelTypeOf<ModelPosition>("position")
+      .Moves(ModelType::kMovesTree)
       .Updates(ModelType::kParallel | ModelType::kCallsVelocity);
 }
 
@@ -260,33 +261,23 @@ Pose ModelPosition::MotionOfStep(const Velocity& v) const {
   return Pose(v.x * dt, v.y * dt, v.z * dt, normalize(v.a * dt));
 }
 
-void ModelPosition::Move() {
-  Placement& placement = host().placement;
-  if (BeginMove(&placement) && EndMove(placement)) placement.Commit();
-}
-
-bool ModelPosition::BeginMove(Placement* placement) {
+bool ModelPosition::GetWantedMove(WantedMove* move) {
   is_hindered_ = false;
   if (StaysStill()) return false;
   STAGE_ASSERT(IsFinite(pose) && HasSubscribers());
-  pose_before_move_ = pose;
+  const double dt = static_cast<double>(world_base().sim_interval) / kSecond;
   // Translates along the old heading, then turns.
-  pose = pose + MotionOfStep(velocity);
-
-  if (!IsFinite(pose)) {  // an infinite speed without bounds
-    pose = pose_before_move_;
-    stall = true;
-    return false;
-  }
-  placement->Propose(*this, true);
-  return true;
+  *move = {pose + MotionOfStep(velocity), velocity.a * dt, velocity};
+  if (IsFinite(move->pose)) return true;
+  stall = true;  // an infinite speed without bounds
+  return false;
 }
 
-bool ModelPosition::EndMove(const Placement& placement) {
-  stall = placement.Collision(world_base().GetGround()) != nullptr;
-  if (stall) pose = pose_before_move_;
-  NoteMotion(stall ? Velocity() : velocity);
-  return !stall;
+void ModelPosition::EndMove(const Velocity& made) {
+  if (made.IsZero() && StaysStill())
+    is_hindered_ = false;
+  else
+    NoteMotion(made);
 }
 
 }  // namespace Stg

@@ -86,7 +86,7 @@ Pose ModelPosition::GetSensedPose() const {
 }
 
 Pose ModelPosition::GetSensedLocalPose() const {
-  if (!HasSubscribers()) return pose;
+  if (!HasSubscribers()) return Model::GetSensedLocalPose();
   return parent ? parent->LocalPoseOf(sensed_pose_, parent->GetSensedPose()) : sensed_pose_;
 }
 

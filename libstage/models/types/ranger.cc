@@ -108,6 +108,7 @@ bool CopyOrigins(const ModelRanger& ranger, size_t length, double* to) {
 
 ModelType RangerType() {
   return ModelTypeOf<ModelRanger>("ranger")
+      .Moves(ModelType::kStays)
       .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree)
       .Senses(Describe)
       .Measurable()

@@ -56,6 +56,7 @@ void Describe(const ModelWifi& wifi, SensorExtent* extent) {
 
 ModelType WifiType() {
   return ModelTypeOf<ModelWifi>("wifi")
+      .Moves(ModelType::kStays)
       .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree | ModelType::kRequestsSensed)
       .Senses(Describe)
       .Measurable();

@@ -213,6 +213,7 @@ unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) 
   if ((updates & ModelType::kIgnoresOwnTree) && !model.root->self_masks_)
     needs |= Model::kNeedsPreparation;
   if (updates & ModelType::kReadsFiducialIndex) needs |= kTargets;
+  if (updates & ModelType::kReadsContacts) needs |= kContacts;
   if ((updates & ModelType::kUsesEverythingLayer) && model.host().IsExact(RayModel::kDefault))
     needs |= Model::kExactRays;
   entry->updates = true;
@@ -225,6 +226,7 @@ unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) 
 void GatherPhase::FinishPreparation(unsigned needs, World* world) {
   WorldEngine& engine = world->engine();
   if (needs & kTargets) engine.fiducials->Refresh(engine.models);
+  if (needs & kContacts) engine.contacts.FindContacts(&engine);
   if ((needs & Model::kExactRays) && world->IsExact(RayModel::kDefault))
     engine.scene.grid.EverythingLayer(true);
   if (!(needs & Model::kNeedsPreparation)) return;

@@ -76,7 +76,8 @@ class GatherPhase {
   static bool CanRunInParallel(const Scheduler::Event& event);
   bool Prepare(const Scheduler::Event* events, size_t count, World* world,
                threads::WorkerPool* workers);
-  static constexpr unsigned kTargets = 4;  // flag in addition to those of Model::Preparations()
+  // Flags in addition to those of Model::Preparations().
+  static constexpr unsigned kTargets = 4, kContacts = 8;
   static unsigned PrepareEntry(const Scheduler::Event& event, Entry* entry);
   void FinishPreparation(unsigned needs, World* world);
   static void UpdateSerially(Model* model);

@@ -4,11 +4,9 @@
 
 #include <algorithm>
 #include <span>
-#include <typeinfo>
 
 #include "messages/assert.hh"
-#include "models/actuator.hh"
-#include "models/position.hh"
+#include "models/model_type.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
 
@@ -119,26 +117,31 @@ void TileOwnership::Begin(const grid::Grid& grid) {
 
 namespace {
 
-bool IsTopLevelRobot(const Model& model) {
-  return model.Parent() == nullptr && typeid(model) == typeid(ModelPosition);
+/// True if the model is at the top level and moves as a tree. A model on top of another one moves
+/// serially: its target depends on whether the other has moved.
+bool MovesTree(const Model& model) {
+  if (model.Parent() != nullptr) return false;
+  const ModelType* const type = FindModelType(model);
+  return type && type->moves == ModelType::kMovesTree;
 }
 
 }  // namespace
 
-/// True for a top-level robot of class ModelPosition, and for any model that stays still. A model
-/// on top of another one moves serially: its target depends on whether the other has moved.
 bool MovePhase::CanRunInParallel(const Model& model) {
-  if (IsTopLevelRobot(model)) return true;
-  const std::type_info& type = typeid(model);
-  if (type == typeid(ModelPosition)) return static_cast<const ModelPosition&>(model).StaysStill();
-  return type == typeid(ModelActuator) && static_cast<const ModelActuator&>(model).StaysStill();
+  return MovesTree(model) || (FindModelType(model) && model.StaysStill());
 }
 
-void MovePhase::Run(WorldEngine* engine) {
+void MovePhase::Run(WorldEngine* engine, double seconds) {
   STAGE_ASSERT(engine->stepping &&
                engine->scene.batch.fans().empty());  // rays see poses before moves
   std::vector<Model*>& moving = engine->moving;
   STAGE_ASSERT(std::ranges::is_sorted(moving, {}, &Model::GetId));  // moves do not commute
+  only_rasterizes_ = engine->contact_model == ContactModel::kOutlines;
+  if (only_rasterizes_) {
+    engine->contacts.Run(engine, seconds);
+    Rasterize(engine->contacts.moved(), engine);
+    return MoveOthers(moving);
+  }
   // By index: callbacks of models may change the list.
   for (size_t i = 0; i < moving.size();) {
     const size_t moved =
@@ -151,12 +154,53 @@ void MovePhase::Run(WorldEngine* engine) {
   }
 }
 
+void MovePhase::Rasterize(std::span<Model* const> models, WorldEngine* engine) {
+  for (size_t i = 0; i < models.size();) {
+    const size_t rasterized =
+        engine->parallel_choice.is_parallel()
+            ? MoveParallel(models.data() + i, models.size() - i, &engine->scene, engine->workers())
+            : 0;
+    if (rasterized == 0) {
+      engine->placement.Propose(*models[i], true);
+      engine->placement.Commit();
+    }
+    i += std::max<size_t>(rasterized, 1);
+  }
+}
+
+void MovePhase::MoveOthers(const std::vector<Model*>& models) {
+  // By index: callbacks of models may change the list.
+  for (size_t i = 0; i < models.size(); i++)
+    if (!MovesTree(*models[i])) models[i]->Move();
+}
+
+bool MovePhase::BeginMove(Model* model, MoveProposal* proposal) const {
+  if (!only_rasterizes_) {
+    if (!model->GetWantedMove(&proposal->wanted)) return false;
+    proposal->before = model->pose;
+    model->pose = proposal->wanted.pose;
+  }
+  proposal->placement.Propose(*model, true);
+  return true;
+}
+
+/// Returns true if the bodies are to be rasterized where they were proposed.
+bool MovePhase::EndMove(MoveProposal* proposal) const {
+  if (only_rasterizes_) return true;
+  Model& model = *proposal->model;
+  model.stall = proposal->placement.Collision(model.world_base().GetGround()) != nullptr;
+  if (model.stall) model.pose = proposal->before;
+  model.EndMove(model.stall ? Velocity() : proposal->wanted.velocity);
+  return !model.stall;
+}
+
 size_t MovePhase::MoveParallel(Model* const* models, size_t count, sensing::Scene* scene,
                                threads::WorkerPool* workers) {
   if (workers->threads() == 1) return 0;
   exact_ = scene->exact_rasterization;
   count = interval_finder_.Find(count, [&] {
-    return workers->FindFirst(count, [&](size_t i) { return !CanRunInParallel(*models[i]); });
+    return workers->FindFirst(
+        count, [&](size_t i) { return !only_rasterizes_ && !CanRunInParallel(*models[i]); });
   });
   if (count == 0 || Placement::IsNearlyFull(*models[0])) return 0;
   grid_ = &scene->grid;
@@ -188,10 +232,9 @@ void MovePhase::MoveChunk(Model* const* models, size_t count, threads::WorkerPoo
   move_between(begin, count);
 }
 
-void MovePhase::MoveSerially(MoveProposal* proposal) {
+void MovePhase::MoveSerially(MoveProposal* proposal) const {
   STAGE_ASSERT(!proposal->moves || proposal->model);
-  if (proposal->moves && proposal->model->EndMove(proposal->placement))
-    proposal->placement.Commit();
+  if (proposal->moves && EndMove(proposal)) proposal->placement.Commit();
 }
 
 void MovePhase::ProposeMoves(Model* const* models, size_t count, threads::WorkerPool* workers) {
@@ -206,9 +249,9 @@ void MovePhase::ProposeMoves(Model* const* models, size_t count, threads::Worker
       MoveProposal& proposal = proposals_[i];
       proposal.shared = proposal.moves = false;
       proposal.color = 0;
-      if (!IsTopLevelRobot(*models[i])) continue;
-      proposal.model = static_cast<ModelPosition*>(models[i]);
-      proposal.moves = proposal.model->BeginMove(&proposal.placement);
+      if (!only_rasterizes_ && !MovesTree(*models[i])) continue;
+      proposal.model = models[i];
+      proposal.moves = BeginMove(models[i], &proposal);
       if (!proposal.moves) continue;
       Describe(i);
       sets += proposal.placement.NewCells().size();
@@ -281,7 +324,7 @@ void MovePhase::MoveColorsParallel(size_t begin, size_t end, threads::WorkerPool
 
 void MovePhase::ExecuteMove(MoveProposal* proposal, unsigned thread) {
   STAGE_ASSERT(proposal->moves && thread < edits_.size());
-  if (!proposal->model->EndMove(proposal->placement)) return;
+  if (!EndMove(proposal)) return;
   // Only claimed tiles may be rasterized in: colors keep other moves out of these.
   STAGE_ASSERT(LieIn(proposal->tiles, proposal->placement.NewCells()));
   edits_[thread].SetNextStamp(proposal->bodies_before);

@@ -16,6 +16,7 @@
 
 #include "messages/assert.hh"
 #include "models/body.hh"
+#include "models/model.hh"
 #include "models/placement.hh"
 #include "sensing/scene.hh"
 #include "threads/worker_pool.hh"
@@ -23,7 +24,6 @@
 
 namespace Stg {
 
-class ModelPosition;
 class WorldEngine;
 
 /// Assigns colors to a sequence of rectangles of tiles.
@@ -116,8 +116,8 @@ class MovePhase {
   void EndStep() { interval_finder_.EndStep(); }
   uint64_t examined() const { return interval_finder_.examined(); }  ///< see IntervalFinder
   /// Moves all models that asked to be moved. Callbacks may delete the world, so the caller must
-  /// share ownership of the engine.
-  void Run(WorldEngine* engine);
+  /// share ownership of the engine. `seconds`: duration of the step.
+  void Run(WorldEngine* engine, double seconds);
 
  private:
   /// Moves a prefix of these models in parallel, with the result of serial moves. Returns its
@@ -126,16 +126,24 @@ class MovePhase {
   size_t MoveParallel(Model* const* models, size_t count, sensing::Scene* scene,
                       threads::WorkerPool* workers);
   struct MoveProposal {
-    ModelPosition* model;  // null if the model stays
-    bool moves, shared;    // it moves; it moves in parallel
-    grid::CellBox tiles;   // may be read or changed by the move
+    Model* model;  // null if the model stays
+    Model::WantedMove wanted;
+    Pose before;          // pose before the move
+    bool moves, shared;   // it moves; it moves in parallel
+    grid::CellBox tiles;  // may be read or changed by the move
     uint32_t color;
     uint64_t bodies_before;  // number of bodies of earlier robots that move in parallel
     Placement placement;
   };
+  /// Moves the models of `models` whose moves contacts of outlines do not cover.
+  static void MoveOthers(const std::vector<Model*>& models);
+  /// Rasterizes the trees of models that have moved.
+  void Rasterize(std::span<Model* const> models, WorldEngine* engine);
   static bool CanRunInParallel(const Model& model);
+  bool BeginMove(Model* model, MoveProposal* proposal) const;
+  bool EndMove(MoveProposal* proposal) const;
   void MoveChunk(Model* const* models, size_t count, threads::WorkerPool* workers);
-  static void MoveSerially(MoveProposal* proposal);
+  void MoveSerially(MoveProposal* proposal) const;
   void ProposeMoves(Model* const* models, size_t count, threads::WorkerPool* workers);
   void Describe(size_t index);
   void Mark(size_t index, uint8_t marks);
@@ -150,6 +158,7 @@ class MovePhase {
   // Marks of a proposal, kept apart so that one thread can scan them quickly.
   static constexpr uint8_t kMovesSerially = 1, kContested = 2, kRegionsMissing = 4;
   std::vector<uint8_t> marks_;
+  bool only_rasterizes_ = false;            // models have been moved already
   bool exact_ = false;                      // bodies are also rasterized for the exact ray model
   std::atomic<size_t> sets_{0}, cells_{0};  // upper bounds of what may be rasterized
   std::atomic<size_t> exact_sets_{0};

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Moves of a step with contacts of outlines. Models become rows of columns, whose motion module
+// `motion` computes; new poses are written back to the models.
+//
+// A tree has a row if it can move: if its root drives or is pushable, or if a model of it moves by
+// itself, such as an actuator or a gripper. Other trees are walls.
+
+#ifndef STAGE_WORLD_PHASES_CONTACT_PHASE_HH
+#define STAGE_WORLD_PHASES_CONTACT_PHASE_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "models/contact_outline.hh"
+#include "models/model.hh"
+#include "motion/columns.hh"
+#include "motion/contacts.hh"
+#include "motion/shape.hh"
+#include "motion/walls.hh"
+#include "threads/worker_pool.hh"
+
+namespace Stg {
+
+class WorldEngine;
+
+class ContactPhase {
+ public:
+  /// Moves all roots that have rows, without changing the grid. `seconds`: duration of a step.
+  void Run(WorldEngine* engine, double seconds);
+  /// Roots whose poses Run() has changed, in the order of creation. They must be rasterized.
+  std::span<Model* const> moved() const { return moved_; }
+  /// True if the model's tree, now that the model is no more at `before`, is in another body,
+  /// deeper than it was.
+  bool IsBlocked(const Model& model, const Pose& before, WorldEngine* engine);
+  /// Finds the contacts at the present poses, unless they are known.
+  void FindContacts(WorldEngine* engine);
+  /// See Host::ForEachContact(). Call FindContacts() before.
+  void ForEachContact(const Model* root, const std::function<void(const ContactPoint&)>& f) const;
+
+ private:
+  struct ContactOfRow {
+    uint32_t row;
+    ContactPoint point;
+  };
+  void Refresh(WorldEngine* engine);
+  void FindAll(WorldEngine* engine);
+  void FindWalls(WorldEngine* engine);
+  static bool HasRow(const Model& root);
+  void AddRow(Model* root);
+  void AddWalls(const Model& root);
+  uint32_t ShapeOf(const Model& root);
+  void ReadPoses(size_t begin, size_t end);
+  void ReadTarget(Model* model);
+  void Solve(WorldEngine* engine);
+  void WritePoses(size_t begin, size_t end, double seconds);
+  Velocity MadeVelocity(size_t row, const Pose& before, double seconds) const;
+  void ListMoved();
+  void ListContacts();
+
+  motion::Shapes shapes_;
+  motion::Walls walls_;
+  motion::Columns columns_;
+  motion::Contacts contacts_;
+  std::unordered_map<std::string, uint32_t> shape_numbers_;  // by ContactOutline::Key()
+  std::vector<double> bottoms_;                              // of each shape
+  ContactOutline outline_;
+  uint64_t topology_version_ = 0;
+  std::vector<Model*> roots_;              // of each row
+  std::vector<const Model*> wall_models_;  // of each outline of walls_
+  std::vector<Model::WantedMove> wanted_;  // of each row
+  static constexpr uint8_t kAsked = 1, kMoved = 2, kInFloor = 4;
+  std::vector<uint8_t> marks_;  // of each row
+  std::vector<Model*> moved_;
+  std::vector<uint32_t> islands_;       // by decreasing size
+  std::vector<ContactOfRow> touching_;  // sorted by row; see Host::contacts_known
+};
+
+}  // namespace Stg
+
+#endif
