@@ -67,6 +67,8 @@ void ContactOutline::Find(const Model& root, const Pose& at) {
   corners.clear();
   parts.clear();
   AddTree(root, at);
+  // Children may be in any order, but results must not depend on it.
+  std::ranges::stable_sort(parts, {}, [](const Part& part) { return part.model->GetId(); });
 }
 
 void ContactOutline::AddTree(const Model& model, const Pose& global) {

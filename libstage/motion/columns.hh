@@ -32,7 +32,16 @@ struct Row {
 };
 
 struct Columns {
+  static double ArmOf(const Shape& shape, bool pushable) {
+    return pushable ? shape.arm : shape.bound;
+  }
   size_t size() const { return x.size(); }
+
+  /// Gives a body another shape.
+  void SetShape(size_t i, uint32_t number, const Shape& its_shape) {
+    shape[i] = number;
+    arm[i] = ArmOf(its_shape, pushable[i] != 0);
+  }
 
   /// Appends a body that stands. By default, the floor holds a pushable thing evenly over its area,
   /// and a robot by wheels near its outline.
@@ -49,7 +58,7 @@ struct Columns {
     pushable.push_back(row.pushable);
     grip.push_back(row.grip);
     friction.push_back(row.friction);
-    arm.push_back(row.arm > 0.0 ? row.arm : row.pushable ? its_shape.arm : its_shape.bound);
+    arm.push_back(row.arm > 0.0 ? row.arm : ArmOf(its_shape, row.pushable));
     elevation.push_back(row.elevation);
     made.push_back(1.0);
   }

@@ -25,6 +25,13 @@ Motion Part(const Motion& motion, double part) {
   return {part * motion.x, part * motion.y, part * motion.turn};
 }
 
+/// Far from the origin, coordinates are taken relative to a point nearby: products of large ones
+/// would be too coarse. Differences from it are exact.
+double OriginNear(double position) {
+  constexpr double kFar = 65536.0, kStep = 1024.0;
+  return std::fabs(position) < kFar ? 0.0 : kStep * std::floor(position / kStep);
+}
+
 /// The greatest distance by which a motion takes a corner from its place.
 double FarthestOf(const Motion& motion, double core) {
   return std::sqrt(motion.x * motion.x + motion.y * motion.y) +
@@ -60,7 +67,7 @@ uint32_t IslandSolver::AddBody(uint32_t row, double reach, const Shapes& shapes,
   Body body{};
   body.row = row;
   body.first_corner = static_cast<uint32_t>(corners_.size());
-  body.position = {columns.x[row], columns.y[row]};
+  body.position = Vector{columns.x[row], columns.y[row]} - origin_;
   body.heading = columns.heading[row];
   body.rest = {columns.target_x[row] - columns.x[row], columns.target_y[row] - columns.y[row],
                columns.turn[row]};
@@ -127,8 +134,8 @@ void IslandSolver::AddWallPairs(uint32_t a, uint32_t edge, const Shapes& shapes,
   pair.kind = Kind::kFixed;
   pair.hull_b = {static_cast<uint32_t>(corners_.size()), 2, 0.0,
                  Length(wall.ends[1] - wall.ends[0])};
-  corners_.push_back(wall.ends[0]);
-  corners_.push_back(wall.ends[1]);
+  corners_.push_back(wall.ends[0] - origin_);
+  corners_.push_back(wall.ends[1] - origin_);
   uint32_t corner = bodies_[a].first_corner;
   for (uint32_t i = 0; i < shape.piece_count; i++) {
     const Piece& piece = shapes.pieces[shape.first_piece + i];
@@ -143,6 +150,8 @@ void IslandSolver::Load(const Shapes& shapes, const Walls& walls, const Nearby& 
   bodies_.clear();
   corners_.clear();
   pairs_.clear();
+  const uint32_t first = nearby.members[island.first_member];
+  origin_ = {OriginNear(columns.x[first]), OriginNear(columns.y[first])};
   for (uint32_t k = island.first_member; k < island.last_member; k++)
     AddBody(nearby.members[k], nearby.reach[nearby.members[k]], shapes, columns);
   members_ = bodies_.size();
@@ -200,7 +209,7 @@ void IslandSolver::TellContacts(const Walls& walls, std::vector<Contact>* contac
       Contact contact{bodies_[pair.a].row,
                       wall ? walls.edges()[pair.edge].outline : bodies_[pair.b].row,
                       wall,
-                      0.5 * (manifold.on_a[k] + manifold.on_b[k]),
+                      origin_ + 0.5 * (manifold.on_a[k] + manifold.on_b[k]),
                       manifold.normal,
                       manifold.gap[k]};
       if (!wall && contact.b < contact.a) {
@@ -294,9 +303,11 @@ void IslandSolver::Move(Body* body, const Columns& columns) {
   body->turned += made.turn;
   // What nothing hindered arrives exactly where it would have without contacts.
   if (!body->moved && body->part == 1.0 && Equal(body->motion, body->rest)) {
-    body->position = {columns.target_x[row], columns.target_y[row]};
+    body->position = Vector{columns.target_x[row], columns.target_y[row]} - origin_;
+    body->arrived = true;
     body->heading = columns.target_heading[row];
   } else {
+    body->arrived = false;
     body->position = body->position + Vector{made.x, made.y};
     body->heading = Wrap(columns.heading[row] + body->turned);
   }
@@ -327,15 +338,16 @@ void IslandSolver::Store(Columns* columns) const {
     const uint32_t row = body.row;
     const Motion wanted{columns->target_x[row] - columns->x[row],
                         columns->target_y[row] - columns->y[row], columns->turn[row]};
-    const Motion missed{columns->target_x[row] - body.position.x,
-                        columns->target_y[row] - body.position.y,
+    const Vector position = body.arrived ? Vector{columns->target_x[row], columns->target_y[row]}
+                                         : origin_ + body.position;
+    const Motion missed{columns->target_x[row] - position.x, columns->target_y[row] - position.y,
                         body.arm * (wanted.turn - body.turned)};
     const auto square = [](const Motion& m) { return m.x * m.x + m.y * m.y + m.turn * m.turn; };
     const double whole = square({wanted.x, wanted.y, body.arm * wanted.turn});
     const double share = whole > 0.0 ? 1.0 - std::sqrt(square(missed) / whole) : 1.0;
     columns->made[row] = Clamp(share, 0.0, 1.0);
-    columns->x[row] = body.position.x;
-    columns->y[row] = body.position.y;
+    columns->x[row] = position.x;
+    columns->y[row] = position.y;
     columns->heading[row] = body.heading;
   }
 }

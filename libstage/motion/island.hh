@@ -80,7 +80,8 @@ class IslandSolver {
     double part, next_part;
     bool pushable, pushes;  // it can be pushed; it touches what can be pushed, or can be pushed
     bool dirty, next_dirty;
-    bool moved;  // in an earlier pass
+    bool moved;    // in an earlier pass
+    bool arrived;  // where it would be without contacts
   };
 
   struct HullPlace {
@@ -153,6 +154,7 @@ class IslandSolver {
   void Store(Columns* columns) const;
   void TellContacts(const Walls& walls, std::vector<Contact>* contacts) const;
 
+  Vector origin_;             // of the coordinates below
   std::vector<Body> bodies_;  // the members, then what stands near them
   size_t members_ = 0;
   std::vector<Vector> corners_;

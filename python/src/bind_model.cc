@@ -205,6 +205,26 @@ void BindLooks(nb::class_<ModelHandle>& model) {
                    "The text that the window shows beside the model.");
 }
 
+void BindContacts(nb::class_<ModelHandle>& model) {
+  model
+      .def_prop_rw("pushable", Getter([](Model& m) { return m.IsPushable(); }),
+                   Setter<bool>("pushable", kTruth,
+                                [](Model& m, bool value) { m.SetPushable(value); }),
+                   "Whether other bodies can push the model, with contacts of outlines.")
+      .def_prop_rw(
+          "friction", Getter([](Model& m) { return m.GetFriction(); }),
+          Setter<double>("friction", kNumber,
+                         [](Model& m, double f) { FailOnMessages([&] { m.SetFriction(f); }); }),
+          "Coefficient of friction of the surface, 0 or more, with contacts of outlines.")
+      .def_prop_rw("floor_friction", Getter([](Model& m) { return m.GetFloorFriction(); }),
+                   Setter<double>("floor_friction", kNumber,
+                                  [](Model& m, double f) {
+                                    FailOnMessages([&] { m.SetFloorFriction(f); });
+                                  }),
+                   "Coefficient of friction with the floor, 0 or more. The weight times this is "
+                   "the force that moves the model, or with which a robot pushes.");
+}
+
 void BindEnergy(nb::class_<ModelHandle>& model) {
   model
       .def_prop_rw(
@@ -290,6 +310,8 @@ void BindModel(nb::module_& module) {
   BindTree(model);
   BindPlace(model);
   BindLooks(model);
+  BindContacts(model);
+  BindContacts(model);
   BindEnergy(model);
   BindDriving(model);
   BindSensors(module, model);

@@ -52,6 +52,19 @@ std::optional<ModelHandle> FindByName(Simulation& simulation, const std::string&
   });
 }
 
+/// Ids of the two models of each contact, and its point, normal and gap: 2 and 5 numbers each.
+std::pair<std::vector<uint32_t>, std::vector<double>> ContactsOf(Simulation& simulation) {
+  return simulation.With([](World& world) {
+    std::pair<std::vector<uint32_t>, std::vector<double>> all;
+    world.ForEachContact([&](const ContactPoint& contact) {
+      all.first.insert(all.first.end(), {contact.a->GetId(), contact.b->GetId()});
+      all.second.insert(all.second.end(), {contact.point.x, contact.point.y, contact.normal.x,
+                                           contact.normal.y, contact.gap});
+    });
+    return all;
+  });
+}
+
 ModelHandle Create(Simulation& simulation, const std::string& type,
                    const std::optional<ModelHandle>& parent) {
   return Logged([&] {
@@ -229,6 +242,7 @@ void BindWorld(nb::module_& module) {
       .def("metrics", &MetricsOf)
       .def("set_metric", &SetMetric, nb::arg("name"), nb::arg("value"))
       .def("models", &ModelsOf)
+      .def("contacts", &ContactsOf)
       .def("find", &FindByName, nb::arg("name"))
       .def("create", &Create, nb::arg("type"), nb::arg("parent").none())
       .def("robots", &RobotsOf)

@@ -16,12 +16,12 @@ from .batch import Batch
 from .errors import GoneError, StageError, WorldError
 from .fleet import Fleet, Reading, Sensor, sensor_types
 from .pictures import Film, save_png
-from .world import World
+from .world import Contacts, World
 
 Ranger = Fiducials = Blobs = Camera = Sensor  # former names
 
 __version__: str = _core.version()
 __all__ = [
-    "Batch", "Film", "Fleet", "GoneError", "Model", "RangeSensor", "Reading", "Sensor", "Snapshot", "StageError",
+    "Batch", "Contacts", "Film", "Fleet", "GoneError", "Model", "RangeSensor", "Reading", "Sensor", "Snapshot", "StageError",
     "View", "World", "WorldError", "save_png", "sensor_types", "shipped_worlds",
 ]

@@ -18,6 +18,19 @@ from .fleet import Fleet, Floats
 from .pictures import Pixels, png_of
 
 
+class Contacts(NamedTuple):
+    """The places where bodies touch: their outlines are nearer to each other than 0.8 mm."""
+
+    models: npt.NDArray[np.int64]
+    """Shape (contacts, 2): `Model.id` of both models. The first one can move."""
+    points: Floats
+    """Shape (contacts, 2): x and y in metres, halfway between the outlines."""
+    normals: Floats
+    """Shape (contacts, 2): unit vectors from the first model to the second."""
+    gaps: Floats
+    """Shape (contacts,): distances of the outlines in metres, usually 0.0004."""
+
+
 class Recipe(NamedTuple):
     """The arguments that a world was made from; they suffice to make it again in another process."""
 
@@ -314,6 +327,17 @@ class World:
         if not ids:
             raise GoneError("there are no such robots")
         return ids, tuple(known[id_][0] for id_ in ids)
+
+    # ---- contacts ----
+
+    def contacts(self) -> Contacts:
+        """Returns the places where bodies touch at their present poses.
+
+        With contacts of cells there are none.
+        """
+        ids, numbers = self._core.contacts()
+        rows = np.array(numbers, dtype=np.float64).reshape(-1, 5)
+        return Contacts(np.array(ids, dtype=np.int64).reshape(-1, 2), rows[:, :2], rows[:, 2:4], rows[:, 4])
 
     # ---- rays ----
 

@@ -34,6 +34,7 @@ inline constexpr Property kWorld[] = {
     {"world", "memory_limit", "500"},
     {"world", "plugins", "\"sink\""},  // any plug-in will do
     {"world", "ray_model", "\"exact\""},
+    {"world", "contacts", "\"outlines\""},
     {"world", "show_clock", "1"},
     {"world", "show_clock_interval", "10"},
     {"world", "threads", "2"},
@@ -147,6 +148,9 @@ inline constexpr Property kEveryModel[] = {
     {"model", "gui_move", "1"},
     {"model", "map_resolution", "0.2"},
     {"model", "friction", "0.5"},
+    {"model", "pushable", "1"},
+    {"model", "floor_friction", "0.3"},
+    {"model", "round", "1"},
     {"model", "ctrl", "\"sink\""},  // a controller that accepts any model
     {"model", "update_interval", "200"},
     {"model", "say", "\"hello\""},

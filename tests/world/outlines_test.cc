@@ -95,6 +95,25 @@ TEST(Outlines, LetARoundRobotTurnAtAWall) {
   }
 }
 
+TEST(Outlines, AreAsExactFarFromTheOrigin) {
+  for (const double x : {-2e7, 1e5, 2e7})
+    for (const char* shape : {kDisc, kSquare}) {
+      char text[300];
+      std::snprintf(text, sizeof text,
+                    "model( name \"wall\" pose [%.0f 0 0 0] size [1 20 1] )\n"
+                    "model( name \"other\" pose [0 0 0 0] size [1 20 1] )\n",
+                    x + 2);
+      char pose[100];
+      std::snprintf(pose, sizeof pose, "pose [%.0f 0 0 10] ", x);
+      const auto world =
+          LoadOutlines(text + Robot("r", std::string(shape) + pose), "resolution 0.1\n");
+      Find<ModelPosition>(*world, "r")->SetSpeed(0.5, 0, 0);
+      Step(*world, 60);
+      ASSERT_FALSE(ContactsOf(*world).empty()) << x << shape;
+      EXPECT_NEAR(ContactsOf(*world)[0].gap, kSkin, 1e-6) << x << shape;
+    }
+}
+
 // ---- pushing ------------------------------------------------------------------------------------
 
 TEST(Outlines, LetARobotPushABox) {

@@ -265,9 +265,8 @@ bool ModelPosition::GetWantedMove(WantedMove* move) {
   is_hindered_ = false;
   if (StaysStill()) return false;
   STAGE_ASSERT(IsFinite(pose) && HasSubscribers());
-  const double dt = static_cast<double>(world_base().sim_interval) / kSecond;
   // Translates along the old heading, then turns.
-  *move = {pose + MotionOfStep(velocity), velocity.a * dt, velocity};
+  *move = {pose + MotionOfStep(velocity), velocity.a * StepSeconds(), velocity};
   if (IsFinite(move->pose)) return true;
   stall = true;  // an infinite speed without bounds
   return false;

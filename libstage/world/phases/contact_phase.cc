@@ -130,10 +130,12 @@ void ContactPhase::Refresh(WorldEngine* engine) {
   }
   bool walls_changed = false;
   for (const Model* root : std::exchange(engine->changed_outlines, {})) {
-    if (root->contact_row_ == Model::kNoRow)
+    if (root->contact_row_ == Model::kNoRow) {
       walls_changed = true;
-    else
-      columns_.shape[root->contact_row_] = ShapeOf(*root);
+      continue;
+    }
+    const uint32_t shape = ShapeOf(*root);
+    columns_.SetShape(root->contact_row_, shape, shapes_.shapes[shape]);
   }
   if (walls_changed) FindWalls(engine);
 }
