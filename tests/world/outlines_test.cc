@@ -295,6 +295,29 @@ TEST(Outlines, StopWhatIsFasterThanAThinWallIsThick) {
   }
 }
 
+TEST(Outlines, OdometryFollowsTheMotionThatWasMade) {
+  const std::string odometry =
+      "localization \"odom\" localization_origin [0 0 0 0] odom_error [0 0 0 0] ";
+  const auto world =
+      LoadOutlines(WallAt(1) + Robot("r", kSquare + odometry + "pose [0 0 0 35]") +
+                   Robot("pushed", kDisc + odometry + "pose [-0.6 -0.42 0 0] pushable 1 mass 1"));
+  auto* robot = Find<ModelPosition>(*world, "r");
+  auto* pushed = Find<ModelPosition>(*world, "pushed");
+  bool slid = false;
+  for (int i = 0; i < 200; i++) {
+    robot->SetSpeed(i < 40 ? -0.4 : 0.4, 0, i < 100 ? 0 : 0.3);
+    Step(*world);
+    slid |= robot->Stalled() && !robot->GetActualVelocity().IsZero();
+  }
+  EXPECT_TRUE(slid);
+  EXPECT_GT(std::hypot(pushed->GetPose().x + 0.6, pushed->GetPose().y + 0.42), 0.01);
+  for (const ModelPosition* each : {robot, pushed}) {
+    // The estimate belongs to the poses before the last move.
+    const Pose sensed = each->GetSensedPose();
+    ExpectPose(each->est_pose, sensed.x, sensed.y, 0, sensed.a, 1e-9);
+  }
+}
+
 // ---- changes of the world -----------------------------------------------------------------------
 
 /// Drives for two seconds at 0.5 m/s from the origin and returns how far the robot came.
