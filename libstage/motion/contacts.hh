@@ -47,8 +47,8 @@ class Contacts {
   /// A whole step with one thread.
   void Step(const Shapes& shapes, const Walls& walls, Columns* columns);
 
-  /// What is in contact: after the step, among pairs of which one could move, or as found by
-  /// FindContacts(). In an order that does not depend on threads.
+  /// The contacts after the step, among pairs of which one could move, or those that FindContacts()
+  /// found. Their order does not depend on threads.
   std::span<const Contact> contacts() const { return contacts_; }
 
   const Nearby& nearby() const { return nearby_; }

@@ -223,7 +223,7 @@ void IslandSolver::TellContacts(const Walls& walls, std::vector<Contact>* contac
 
 // ---------------------------------------------------------------------------------------- motions
 
-/// What each body wants in this pass. False if nobody wants anything.
+/// Sets what each body wants in this pass. Returns false if nobody wants anything.
 bool IslandSolver::SetWanted() {
   bool any = false;
   for (size_t i = 0; i < members_; i++) {
@@ -301,7 +301,7 @@ void IslandSolver::Move(Body* body, const Columns& columns) {
   const uint32_t row = body->row;
   const Motion made = Part(body->motion, body->part);
   body->turned += made.turn;
-  // What nothing hindered arrives exactly where it would have without contacts.
+  // A body that nothing hindered arrives exactly where it would have without contacts.
   if (!body->moved && body->part == 1.0 && Equal(body->motion, body->rest)) {
     body->position = Vector{columns.target_x[row], columns.target_y[row]} - origin_;
     body->arrived = true;

@@ -62,7 +62,7 @@ class IslandSolver {
   };
 
   struct alignas(64) Body {
-    // What sweeps use, in one line of the cache.
+    // These members are used by sweeps and lie in one line of the cache.
     Motion motion;         // in this pass
     Motion force;          // sum of the forces of all contacts
     double mass, inertia;  // inverse, of the iteration; see SolveForces()

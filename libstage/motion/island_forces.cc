@@ -2,13 +2,13 @@
 //
 // Contact forces of an island, and the motions that follow from them.
 //
-// The conditions are: at each contact the normal force keeps the outlines apart and never pulls;
-// friction obeys Coulomb's law; and the floor's force on a body is inside its limit surface while
-// it does not slip on its belt, and on the surface, against the slip, while it slips. All forces on
-// a body balance.
+// All forces on a body balance. At each contact, the normal force keeps the outlines apart and never
+// pulls, and friction obeys Coulomb's law. The force of the floor on a body is inside its limit
+// surface while the body does not slip on its belt. While it slips, the force is on the surface,
+// against the slip.
 //
-// They are found by letting the bodies move in a made-up time: each has a mass, such that its grip
-// changes its motion by a typical motion of the island in one step of that time, and friction with
+// They are found by letting the bodies move in a made-up time. Each has a mass, such that its grip
+// changes its motion by a typical motion of the island in one step of that time. Friction with
 // the floor brings it to rest on its belt. Each step is solved by a sweep of projected Gauss-Seidel
 // over the contacts, as in engines for dynamics. Where nothing changes any more, all forces
 // balance, and the masses have no influence on the result. A body that touches nothing pushable
@@ -86,7 +86,7 @@ void IslandSolver::AddTouch(const Pair& pair, const Separation& separation) {
   touch.friction = pair.friction;
   Vector middle_a, middle_b;
   for (uint32_t k = 0; k < manifold.count; k++) {
-    // What overlaps is pushed apart slowly, as the way may be long.
+    // Bodies that overlap are pushed apart slowly, because the way may be long.
     touch.room[k] = Most(manifold.gap[k], 0.0) - kSkin;
     const Vector on_a = manifold.on_a[k] - a.position;
     touch.arm_a[k] = Cross(on_a, manifold.normal);

@@ -34,31 +34,15 @@ const std::set<std::string> kMayBeNegative = {
     // mirrored, with a warning
     "size",
     // read, no effect
-    "map_resolution", "friction", "event_queue"};
+    "map_resolution", "event_queue"};
 
 /// Flags, in which every value except for 0 means yes.
-const std::set<std::string> kFlags = {"show_clock",
-                                      "test",
-                                      "paused",
-                                      "confirm_on_quit",
-                                      "debug",
-                                      "noblocks",
-                                      "boundary",
-                                      "stack_children",
-                                      "blob_return",
-                                      "gripper_return",
-                                      "obstacle_return",
-                                      "gui_nose",
-                                      "gui_outline",
-                                      "gui_grid",
-                                      "gui_move",
-                                      "alwayson",
-                                      "ignore_zloc",
-                                      "autosnatch",
-                                      "enabled",
-                                      "first",
-                                      "limit_acceleration",
-                                      "stops_when_empty"};
+const std::set<std::string> kFlags = {
+    "show_clock",         "test",        "paused",         "confirm_on_quit", "debug",
+    "noblocks",           "boundary",    "stack_children", "blob_return",     "gripper_return",
+    "obstacle_return",    "gui_nose",    "gui_outline",    "gui_grid",        "gui_move",
+    "alwayson",           "ignore_zloc", "autosnatch",     "enabled",         "first",
+    "limit_acceleration", "pushable",    "round",          "stops_when_empty"};
 
 bool MayBeNegative(const Property& property) {
   const std::string name = property.name, entity = property.entity;

@@ -19,7 +19,7 @@ position( name "p" alwayson 1 size [0.4 0.4 0.4] round 1 pose [0 3 0 0] )
 def test_contacts_tell_models_places_and_normals() -> None:
     world = st.World.from_text(WORLD)
     fleet = world.fleet()
-    fleet.command[:, 0] = 0.3
+    fleet.cmd[:, 0] = 0.3
     assert len(world.contacts().gaps) == 0
     world.step(60)
     contacts = world.contacts()
@@ -36,7 +36,8 @@ def test_contacts_tell_models_places_and_normals() -> None:
 
 def test_cells_have_no_contacts() -> None:
     world = st.World.from_text(WORLD, contacts="cells")
-    world.fleet().command[:, 0] = 0.3
+    fleet = world.fleet()
+    fleet.cmd[:, 0] = 0.3
     world.step(60)
     assert len(world.contacts().models) == 0
     assert world.model("box").pose[0] == 0.5
@@ -51,8 +52,9 @@ def test_properties_can_be_set() -> None:
     box.floor_friction = 0.1
     box.friction = 0
     assert not box.pushable and box.friction == 0 and box.floor_friction == 0.1
-    with pytest.raises(ValueError, match="friction"):
+    with pytest.raises(st.StageError, match="refused the friction"):
         box.friction = -1
-    world.fleet().command[:, 0] = 0.3
+    fleet = world.fleet()
+    fleet.cmd[:, 0] = 0.3
     world.step(30)
     assert box.pose[0] == 0.5

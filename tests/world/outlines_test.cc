@@ -435,6 +435,40 @@ TEST(Outlines, TellContactsToCallbacksOfTheRobotsThatTouch) {
   EXPECT_EQ(contacts, 1);
 }
 
+TEST(Outlines, LetCallbacksOfContactsDeleteAnything) {
+  const auto robots = [] {
+    return LoadOutlines(WallAt(1) + Robot("r", kDisc) +
+                        Robot("other", std::string(kDisc) + "pose [0 3 0 0]"));
+  };
+  const auto drive = [](World* world, model_callback_t callback, void* user) {
+    for (const char* name : {"r", "other"}) {
+      auto* robot = Find<ModelPosition>(*world, name);
+      robot->AddCallback(Model::CB_CONTACT, callback, user);
+      robot->SetSpeed(0.5, 0, 0);
+    }
+  };
+  const auto world = robots();
+  drive(
+      world.get(), [](Model* model, void*) { return delete model, 0; }, nullptr);
+  Step(*world, 30);
+  EXPECT_EQ(world->GetModel("r"), nullptr);
+  EXPECT_EQ(world->GetModel("other"), nullptr);
+
+  World* doomed = robots().release();
+  bool gone = false;
+  drive(
+      doomed,
+      [](Model* model, void* user) {
+        *static_cast<bool*>(user) = true;
+        delete model->GetWorld();
+        return 0;
+      },
+      &gone);
+  for (int i = 0; i < 100 && !gone; i++) doomed->Update();
+  EXPECT_TRUE(gone);
+  EXPECT_FALSE(World::Exists(doomed));
+}
+
 TEST(Outlines, HitABumperWhereSomethingTouches) {
   const std::string bumper =
       "bumper( name \"b\" alwayson 1 bcount 2 blength 0.1 bpose[0] [0.2 0 0 0] "

@@ -117,8 +117,10 @@ TEST_P(Repeatable, OnlyTheSeedMakesADifference) {
   EXPECT_EQ(differs, kRandom.contains(GetParam().stem()));
 }
 
-INSTANTIATE_TEST_SUITE_P(Worlds, Repeatable, testing::ValuesIn(AllWorlds()),
-                         [](const auto& file) { return file.param.stem().string(); });
+INSTANTIATE_TEST_SUITE_P(Worlds, Repeatable, testing::ValuesIn(AllWorlds()), [](const auto& file) {
+  const std::string folder = file.param.parent_path().filename().string();
+  return folder + "_" + file.param.stem().string();
+});
 
 TEST(RepeatableWorlds, ThereIsOneForEachStockController) {
   std::set<std::string> controllers, worlds;

@@ -112,8 +112,8 @@ class Model : public Ancestor {
     CB_STARTUP,
     CB_UPDATE,
     CB_VELOCITY,
-    CB_CONTACT,  ///< the tree touches something after a step; for contacts of outlines, in roots
-    __CB_TYPE_COUNT
+    __CB_TYPE_COUNT,  ///< of Stage's own types
+    CB_CONTACT,  ///< the tree touches something after a step; in roots, with contacts of outlines
   } callback_type_t;
 
   /// Maximum number of ancestors of a model.
@@ -738,7 +738,7 @@ class Model : public Ancestor {
   int8_t round_ = kRoundIfRegular;  // see ContactOutline
   double floor_friction_ = -1;      // negative: the default
   uint32_t contact_row_ = kNoRow;   // in roots: its row in the columns of motion
-  // Of pushable models that are no robots: the pose before the last step. See GetSensedPose().
+  // The pose before the last step, in pushable models that are no robots. See GetSensedPose().
   std::unique_ptr<Pose> pose_before_push_;
   uint16_t controllers_;  // number loaded
   LazyRandomStream random_;

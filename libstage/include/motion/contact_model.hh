@@ -7,7 +7,7 @@
 
 namespace Stg {
 
-/// What stops a body that moves.
+/// The thing that stops a body that moves.
 enum class ContactModel {
   kDefault,   ///< the world's setting, or kCells if it has none
   kCells,     ///< a cell of the grid that another body's outline crosses; the whole move is refused

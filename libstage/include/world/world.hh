@@ -246,7 +246,7 @@ class World : public WorldBase {
   /// Ray model of Raytrace() and of sensors that do not specify one: kCell or kExact.
   RayModel GetRayModel() const;
   void SetRayModel(RayModel model);
-  /// What stops bodies: kCells or kOutlines. A change takes effect in the next step.
+  /// The model of contacts: kCells or kOutlines. A change takes effect in the next step.
   ContactModel GetContactModel() const;
   void SetContactModel(ContactModel model);
   /// Calls f for each place where bodies touch at their present poses, in an order that does not
