@@ -2,10 +2,10 @@
 //
 // Contact forces of an island, and the motions that follow from them.
 //
-// All forces on a body balance. At each contact, the normal force keeps the outlines apart and never
-// pulls, and friction obeys Coulomb's law. The force of the floor on a body is inside its limit
-// surface while the body does not slip on its belt. While it slips, the force is on the surface,
-// against the slip.
+// All forces on a body balance. At each contact, the normal force keeps the outlines apart and
+// never pulls, and friction obeys Coulomb's law. The force of the floor on a body is inside its
+// limit surface while the body does not slip on its belt. While it slips, the force is on the
+// surface, against the slip.
 //
 // They are found by letting the bodies move in a made-up time. Each has a mass, such that its grip
 // changes its motion by a typical motion of the island in one step of that time. Friction with

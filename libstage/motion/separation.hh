@@ -14,8 +14,8 @@ namespace Stg::motion {
 
 // Distances between outlines, in metres. No motion brings outlines nearer to each other than kHard;
 // bodies that are in contact are kept kSkin apart; outlines nearer than kTouch are in contact. The
-// difference between kSkin and kHard takes up the errors of the contact forces, which take the paths
-// of turning corners for straight lines.
+// difference between kSkin and kHard takes up the errors of the contact forces, which take the
+// paths of turning corners for straight lines.
 constexpr double kHard = 2e-5;
 constexpr double kSkin = 4e-4;
 constexpr double kTouch = 8e-4;

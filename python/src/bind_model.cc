@@ -207,20 +207,19 @@ void BindLooks(nb::class_<ModelHandle>& model) {
 
 void BindContacts(nb::class_<ModelHandle>& model) {
   model
-      .def_prop_rw("pushable", Getter([](Model& m) { return m.IsPushable(); }),
-                   Setter<bool>("pushable", kTruth,
-                                [](Model& m, bool value) { m.SetPushable(value); }),
-                   "Whether other bodies can push the model, with contacts of outlines.")
+      .def_prop_rw(
+          "pushable", Getter([](Model& m) { return m.IsPushable(); }),
+          Setter<bool>("pushable", kTruth, [](Model& m, bool value) { m.SetPushable(value); }),
+          "Whether other bodies can push the model, with contacts of outlines.")
       .def_prop_rw(
           "friction", Getter([](Model& m) { return m.GetFriction(); }),
           Setter<double>("friction", kNumber,
                          [](Model& m, double f) { FailOnMessages([&] { m.SetFriction(f); }); }),
           "Coefficient of friction of the surface, 0 or more, with contacts of outlines.")
       .def_prop_rw("floor_friction", Getter([](Model& m) { return m.GetFloorFriction(); }),
-                   Setter<double>("floor_friction", kNumber,
-                                  [](Model& m, double f) {
-                                    FailOnMessages([&] { m.SetFloorFriction(f); });
-                                  }),
+                   Setter<double>(
+                       "floor_friction", kNumber,
+                       [](Model& m, double f) { FailOnMessages([&] { m.SetFloorFriction(f); }); }),
                    "Coefficient of friction with the floor, 0 or more. The weight times this is "
                    "the force that moves the model, or with which a robot pushes.");
 }

@@ -58,8 +58,8 @@ TEST(DoorWorld, AllRobotsLeaveWithOutlinesAndFewWithCells) {
 }
 
 TEST(PushController, RefusesWrongArguments) {
-  for (const char* arguments : {"push", "push box", "push box 1 x", "push nobody 1 2", "leave 1 2 3",
-                                "leave 1 2 3 y"}) {
+  for (const char* arguments :
+       {"push", "push box", "push box 1 x", "push nobody 1 2", "leave 1 2 3", "leave 1 2 3 y"}) {
     const LoadOutcome outcome =
         TryToLoad("model( name \"box\" )\nposition( ctrl \"" + std::string(arguments) + "\" )\n");
     EXPECT_FALSE(outcome.loaded) << arguments;

@@ -165,7 +165,7 @@ class ModelPosition : public Model {
   /// Warns once if the robot got a command but has no subscriber, and so does not move.
   void WarnIfNotSubscribed();
   Velocity velocity;
-  Pose goal;                   // a velocity, an acceleration or a pose
+  Pose goal;  // a velocity, an acceleration or a pose
   ControlMode control_mode;
   DriveMode drive_mode;
   LocalizationMode localization_mode;
