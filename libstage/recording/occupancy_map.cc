@@ -29,7 +29,8 @@ bool IsScenery(const Model& model) {
 std::set<const Model*> RootsOfRobots(const std::vector<Model*>& models) {
   std::set<const Model*> roots;
   for (const Model* model : models)
-    if (dynamic_cast<const ModelPosition*>(model)) roots.insert(model->Root());
+    if (dynamic_cast<const ModelPosition*>(model) || model->IsPushable())
+      roots.insert(model->Root());
   return roots;
 }
 

@@ -92,7 +92,8 @@ std::vector<Robot> RobotsOf(const std::vector<Model*>& models) {
   for (Model* model : models) {
     auto* ranger = dynamic_cast<ModelRanger*>(model);
     const ModelType* const type = ranger ? nullptr : FindSensorType(*model);
-    if (!ranger && !type && !dynamic_cast<ModelPosition*>(model)) continue;
+    const bool is_pushed = model->IsPushable() && !model->Parent();
+    if (!ranger && !type && !is_pushed && !dynamic_cast<ModelPosition*>(model)) continue;
     Model* carrier = CarrierOf(model);
     const auto [place, is_new] = places.try_emplace(carrier, robots.size());
     if (is_new)

@@ -82,30 +82,36 @@ class ReplayTest : public LogTest {
     EXPECT_GT(McapReader(Path("large.mcap")).chunks().size(), 1u);
     return BytesOf(Path("large.mcap"));
   }
-};
 
-TEST_F(ReplayTest, ShowsEveryShippedWorldAsItWasAndGoesBack) {
-  for (const std::string& file : ShippedWorlds()) {
+  void ExpectReplayed(const std::string& file, int steps) {
     SCOPED_TRACE(file);
     const std::unique_ptr<World> original = LoadFile(file, 2);
     std::vector<Shown> scenes;
-    Log(original.get(), kSteps, "run.mcap", {}, [&] { scenes.push_back(SceneOf(original.get())); });
+    Log(original.get(), steps, "run.mcap", {}, [&] { scenes.push_back(SceneOf(original.get())); });
     recording::Replay replay(Path("run.mcap"));
     const std::unique_ptr<World> world = LoadFrom(replay);
     replay.Attach(world.get());
     const usec_t step = world->sim_interval;
-    EXPECT_EQ(replay.end(), step * kSteps);
-    for (int i = 0; i <= kSteps; i++) {
+    EXPECT_EQ(replay.end(), step * static_cast<usec_t>(steps));
+    for (int i = 0; i <= steps; i++) {
       ExpectShown(world.get(), scenes[static_cast<size_t>(i)]);
       world->Update();
     }
-    for (const int i : {kSteps / 2, 1, kSteps, 0}) {
+    for (const int i : {steps / 2, 1, steps, 0}) {
       replay.SeekTo(step * static_cast<usec_t>(i));
       ExpectShown(world.get(), scenes[static_cast<size_t>(i)]);
     }
     world->Update();
     ExpectShown(world.get(), scenes[1]);
   }
+};
+
+TEST_F(ReplayTest, ShowsEveryShippedWorldAsItWasAndGoesBack) {
+  for (const std::string& file : ShippedWorlds()) ExpectReplayed(file, kSteps);
+}
+
+TEST_F(ReplayTest, ShowsThingsThatWerePushed) {
+  ExpectReplayed(SourceFile("worlds/push.world"), 200);
 }
 
 /// A replay shows a scan from the pose before the moves of its step, like the run itself.

@@ -120,11 +120,9 @@ void ContactPhase::FindAll(WorldEngine* engine) {
 
 /// Finds shapes and walls again if the world has changed otherwise than by moves of whole trees.
 void ContactPhase::Refresh(WorldEngine* engine) {
-  const bool all =
-      std::exchange(engine->contacts_changed, false) ||
-      std::exchange(topology_version_, engine->topology_version) != engine->topology_version ||
-      shapes_.shapes.size() > roots_.size() + kSpareShapes;
-  if (all) {
+  const uint64_t version_before = std::exchange(topology_version_, engine->topology_version);
+  if (std::exchange(engine->contacts_changed, false) || version_before != topology_version_ ||
+      shapes_.shapes.size() > roots_.size() + kSpareShapes) {
     engine->changed_outlines.clear();
     return FindAll(engine);
   }
