@@ -5,7 +5,7 @@
 namespace Stg::motion {
 namespace {
 
-constexpr double kMostCells = 4e6;
+constexpr double kMaxIndexCells = 4e6;
 
 Vector Direction(Vector from, Vector to) {
   const Vector difference = to - from;
@@ -42,7 +42,7 @@ void Walls::Index() {
   }
   const double width = bounds_.x1 - bounds_.x0, height = bounds_.y1 - bounds_.y0;
   cell_ = Clamp(length / static_cast<double>(edges_.size()), 0.25, 4.0);
-  while ((width / cell_ + 1.0) * (height / cell_ + 1.0) > kMostCells) cell_ *= 2.0;
+  while ((width / cell_ + 1.0) * (height / cell_ + 1.0) > kMaxIndexCells) cell_ *= 2.0;
   columns_ = static_cast<int64_t>(width / cell_) + 1;
   rows_ = static_cast<int64_t>(height / cell_) + 1;
 

@@ -11,6 +11,7 @@
 #include "models/model_type.hh"
 #include "motion/separation.hh"
 #include "world/engine.hh"
+#include "world/phases/moves_tree.hh"
 
 namespace Stg {
 
@@ -23,11 +24,6 @@ constexpr double kLeastGrip = 1e-6;                      // N
 constexpr double kHindered = 0.95;
 constexpr size_t kRowGrain = 64;
 constexpr size_t kSpareShapes = 1000;  // then shapes that nobody uses are dropped
-
-bool MovesTree(const Model& model) {
-  const ModelType* const type = FindModelType(model);
-  return type && type->moves == ModelType::kMovesTree;
-}
 
 bool AnyMoves(const Model& model) {
   const ModelType* const type = FindModelType(model);
@@ -258,7 +254,7 @@ void ContactPhase::Run(WorldEngine* engine, double seconds) {
   const std::vector<Model*>& moving = engine->moving;
   const auto read_targets = [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; i++)
-      if (!moving[i]->Parent() && MovesTree(*moving[i])) ReadTarget(moving[i]);
+      if (MovesTree(*moving[i])) ReadTarget(moving[i]);
   };
   if (parallel)
     workers->Run(moving.size(), workers->Grain(moving.size(), kRowGrain),

@@ -9,6 +9,7 @@
 #include "models/model_type.hh"
 #include "sensing/scene.hh"
 #include "world/engine.hh"
+#include "world/phases/moves_tree.hh"
 
 namespace Stg {
 
@@ -114,18 +115,6 @@ void TileOwnership::Begin(const grid::Grid& grid) {
   round_ = 1;
   STAGE_ASSERT(owners_.size() >= tiles);
 }
-
-namespace {
-
-/// True if the model is at the top level and moves as a tree. A model on top of another one moves
-/// serially: its target depends on whether the other has moved.
-bool MovesTree(const Model& model) {
-  if (model.Parent() != nullptr) return false;
-  const ModelType* const type = FindModelType(model);
-  return type && type->moves == ModelType::kMovesTree;
-}
-
-}  // namespace
 
 bool MovePhase::CanRunInParallel(const Model& model) {
   return MovesTree(model) || (FindModelType(model) && model.StaysStill());
