@@ -32,8 +32,10 @@ void Update(Robot* robot) {
   const double y = (is_out ? robot->place_y : robot->door_y) - here.y;
   if (is_out && Stg::Hypotenuse(x, y) < kArrived) return robot->position->Stop();
   Stg::RandomStream& random = robot->position->random();
-  if (robot->position->Stalled() && random.Choose(kPatience) == 0)
-    return robot->position->SetSpeed(random.Uniform(-kSpeed, 0), 0, random.Uniform(-kTurn, kTurn));
+  if (robot->position->Stalled() && random.Choose(kPatience) == 0) {
+    const double forward = random.Uniform(-kSpeed, 0);  // drawn in this order by all compilers
+    return robot->position->SetSpeed(forward, 0, random.Uniform(-kTurn, kTurn));
+  }
   const double error = Stg::normalize(Stg::ArcTangent(y, x) - here.a);
   robot->position->SetSpeed(std::fabs(error) < 1 ? kSpeed : 0, 0,
                             Stg::constrain(4 * error, -kTurn, kTurn));
