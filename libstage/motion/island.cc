@@ -2,7 +2,6 @@
 
 #include "motion/island.hh"
 
-#include "geometry/trigonometry.hh"
 #include "messages/assert.hh"
 
 namespace Stg::motion {
@@ -38,11 +37,6 @@ double FarthestOf(const Motion& motion, double core) {
          Least(std::fabs(motion.turn), 2.0) * core;
 }
 
-bool Meet(const Interval& a, double elevation_a, const Interval& b, double elevation_b) {
-  return a.bottom + elevation_a <= b.top + elevation_b &&
-         b.bottom + elevation_b <= a.top + elevation_a;
-}
-
 }  // namespace
 
 // ---------------------------------------------------------------------------------------- loading
@@ -52,13 +46,8 @@ Hull IslandSolver::HullAt(const HullPlace& place) const {
 }
 
 void IslandSolver::PlaceCorners(Body* body, const Shapes& shapes, const Columns& columns) {
-  const Shape& shape = shapes.shapes[columns.shape[body->row]];
-  if (shape.piece_count == 0) return;
-  const Vector* local = &shapes.corners[shapes.pieces[shape.first_piece].first_corner];
-  const SineCosine heading = SinCos(body->heading);
-  for (uint32_t i = 0; i < shape.corner_count; i++)
-    corners_[body->first_corner + i] =
-        body->position + Rotate(local[i], heading.sine, heading.cosine);
+  shapes.PlaceCorners(shapes.shapes[columns.shape[body->row]], body->position, body->heading,
+                      corners_.data() + body->first_corner);
 }
 
 uint32_t IslandSolver::AddBody(uint32_t row, double reach, const Shapes& shapes,

@@ -170,6 +170,14 @@ void Shapes::AddPiece(std::span<const Vector> piece_corners, double radius, Inte
   corners.insert(corners.end(), piece_corners.begin(), piece_corners.end());
 }
 
+void Shapes::PlaceCorners(const Shape& shape, Vector position, double heading, Vector* to) const {
+  if (shape.piece_count == 0) return;
+  const Vector* local = &corners[pieces[shape.first_piece].first_corner];
+  const SineCosine turn = SinCos(heading);
+  for (uint32_t i = 0; i < shape.corner_count; i++)
+    to[i] = position + Rotate(local[i], turn.sine, turn.cosine);
+}
+
 uint32_t Shapes::Add(std::span<const Polygon> polygons, std::span<const Disc> discs) {
   const size_t first_piece = pieces.size(), first_corner = corners.size();
   for (const Polygon& polygon : polygons) {

@@ -25,6 +25,12 @@ struct Interval {
   double bottom = 0.0, top = 1.0;
 };
 
+/// True if two intervals overlap or meet, each lifted by an elevation.
+inline bool Meet(const Interval& a, double elevation_a, const Interval& b, double elevation_b) {
+  return a.bottom + elevation_a <= b.top + elevation_b &&
+         b.bottom + elevation_b <= a.top + elevation_a;
+}
+
 /// A convex part of a shape.
 struct Piece {
   uint32_t first_corner, corner_count;  // in Shapes::corners, counter-clockwise
@@ -58,6 +64,8 @@ class Shapes {
  public:
   /// Adds a shape and returns its number.
   uint32_t Add(std::span<const Polygon> polygons, std::span<const Disc> discs);
+  /// Stores the shape's `corner_count` corners for a body at a pose.
+  void PlaceCorners(const Shape& shape, Vector position, double heading, Vector* to) const;
 
   std::vector<Shape> shapes;
   std::vector<Piece> pieces;

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "geometry/rotated.hh"
 #include "geometry/trigonometry.hh"
 #include "models/host.hh"
 #include "models/noise.hh"
@@ -19,10 +20,7 @@ namespace Stg {
 namespace {
 
 /// Rotates (x, y) by an angle in radians.
-point_t Turned(double x, double y, double angle) {
-  const SineCosine turn = SinCos(angle);
-  return point_t(x * turn.cosine - y * turn.sine, x * turn.sine + y * turn.cosine);
-}
+point_t Turned(double x, double y, double angle) { return Rotated(point_t(x, y), SinCos(angle)); }
 
 /// A velocity as odometry with constant relative errors measures it.
 Velocity WithOdomError(const Velocity& v, const Velocity& error) {

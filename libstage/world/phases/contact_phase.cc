@@ -243,26 +243,21 @@ void ContactPhase::ListContacts() {
 
 void ContactPhase::Run(WorldEngine* engine, double seconds) {
   Refresh(engine);
-  threads::WorkerPool* const workers = engine->workers();
-  const bool parallel = engine->parallel_choice.is_parallel();
-  const auto for_all_rows = [&](auto f) {
-    if (!parallel) return f(size_t{0}, roots_.size());
-    workers->Run(roots_.size(), workers->Grain(roots_.size(), kRowGrain),
+  // Calls f(begin, end) for parts of 0..count, on all threads if the step is shared.
+  const auto for_parts = [engine](size_t count, auto f) {
+    if (!engine->parallel_choice.is_parallel()) return f(size_t{0}, count);
+    threads::WorkerPool* const workers = engine->workers();
+    workers->Run(count, workers->Grain(count, kRowGrain),
                  [&](size_t begin, size_t end, unsigned) { f(begin, end); });
   };
-  for_all_rows([this](size_t begin, size_t end) { ReadPoses(begin, end); });
+  for_parts(roots_.size(), [this](size_t begin, size_t end) { ReadPoses(begin, end); });
   const std::vector<Model*>& moving = engine->moving;
-  const auto read_targets = [&](size_t begin, size_t end) {
+  for_parts(moving.size(), [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; i++)
       if (MovesTree(*moving[i])) ReadTarget(moving[i]);
-  };
-  if (parallel)
-    workers->Run(moving.size(), workers->Grain(moving.size(), kRowGrain),
-                 [&](size_t begin, size_t end, unsigned) { read_targets(begin, end); });
-  else
-    read_targets(0, moving.size());
+  });
   Solve(engine);
-  for_all_rows([&](size_t begin, size_t end) { WritePoses(begin, end, seconds); });
+  for_parts(roots_.size(), [&](size_t begin, size_t end) { WritePoses(begin, end, seconds); });
   ListMoved();
   engine->contacts_known = false;
 }
@@ -309,20 +304,10 @@ struct PlacedTree {
     Place(shapes, shapes.shapes[0], pose);
   }
   void Place(const motion::Shapes& all, const motion::Shape& shape, const Pose& pose) {
-    corners.clear();
-    if (shape.corner_count == 0) return;
-    const SineCosine turn = SinCos(pose.a);
-    const motion::Vector* local = &all.corners[all.pieces[shape.first_piece].first_corner];
-    for (uint32_t i = 0; i < shape.corner_count; i++)
-      corners.push_back(motion::Vector{pose.x, pose.y} +
-                        motion::Rotate(local[i], turn.sine, turn.cosine));
+    corners.resize(shape.corner_count);
+    all.PlaceCorners(shape, {pose.x, pose.y}, pose.a, corners.data());
   }
 };
-
-bool HeightsMeet(const motion::Interval& a, double lift_a, const motion::Interval& b,
-                 double lift_b) {
-  return a.bottom + lift_a <= b.top + lift_b && b.bottom + lift_b <= a.top + lift_a;
-}
 
 /// Calls f(hull, height) for each piece of a shape.
 template <typename F>
@@ -359,7 +344,7 @@ bool ContactPhase::IsBlocked(const Model& model, const Pose& before_move, WorldE
                                const std::vector<motion::Vector>& corners) {
       double least = INFINITY;
       ForEachPiece(all, shape, corners, [&](const motion::Hull& own, const motion::Interval& z) {
-        if (HeightsMeet(z, pose.z, height, lift))
+        if (motion::Meet(z, pose.z, height, lift))
           least = std::min(least, motion::Separate(own, hull, {1.0, 0.0}).gap);
       });
       return least;

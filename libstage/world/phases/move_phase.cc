@@ -131,30 +131,29 @@ void MovePhase::Run(WorldEngine* engine, double seconds) {
     Rasterize(engine->contacts.moved(), engine);
     return MoveOthers(moving);
   }
+  MoveAll(moving, engine, [](Model* model) { model->Move(); });
+}
+
+/// Moves models in parallel where that pays, and calls move(model) for the others.
+template <typename Models, typename F>
+void MovePhase::MoveAll(const Models& models, WorldEngine* engine, F move) {
+  const bool parallel = engine->parallel_choice.is_parallel();
   // By index: callbacks of models may change the list.
-  for (size_t i = 0; i < moving.size();) {
-    const size_t moved =
-        engine->parallel_choice.is_parallel()
-            ? MoveParallel(moving.data() + i, moving.size() - i, &engine->scene, engine->workers())
-            : 0;
-    if (moved == 0) moving[i]->Move();
-    STAGE_ASSERT(moved == 0 || i + moved <= moving.size());
+  for (size_t i = 0; i < models.size();) {
+    const size_t moved = parallel ? MoveParallel(models.data() + i, models.size() - i,
+                                                 &engine->scene, engine->workers())
+                                  : 0;
+    if (moved == 0) move(models[i]);
+    STAGE_ASSERT(moved == 0 || i + moved <= models.size());
     i += std::max<size_t>(moved, 1);
   }
 }
 
 void MovePhase::Rasterize(std::span<Model* const> models, WorldEngine* engine) {
-  for (size_t i = 0; i < models.size();) {
-    const size_t rasterized =
-        engine->parallel_choice.is_parallel()
-            ? MoveParallel(models.data() + i, models.size() - i, &engine->scene, engine->workers())
-            : 0;
-    if (rasterized == 0) {
-      engine->placement.Propose(*models[i], true);
-      engine->placement.Commit();
-    }
-    i += std::max<size_t>(rasterized, 1);
-  }
+  MoveAll(models, engine, [engine](Model* model) {
+    engine->placement.Propose(*model, true);
+    engine->placement.Commit();
+  });
 }
 
 void MovePhase::MoveOthers(const std::vector<Model*>& models) {

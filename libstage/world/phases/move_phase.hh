@@ -137,6 +137,8 @@ class MovePhase {
   };
   /// Moves the models of `models` whose moves contacts of outlines do not cover.
   static void MoveOthers(const std::vector<Model*>& models);
+  template <typename Models, typename F>
+  void MoveAll(const Models& models, WorldEngine* engine, F move);
   /// Rasterizes the trees of models that have moved.
   void Rasterize(std::span<Model* const> models, WorldEngine* engine);
   static bool CanRunInParallel(const Model& model);
