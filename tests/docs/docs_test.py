@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The documents are complete: they have no placeholders, empty sections or broken links within the
-sources. docs/README.md lists all pages, and the terms of the glossary are used in the sources."""
+sources. docs/README.md lists all pages, pages show all pictures and describe them, and the terms of the glossary are
+used in the sources."""
 
 from __future__ import annotations
 
@@ -109,6 +110,15 @@ def broken_links(document: Path, text: str) -> list[str]:
     return faults
 
 
+PICTURE = re.compile(r"!\[([^\]]*)\]\(([^)\s]+)\)")
+
+
+def shown_pictures(document: Path, text: str) -> dict[Path, str]:
+    """The pictures of the sources that a document shows, with their alternative texts."""
+    found = PICTURE.findall("\n".join(prose(text)))
+    return {(document.parent / path).resolve(): alt for alt, path in found if not ELSEWHERE.match(path)}
+
+
 def listed_pages(index: str) -> list[str]:
     """The pages of the same folder that an index links to with a description."""
     return re.findall(r"^\d+\. \[[^\]]+\]\(([\w-]+\.md)\): \S+ .*\w", index, re.MULTILINE)
@@ -132,6 +142,22 @@ class LinksTest(unittest.TestCase):
         for document in documents():
             with self.subTest(document.relative_to(ROOT)):
                 self.assertEqual(broken_links(document, document.read_text(encoding="utf-8")), [])
+
+    def test_pictures_are_found(self) -> None:
+        text = "![a b](pictures/c.png) [d](e.png) `![f](g.png)`\n\n![](h.svg) ![x](https://y.org/z.png)\n"
+        self.assertEqual(shown_pictures(Path("/docs/page.md"), text),
+                         {Path("/docs/pictures/c.png"): "a b", Path("/docs/h.svg"): ""})
+
+    def test_all_pictures_are_shown_and_described(self) -> None:
+        shown: dict[Path, str] = {}
+        for document in documents():
+            shown |= shown_pictures(document, document.read_text(encoding="utf-8"))
+        pictures = [path for path in (ROOT / "docs" / "pictures").rglob("*") if path.is_file()]
+        self.assertGreater(len(pictures), 10)
+        self.assertEqual([str(path) for path in pictures if path not in shown], [], "no page shows these")
+        self.assertEqual([str(path) for path in shown if not path.is_file()], [], "these are shown but missing")
+        brief = [str(path) for path in pictures if len(shown[path].split()) < 4]
+        self.assertEqual(brief, [], "these lack a description")
 
     def test_all_pages_are_listed_once(self) -> None:
         folder = ROOT / "docs"
