@@ -2,27 +2,38 @@
 
 #include "motion/contacts.hh"
 
-#include "messages/assert.hh"
+#include <algorithm>
 
 namespace Stg::motion {
 
-void Contacts::Begin(const Shapes& shapes, const Walls& walls, Columns* columns, size_t threads) {
-  nearby_.Find(shapes, walls, *columns);
-  for (size_t i = 0; i < columns->size(); i++) {
+namespace {
+constexpr size_t kBodyGrain = 256;
+}  // namespace
+
+/// Moves bodies that are in no island to their targets.
+void Contacts::MoveFree(size_t begin, size_t end, Columns* columns) const {
+  for (size_t i = begin; i < end; i++) {
     if (nearby_.place[i] != Nearby::kNone) continue;
     columns->x[i] = columns->target_x[i];
     columns->y[i] = columns->target_y[i];
     columns->heading[i] = columns->target_heading[i];
     columns->made[i] = 1.0;
   }
-  if (workers_.size() < threads) workers_.resize(threads);
-  for (Worker& worker : workers_) worker.contacts.clear();
-  ranges_.assign(nearby_.islands.size(), {0, 0, 0});
 }
 
-void Contacts::Solve(const Shapes& shapes, const Walls& walls, size_t island, size_t thread,
+/// Sorts the islands for threads, because one that begins with the largest last would wait for it.
+void Contacts::SortBySize() {
+  const auto size = [this](uint32_t i) {
+    return nearby_.islands[i].last_member - nearby_.islands[i].first_member;
+  };
+  order_.resize(nearby_.islands.size());
+  for (size_t i = 0; i < order_.size(); i++) order_[i] = static_cast<uint32_t>(i);
+  std::sort(order_.begin(), order_.end(),
+            [&](uint32_t a, uint32_t b) { return size(a) != size(b) ? size(a) > size(b) : a < b; });
+}
+
+void Contacts::Solve(const Shapes& shapes, const Walls& walls, size_t island, unsigned thread,
                      Columns* columns) {
-  STAGE_ASSERT(island < ranges_.size() && thread < workers_.size());
   Worker& worker = workers_[thread];
   const size_t first = worker.contacts.size();
   worker.solver.Solve(shapes, walls, nearby_, nearby_.islands[island], effort, columns,
@@ -30,7 +41,7 @@ void Contacts::Solve(const Shapes& shapes, const Walls& walls, size_t island, si
   ranges_[island] = {thread, first, worker.contacts.size()};
 }
 
-void Contacts::End() {
+void Contacts::CollectContacts() {
   contacts_.clear();
   for (const Range& range : ranges_) {
     const std::vector<Contact>& from = workers_[range.worker].contacts;
@@ -39,20 +50,29 @@ void Contacts::End() {
   }
 }
 
+void Contacts::Step(const Shapes& shapes, const Walls& walls, Columns* columns,
+                    threads::WorkerPool* workers) {
+  nearby_.Find(shapes, walls, *columns, workers);
+  threads::RunOn(workers, columns->size(), kBodyGrain,
+                 [&](size_t begin, size_t end, unsigned) { MoveFree(begin, end, columns); });
+  const size_t threads = workers != nullptr ? workers->threads() : 1;
+  if (workers_.size() < threads) workers_.resize(threads);
+  for (Worker& worker : workers_) worker.contacts.clear();
+  ranges_.resize(nearby_.islands.size());
+  SortBySize();
+  threads::RunOn(workers, order_.size(), 1, [&](size_t begin, size_t end, unsigned thread) {
+    for (size_t i = begin; i < end; i++) Solve(shapes, walls, order_[i], thread, columns);
+  });
+  CollectContacts();
+}
+
 void Contacts::FindContacts(const Shapes& shapes, const Walls& walls, const Columns& columns) {
   constexpr double kAny = 1e-9;  // m; all pairs that are in contact are found with any reach
-  nearby_.Find(shapes, walls, columns, kAny);
+  nearby_.Find(shapes, walls, columns, nullptr, kAny);
   if (workers_.empty()) workers_.resize(1);
   contacts_.clear();
   for (const Island& island : nearby_.islands)
     workers_[0].solver.FindContacts(shapes, walls, nearby_, island, columns, &contacts_);
-}
-
-void Contacts::Step(const Shapes& shapes, const Walls& walls, Columns* columns) {
-  Begin(shapes, walls, columns);
-  for (size_t island = 0; island < island_count(); island++)
-    Solve(shapes, walls, island, 0, columns);
-  End();
 }
 
 }  // namespace Stg::motion

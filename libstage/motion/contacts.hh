@@ -4,8 +4,7 @@
 // along what they touch, and push what can be pushed.
 //
 // Results depend on nothing but the columns, the shapes and the walls: not on threads, nor on the
-// processor. Begin() and End() are called by one thread. Between them, islands can be solved by
-// several threads at once, in any order.
+// processor. Islands of bodies that may touch are solved independently of each other.
 
 #ifndef STAGE_MOTION_CONTACTS_HH
 #define STAGE_MOTION_CONTACTS_HH
@@ -24,28 +23,12 @@ class Contacts {
   Effort effort;
   bool tell = true;  // whether contacts() are wanted
 
-  /// Finds the islands, for up to `threads` threads that will solve them, and moves all bodies that
-  /// are in none to their targets.
-  void Begin(const Shapes& shapes, const Walls& walls, Columns* columns, size_t threads = 1);
-
-  size_t island_count() const { return nearby_.islands.size(); }
-  /// The number of bodies that can move in an island: a measure of the work.
-  size_t size_of(size_t island) const {
-    return nearby_.islands[island].last_member - nearby_.islands[island].first_member;
-  }
-
-  /// Moves the bodies of an island. Each thread has its own number.
-  void Solve(const Shapes& shapes, const Walls& walls, size_t island, size_t thread,
-             Columns* columns);
-
-  /// Collects the contacts.
-  void End();
+  /// Moves all bodies, on the threads of `workers` unless it is null.
+  void Step(const Shapes& shapes, const Walls& walls, Columns* columns,
+            threads::WorkerPool* workers = nullptr);
 
   /// Finds what is in contact at the present poses, for contacts(). Moves nothing.
   void FindContacts(const Shapes& shapes, const Walls& walls, const Columns& columns);
-
-  /// A whole step with one thread.
-  void Step(const Shapes& shapes, const Walls& walls, Columns* columns);
 
   /// The contacts after the step, among pairs of which one could move, or those that FindContacts()
   /// found. Their order does not depend on threads.
@@ -58,13 +41,20 @@ class Contacts {
     IslandSolver solver;
     std::vector<Contact> contacts;
   };
+  // The contacts of an island, in those of the worker that solved it.
   struct Range {
     size_t worker, first, last;
   };
+  void MoveFree(size_t begin, size_t end, Columns* columns) const;
+  void SortBySize();
+  void Solve(const Shapes& shapes, const Walls& walls, size_t island, unsigned thread,
+             Columns* columns);
+  void CollectContacts();
 
   Nearby nearby_;
   std::vector<Worker> workers_;
-  std::vector<Range> ranges_;  // of each island's contacts
+  std::vector<uint32_t> order_;  // of islands, by decreasing size
+  std::vector<Range> ranges_;    // of each island
   std::vector<Contact> contacts_;
 };
 

@@ -10,8 +10,7 @@
 namespace Stg::motion {
 namespace {
 
-// Bodies that cover more cells are compared with all others instead.
-constexpr int64_t kMostCells = 64;
+constexpr size_t kBodyGrain = 128;
 
 double SquaredDistance(Vector p, const WallEdge& edge) {
   const Vector along = edge.ends[1] - edge.ends[0], from = p - edge.ends[0];
@@ -32,22 +31,13 @@ double WantedReach(const Columns& columns, size_t i, double core) {
 
 }  // namespace
 
-void Nearby::FindReaches(const Shapes& shapes, const Columns& columns, double least_reach) {
-  const size_t n = columns.size();
-  reach.resize(n);
-  push_.resize(n);
-  bound_.resize(n);
-  boxes_.resize(n);
-  double sum = 0.0;
-  for (uint32_t i = 0; i < n; i++) {
-    const Shape& shape = shapes.shapes[columns.shape[i]];
-    bound_[i] = shape.bound;
-    reach[i] = Most(least_reach, WantedReach(columns, i, shape.core));
-    push_[i] = 2.0 * reach[i];
-    SetBox(i, columns);
-    sum += boxes_[i].x1 - boxes_[i].x0;
-  }
-  cell_ = n > 0 ? 1.5 * sum / static_cast<double>(n) : 1.0;
+void Nearby::FindReach(uint32_t i, const Shapes& shapes, const Columns& columns,
+                       double least_reach) {
+  const Shape& shape = shapes.shapes[columns.shape[i]];
+  bound_[i] = shape.bound;
+  reach[i] = Most(least_reach, WantedReach(columns, i, shape.core));
+  push_[i] = 2.0 * reach[i];
+  SetBox(i, columns);
 }
 
 void Nearby::SetBox(uint32_t i, const Columns& columns) {
@@ -55,105 +45,37 @@ void Nearby::SetBox(uint32_t i, const Columns& columns) {
   boxes_[i] = {columns.x[i] - half, columns.y[i] - half, columns.x[i] + half, columns.y[i] + half};
 }
 
-Nearby::CellRange Nearby::CellsOf(const Box& box) const {
-  const auto cell = [this](double position) {
-    constexpr double kFar = 1e9;
-    const double quotient = Clamp(position / cell_, -kFar, kFar);
-    const int32_t truncated = static_cast<int32_t>(quotient);
-    return truncated - (static_cast<double>(truncated) > quotient ? 1 : 0);
-  };
-  return {cell(box.x0), cell(box.y0), cell(box.x1), cell(box.y1)};
-}
-
-size_t Nearby::BucketOf(int32_t x, int32_t y) const {
-  const uint32_t hash =
-      static_cast<uint32_t>(x) * 0x9e3779b1u + static_cast<uint32_t>(y) * 0x85ebca77u;
-  return (hash ^ (hash >> 15)) & mask_;
-}
-
-/// A counting sort of the bodies by buckets of cells; they ascend within each.
-void Nearby::FillCells() {
-  const size_t n = boxes_.size();
-  size_t buckets = 16;
-  while (buckets < 2 * n) buckets *= 2;
-  mask_ = buckets - 1;
-  starts_.assign(buckets + 1, 0);
-  large_.clear();
-  const auto for_each_cell = [this](const CellRange& range, auto f) {
-    for (int32_t y = range.y0; y <= range.y1; y++)
-      for (int32_t x = range.x0; x <= range.x1; x++) f(x, y);
-  };
-  for (size_t i = 0; i < n; i++) {
-    const CellRange range = CellsOf(boxes_[i]);
-    if (range.count() > kMostCells)
-      large_.push_back(static_cast<uint32_t>(i));
-    else
-      for_each_cell(range, [this](int32_t x, int32_t y) { starts_[BucketOf(x, y)]++; });
-  }
-  uint32_t sum = 0;
-  for (uint32_t& start : starts_) start = sum += start;
-  entries_.resize(sum);
-  for (size_t i = n; i-- > 0;) {
-    const CellRange range = CellsOf(boxes_[i]);
-    if (range.count() > kMostCells) continue;
-    for_each_cell(range, [this, i](int32_t x, int32_t y) {
-      entries_[--starts_[BucketOf(x, y)]] = {x, y, static_cast<uint32_t>(i)};
-    });
-  }
-}
-
-void Nearby::TryPair(uint32_t a, uint32_t b, const Columns& columns) {
+void Nearby::TryPair(uint32_t a, uint32_t b, const Columns& columns,
+                     std::vector<NearPair>* found) const {
+  if (!Overlap(boxes_[a], boxes_[b])) return;
   if (reach[a] == 0.0 && reach[b] == 0.0) return;
   if (columns.group[a] == columns.group[b] && columns.group[a] != kNoGroup) return;
   const double dx = columns.x[a] - columns.x[b], dy = columns.y[a] - columns.y[b];
   const double far = bound_[a] + bound_[b] + reach[a] + reach[b] + kTouch;
-  if (dx * dx + dy * dy < far * far) found_.push_back(a < b ? NearPair{a, b} : NearPair{b, a});
+  if (dx * dx + dy * dy < far * far) found->push_back(a < b ? NearPair{a, b} : NearPair{b, a});
 }
 
-void Nearby::FindPairsInBucket(size_t bucket, const Columns& columns) {
-  for (uint32_t k = starts_[bucket]; k < starts_[bucket + 1]; k++)
-    for (uint32_t m = k + 1; m < starts_[bucket + 1]; m++) {
-      const Entry &first = entries_[k], &second = entries_[m];
-      if (first.x != second.x || first.y != second.y) continue;
-      const Box &a = boxes_[first.body], &b = boxes_[second.body];
-      if (!Overlap(a, b)) continue;
-      // Found in the first cell that both cover, so that it is found once.
-      const double x = Most(a.x0, b.x0), y = Most(a.y0, b.y0);
-      const CellRange cell = CellsOf({x, y, x, y});
-      if (cell.x0 == first.x && cell.y0 == first.y) TryPair(first.body, second.body, columns);
-    }
-}
-
-void Nearby::FindPairs(const Columns& columns) {
-  found_.clear();
-  for (size_t bucket = 0; bucket <= mask_; bucket++)
-    if (starts_[bucket + 1] > starts_[bucket] + 1) FindPairsInBucket(bucket, columns);
-  for (const uint32_t a : large_)
-    for (uint32_t b = 0; b < boxes_.size(); b++) {
-      const bool both_large = b < a && std::binary_search(large_.begin(), large_.end(), b);
-      if (b != a && !both_large && Overlap(boxes_[a], boxes_[b])) TryPair(a, b, columns);
-    }
+void Nearby::FindWallsOf(uint32_t i, const Walls& edges, const Columns& columns,
+                         std::vector<NearPair>* found) const {
+  if (reach[i] == 0.0) return;
+  const size_t first = found->size();
+  const double far = bound_[i] + reach[i] + kTouch;
+  edges.ForEachNear(boxes_[i], [&](uint32_t k) {
+    const WallEdge& edge = edges.edges()[k];
+    if (edge.group == columns.group[i] && edge.group != kNoGroup) return;
+    if (SquaredDistance({columns.x[i], columns.y[i]}, edge) < far * far) found->push_back({i, k});
+  });
+  std::sort(found->begin() + static_cast<std::ptrdiff_t>(first), found->end(),
+            [](const NearPair& a, const NearPair& b) { return a.b < b.b; });
 }
 
 /// Pairs of a body whose reach has grown: a search with its new box. The others are in the cells of
-/// their boxes when the cells were filled, so those that have grown as well are searched besides.
+/// their boxes when the index was filled, so those that have grown as well are searched besides.
 void Nearby::FindPairsOf(uint32_t body, const Columns& columns) {
-  const Box& box = boxes_[body];
-  const CellRange range = CellsOf(box);
   const auto try_other = [&](uint32_t other) {
-    if (other != body && Overlap(box, boxes_[other])) TryPair(body, other, columns);
+    if (other != body) TryPair(body, other, columns, &pairs);
   };
-  if (range.count() > 4 * kMostCells) {
-    for (uint32_t other = 0; other < boxes_.size(); other++) try_other(other);
-    return;
-  }
-  for (int32_t y = range.y0; y <= range.y1; y++)
-    for (int32_t x = range.x0; x <= range.x1; x++) {
-      const size_t bucket = BucketOf(x, y);
-      for (uint32_t k = starts_[bucket]; k < starts_[bucket + 1]; k++)
-        if (entries_[k].x == x && entries_[k].y == y) try_other(entries_[k].body);
-    }
-  for (const uint32_t other : large_) try_other(other);
+  index_.ForEachNear(boxes_[body], try_other);
   for (const uint32_t other : queue_) try_other(other);
 }
 
@@ -161,6 +83,8 @@ void Nearby::FindPairsOf(uint32_t body, const Columns& columns) {
 /// largest reach that comes to a body along pairs, whatever the order.
 void Nearby::SpreadReaches(const Columns& columns) {
   queue_.clear();
+  if (std::find(columns.pushable.begin(), columns.pushable.end(), 1) == columns.pushable.end())
+    return;
   const auto spread = [&](uint32_t to, uint32_t from) {
     if (!columns.pushable[to] || push_[from] <= push_[to]) return;
     reach[to] = push_[to] = push_[from];
@@ -168,8 +92,8 @@ void Nearby::SpreadReaches(const Columns& columns) {
     queue_.push_back(to);
   };
   const auto spread_pairs = [&](size_t first) {
-    for (size_t k = first; k < found_.size(); k++) {
-      const NearPair pair = found_[k];
+    for (size_t k = first; k < pairs.size(); k++) {
+      const NearPair pair = pairs[k];
       spread(pair.a, pair.b);
       spread(pair.b, pair.a);
     }
@@ -177,26 +101,20 @@ void Nearby::SpreadReaches(const Columns& columns) {
   spread_pairs(0);
   for (size_t next = 0; next < queue_.size(); next++) {
     // Found again: pairs that were known, which must carry the new reach too.
-    const size_t first = found_.size();
+    const size_t first = pairs.size();
     FindPairsOf(queue_[next], columns);
     spread_pairs(first);
   }
 }
 
-void Nearby::FindWalls(const Walls& edges, const Columns& columns) {
-  walls.clear();
-  for (uint32_t i = 0; i < boxes_.size(); i++) {
-    if (reach[i] == 0.0) continue;
-    const size_t first = walls.size();
-    const double far = bound_[i] + reach[i] + kTouch;
-    edges.ForEachNear(boxes_[i], [&](uint32_t k) {
-      const WallEdge& edge = edges.edges()[k];
-      if (edge.group == columns.group[i] && edge.group != kNoGroup) return;
-      if (SquaredDistance({columns.x[i], columns.y[i]}, edge) < far * far) walls.push_back({i, k});
-    });
-    std::sort(walls.begin() + static_cast<std::ptrdiff_t>(first), walls.end(),
-              [](const NearPair& a, const NearPair& b) { return a.b < b.b; });
-  }
+/// Sorts the pairs, and drops those that were found again.
+void Nearby::SortPairs() {
+  const auto order = [](const NearPair& a, const NearPair& b) {
+    return a.a != b.a ? a.a < b.a : a.b < b.b;
+  };
+  std::sort(pairs.begin(), pairs.end(), order);
+  const auto equal = [](const NearPair& a, const NearPair& b) { return a.a == b.a && a.b == b.b; };
+  pairs.erase(std::unique(pairs.begin(), pairs.end(), equal), pairs.end());
 }
 
 uint32_t Nearby::Root(uint32_t body) {
@@ -259,22 +177,45 @@ void Nearby::FormIslands(const Columns& columns) {
     if (place[i] != kNone) members[islands[island_of_[i]].first_member + place[i]] = i;
 }
 
+/// Calls f(body, found) for all bodies, and joins what is found in the order of the bodies.
+template <typename F>
+void Nearby::Collect(threads::WorkerPool* workers, std::vector<NearPair>* all, F f) {
+  const size_t n = boxes_.size();
+  const unsigned threads = workers != nullptr ? workers->threads() : 1;
+  const size_t parts = std::clamp<size_t>(n / kBodyGrain, 1, threads > 1 ? 4 * threads : 1);
+  if (found_.size() < parts) found_.resize(parts);
+  threads::RunOn(workers, parts, 1, [&](size_t begin, size_t end, unsigned) {
+    for (size_t part = begin; part < end; part++) {
+      found_[part].clear();
+      for (size_t i = n * part / parts; i < n * (part + 1) / parts; i++)
+        f(static_cast<uint32_t>(i), &found_[part]);
+    }
+  });
+  all->clear();
+  for (size_t i = 0; i < parts; i++) all->insert(all->end(), found_[i].begin(), found_[i].end());
+}
+
 void Nearby::Find(const Shapes& shapes, const Walls& edges, const Columns& columns,
-                  double least_reach) {
-  FindReaches(shapes, columns, least_reach);
-  FillCells();
-  FindPairs(columns);
+                  threads::WorkerPool* workers, double least_reach) {
+  const size_t n = columns.size();
+  reach.resize(n);
+  push_.resize(n);
+  bound_.resize(n);
+  boxes_.resize(n);
+  threads::RunOn(workers, n, kBodyGrain, [&](size_t begin, size_t end, unsigned) {
+    for (size_t i = begin; i < end; i++)
+      FindReach(static_cast<uint32_t>(i), shapes, columns, least_reach);
+  });
+  index_.Fill(boxes_);
+  Collect(workers, &pairs, [&](uint32_t body, std::vector<NearPair>* found) {
+    index_.ForEachPartner(body, boxes_[body],
+                          [&](uint32_t other) { TryPair(body, other, columns, found); });
+  });
   SpreadReaches(columns);
-  FindWalls(edges, columns);
-  pairs.swap(found_);
-  const auto order = [](const NearPair& a, const NearPair& b) {
-    return a.a != b.a ? a.a < b.a : a.b < b.b;
-  };
-  std::sort(pairs.begin(), pairs.end(), order);
-  pairs.erase(
-      std::unique(pairs.begin(), pairs.end(),
-                  [](const NearPair& a, const NearPair& b) { return a.a == b.a && a.b == b.b; }),
-      pairs.end());
+  SortPairs();
+  Collect(workers, &walls, [&](uint32_t body, std::vector<NearPair>* found) {
+    FindWallsOf(body, edges, columns, found);
+  });
   FormIslands(columns);
   SortByIsland(&pairs, &Island::first_pair, &Island::last_pair);
   SortByIsland(&walls, &Island::first_wall, &Island::last_wall);

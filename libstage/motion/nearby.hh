@@ -14,9 +14,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "motion/body_index.hh"
 #include "motion/columns.hh"
 #include "motion/shape.hh"
 #include "motion/walls.hh"
+#include "threads/worker_pool.hh"
 
 namespace Stg::motion {
 
@@ -34,10 +36,10 @@ struct Island {
 
 class Nearby {
  public:
-  /// Finds all of the following. `least_reach`: reach of bodies that want less, even of those that
-  /// stand.
+  /// Finds all of the following, on the threads of `workers` unless it is null. `least_reach`:
+  /// reach of bodies that want less, even of those that stand.
   void Find(const Shapes& shapes, const Walls& walls, const Columns& columns,
-            double least_reach = 0.0);
+            threads::WorkerPool* workers = nullptr, double least_reach = 0.0);
 
   std::vector<double> reach;  // of each body
   // In the order of their smallest members; members, pairs and walls of an island ascend. A body
@@ -50,24 +52,15 @@ class Nearby {
   std::vector<uint32_t> place;
 
  private:
-  struct Entry {
-    int32_t x, y;
-    uint32_t body;
-  };
-  struct CellRange {
-    int32_t x0, y0, x1, y1;
-    int64_t count() const { return (int64_t{x1} - x0 + 1) * (int64_t{y1} - y0 + 1); }
-  };
-  void FindReaches(const Shapes& shapes, const Columns& columns, double least_reach);
-  void FillCells();
-  CellRange CellsOf(const Box& box) const;
-  size_t BucketOf(int32_t x, int32_t y) const;
-  void FindPairs(const Columns& columns);
-  void FindPairsInBucket(size_t bucket, const Columns& columns);
-  void TryPair(uint32_t a, uint32_t b, const Columns& columns);
-  void SpreadReaches(const Columns& columns);
+  template <typename F>
+  void Collect(threads::WorkerPool* workers, std::vector<NearPair>* all, F f);
+  void FindReach(uint32_t body, const Shapes& shapes, const Columns& columns, double least_reach);
+  void TryPair(uint32_t a, uint32_t b, const Columns& columns, std::vector<NearPair>* found) const;
   void FindPairsOf(uint32_t body, const Columns& columns);
-  void FindWalls(const Walls& edges, const Columns& columns);
+  void SpreadReaches(const Columns& columns);
+  void FindWallsOf(uint32_t body, const Walls& edges, const Columns& columns,
+                   std::vector<NearPair>* found) const;
+  void SortPairs();
   void FormIslands(const Columns& columns);
   void SortByIsland(std::vector<NearPair>* of, uint32_t Island::*first, uint32_t Island::*last);
   uint32_t Root(uint32_t body);
@@ -76,13 +69,10 @@ class Nearby {
   std::vector<double> bound_;  // of each body's shape
   std::vector<double> push_;   // the reach that each body gives to what it pushes
   std::vector<Box> boxes_;     // of each body with its reach
-  double cell_ = 1.0;
-  size_t mask_ = 0;
-  std::vector<uint32_t> starts_;
-  std::vector<Entry> entries_;
-  std::vector<uint32_t> large_;  // bodies that would fill too many cells
+  BodyIndex index_;
+  std::vector<std::vector<NearPair>> found_;  // by each part of the bodies
   std::vector<uint32_t> queue_, root_, island_of_, count_;
-  std::vector<NearPair> found_, sorted_;
+  std::vector<NearPair> sorted_;
 };
 
 }  // namespace Stg::motion

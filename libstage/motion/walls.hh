@@ -10,20 +10,12 @@
 #include <span>
 #include <vector>
 
+#include "motion/body_index.hh"
 #include "motion/columns.hh"
 #include "motion/shape.hh"
 #include "motion/vector.hh"
 
 namespace Stg::motion {
-
-/// An axis-parallel box.
-struct Box {
-  double x0, y0, x1, y1;
-};
-
-inline bool Overlap(const Box& a, const Box& b) {
-  return a.x0 <= b.x1 && b.x0 <= a.x1 && a.y0 <= b.y1 && b.y0 <= a.y1;
-}
 
 /// An edge of an outline.
 struct WallEdge {

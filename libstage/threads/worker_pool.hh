@@ -135,6 +135,16 @@ class WorkerPool {
   std::vector<Slice> slices_;                // one slice per thread
 };
 
+/// Calls job(begin, end, thread) as WorkerPool::Run() does, with a grain of at most `max_grain`; on
+/// the caller alone if `workers` is null.
+template <typename F>
+void RunOn(WorkerPool* workers, size_t count, size_t max_grain, const F& job) {
+  // A reference fits into a function without an allocation.
+  if (workers != nullptr)
+    return workers->Run(count, workers->Grain(count, max_grain), std::ref(job));
+  if (count > 0) job(size_t{0}, count, 0u);
+}
+
 }  // namespace Stg::threads
 
 #endif

@@ -31,7 +31,7 @@ TEST(Contacts, AFreeBodyArrivesExactlyAtItsTarget) {
   world.AddRobot(disc, 0.1 + 2.0, 0.3 - 1.0 + 0.41, 1.0);
   for (size_t i = 0; i < 4; i++) world.Command(i, 0.1, 0.0, 0.3);
   world.Step();
-  EXPECT_EQ(world.contacts.island_count(), 1u);
+  EXPECT_EQ(world.contacts.nearby().islands.size(), 1u);
   for (size_t i = 0; i < 4; i++) {
     EXPECT_EQ(world.bodies.x[i], world.bodies.target_x[i]);
     EXPECT_EQ(world.bodies.y[i], world.bodies.target_y[i]);

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <thread>
 
 #include "support/motion_world.hh"
 
@@ -201,11 +200,13 @@ TEST(Heaps, TheCheckFindsOverlaps) {
   EXPECT_LT(world.LeastGap(), 0.0);
 }
 
-TEST(Heaps, ResultsDoNotDependOnThreadsAndOrderOfIslands) {
+TEST(Heaps, ResultsDoNotDependOnThreads) {
+  constexpr size_t kRobots = 1500;  // so many that threads share the search for pairs
   MotionWorld alone = RandomHeap(3);
-  for (size_t i = 0; i < 40; i++)
-    alone.AddRobot(0, 10.0 + 0.5 * static_cast<double>(i % 8), static_cast<double>(i / 8) * 1.5);
+  for (size_t i = 0; i < kRobots; i++)
+    alone.AddRobot(0, 10.0 + 0.5 * static_cast<double>(i % 50), static_cast<double>(i / 50) * 1.5);
   MotionWorld shared = alone;
+  Stg::threads::WorkerPool workers(3);
   Numbers random_alone(5), random_shared(5);
   size_t islands = 0, told = 0;
   for (int step = 0; step < 50; step++) {
@@ -213,17 +214,8 @@ TEST(Heaps, ResultsDoNotDependOnThreadsAndOrderOfIslands) {
     alone.Step();
     CommandAtRandom(&shared, &random_shared, 0.5);
     shared.SetTargets();
-    shared.contacts.Begin(shared.shapes, shared.walls, &shared.bodies, 3);
-    const size_t count = shared.contacts.island_count();
-    islands = std::max(islands, count);
-    std::vector<std::thread> threads;
-    for (size_t t = 0; t < 3; t++)
-      threads.emplace_back([&, t] {
-        for (size_t k = count; k-- > 0;)
-          if (k % 3 == t) shared.contacts.Solve(shared.shapes, shared.walls, k, t, &shared.bodies);
-      });
-    for (std::thread& thread : threads) thread.join();
-    shared.contacts.End();
+    shared.contacts.Step(shared.shapes, shared.walls, &shared.bodies, &workers);
+    islands = std::max(islands, shared.contacts.nearby().islands.size());
     ASSERT_EQ(shared.Hash(), alone.Hash()) << step;
     const auto a = alone.contacts.contacts(), b = shared.contacts.contacts();
     ASSERT_EQ(a.size(), b.size());
@@ -234,8 +226,9 @@ TEST(Heaps, ResultsDoNotDependOnThreadsAndOrderOfIslands) {
       ASSERT_EQ(a[i].point.x, b[i].point.x);
     }
   }
-  EXPECT_GT(islands, 5u);
+  EXPECT_GT(islands, 50u);
   EXPECT_GT(told, 100u);
+  EXPECT_GT(workers.shared_jobs(), 100u);
 }
 
 /// Outlines that a mirror or a quarter turn takes to themselves or to each other.

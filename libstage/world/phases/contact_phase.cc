@@ -167,27 +167,6 @@ void ContactPhase::ReadTarget(Model* model) {
   columns_.turn[row] = wanted.turn;
 }
 
-void ContactPhase::Solve(WorldEngine* engine) {
-  threads::WorkerPool* const workers = engine->workers();
-  const bool parallel = engine->parallel_choice.is_parallel();
-  contacts_.tell = false;  // FindContacts() is called by those who want them
-  contacts_.Begin(shapes_, walls_, &columns_, workers->threads());
-  const size_t count = contacts_.island_count();
-  if (!parallel) {
-    for (size_t i = 0; i < count; i++) contacts_.Solve(shapes_, walls_, i, 0, &columns_);
-    return contacts_.End();
-  }
-  islands_.resize(count);
-  for (size_t i = 0; i < count; i++) islands_[i] = static_cast<uint32_t>(i);
-  std::ranges::stable_sort(islands_, std::greater<>(),
-                           [this](uint32_t i) { return contacts_.size_of(i); });
-  workers->Run(count, 1, [&](size_t begin, size_t end, unsigned thread) {
-    for (size_t i = begin; i < end; i++)
-      contacts_.Solve(shapes_, walls_, islands_[i], thread, &columns_);
-  });
-  contacts_.End();
-}
-
 /// The velocity of the motion that was made, in the frame of the body before it.
 Velocity ContactPhase::MadeVelocity(size_t row, const Pose& before, double seconds) const {
   const Model::WantedMove& wanted = wanted_[row];
@@ -243,21 +222,19 @@ void ContactPhase::ListContacts() {
 
 void ContactPhase::Run(WorldEngine* engine, double seconds) {
   Refresh(engine);
-  // Calls f(begin, end) for parts of 0..count, on all threads if the step is shared.
-  const auto for_parts = [engine](size_t count, auto f) {
-    if (!engine->parallel_choice.is_parallel()) return f(size_t{0}, count);
-    threads::WorkerPool* const workers = engine->workers();
-    workers->Run(count, workers->Grain(count, kRowGrain),
-                 [&](size_t begin, size_t end, unsigned) { f(begin, end); });
-  };
-  for_parts(roots_.size(), [this](size_t begin, size_t end) { ReadPoses(begin, end); });
+  threads::WorkerPool* const workers =
+      engine->parallel_choice.is_parallel() ? engine->workers() : nullptr;
+  threads::RunOn(workers, roots_.size(), kRowGrain,
+                 [this](size_t begin, size_t end, unsigned) { ReadPoses(begin, end); });
   const std::vector<Model*>& moving = engine->moving;
-  for_parts(moving.size(), [&](size_t begin, size_t end) {
+  threads::RunOn(workers, moving.size(), kRowGrain, [&](size_t begin, size_t end, unsigned) {
     for (size_t i = begin; i < end; i++)
       if (MovesTree(*moving[i])) ReadTarget(moving[i]);
   });
-  Solve(engine);
-  for_parts(roots_.size(), [&](size_t begin, size_t end) { WritePoses(begin, end, seconds); });
+  contacts_.tell = false;  // FindContacts() is called by those who want them
+  contacts_.Step(shapes_, walls_, &columns_, workers);
+  threads::RunOn(workers, roots_.size(), kRowGrain,
+                 [&](size_t begin, size_t end, unsigned) { WritePoses(begin, end, seconds); });
   ListMoved();
   engine->contacts_known = false;
 }

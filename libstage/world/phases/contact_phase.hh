@@ -23,7 +23,6 @@
 #include "motion/contacts.hh"
 #include "motion/shape.hh"
 #include "motion/walls.hh"
-#include "threads/worker_pool.hh"
 
 namespace Stg {
 
@@ -57,7 +56,6 @@ class ContactPhase {
   uint32_t ShapeOf(const Model& root);
   void ReadPoses(size_t begin, size_t end);
   void ReadTarget(Model* model);
-  void Solve(WorldEngine* engine);
   void WritePoses(size_t begin, size_t end, double seconds);
   Velocity MadeVelocity(size_t row, const Pose& before, double seconds) const;
   void ListMoved();
@@ -77,7 +75,6 @@ class ContactPhase {
   static constexpr uint8_t kAsked = 1, kMoved = 2, kInFloor = 4;
   std::vector<uint8_t> marks_;  // of each row
   std::vector<Model*> moved_;
-  std::vector<uint32_t> islands_;       // by decreasing size
   std::vector<ContactOfRow> touching_;  // sorted by row; see Host::contacts_known
 };
 
