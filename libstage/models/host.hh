@@ -111,7 +111,7 @@ class Host : public std::enable_shared_from_this<Host> {
 
   // ---- contacts ----
 
-  ContactModel contact_model = ContactModel::kCells;
+  ContactModel contact_model = ContactModel::kOutlines;
   bool contacts_changed = true;          ///< properties or outlines of unknown models have changed
   std::vector<Model*> changed_outlines;  ///< roots with other outlines than in the last step
 

@@ -144,10 +144,11 @@ std::vector<RunOption> MakeTable() {
        Type::kChoice,
        "cells|outlines",
        true,
-       "what stops bodies; overrides the world's. With cells, a move is refused if it would touch "
+       "what stops bodies; overrides the world's. With outlines (default), bodies touch, slide "
+       "along "
+       "each other, turn where they touch, and push what is pushable; with cells, as in Stage 4.3, "
        "a "
-       "cell of another body; with outlines, bodies touch, slide along each other, turn where they "
-       "touch, and push what is pushable",
+       "move is refused if it would touch a cell of another body",
        GetContacts,
        SetContacts,
        0,

@@ -113,7 +113,7 @@ void World::SetDefaults() {
   show_clock_interval = 100;
   engine_->scene.cells_per_metre = default_ppm_;
   engine_->scene.ray_model = RayModel::kCell;
-  engine_->contact_model = ContactModel::kCells;
+  engine_->contact_model = ContactModel::kOutlines;
   engine_->scene.exact_rasterization = false;
   ApplyRunOptions();
 }

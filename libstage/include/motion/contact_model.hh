@@ -9,7 +9,7 @@ namespace Stg {
 
 /// The thing that stops a body that moves.
 enum class ContactModel {
-  kDefault,   ///< the world's setting, or kCells if it has none
+  kDefault,   ///< the world's setting, or kOutlines if it has none
   kCells,     ///< a cell of the grid that another body's outline crosses; the whole move is refused
   kOutlines,  ///< the outline of another body: bodies touch, slide, turn, and push what is pushable
 };
