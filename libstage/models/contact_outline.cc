@@ -56,6 +56,11 @@ bool IsRegular(const std::vector<point_t>& points, Vector middle) {
          AreEven(least_side, most_side, kMaxUnevenSide);
 }
 
+/// Blocks of one or two equal corners occupy no cell either.
+bool IsPoint(const std::vector<point_t>& points) {
+  return points.empty() || (points.size() <= 2 && points.front() == points.back());
+}
+
 template <typename T>
 void AppendBytes(const T& value, std::string* bytes) {
   bytes->append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -86,7 +91,7 @@ void ContactOutline::AddBody(const Model& model, const Pose& global) {
   };
   for (const auto& block : model.body().blocks()) {
     const std::vector<point_t>& points = block->points();
-    if (points.empty()) continue;
+    if (IsPoint(points)) continue;
     const Vector middle = MiddleOf(points);
     const bool round =
         model.round_ == Model::kRoundIfRegular ? IsRegular(points, middle) : model.round_ != 0;

@@ -223,10 +223,13 @@ bool IslandSolver::SetWanted() {
   return any;
 }
 
-/// No body goes farther than Nearby foresaw.
-void IslandSolver::CutToReach() {
+/// No body goes farther than Nearby foresaw. A motion smaller than the error of the forces is
+/// dropped, so that what is pressed together stands still.
+void IslandSolver::CutMotions() {
+  const double least = Least(kConverged, 1e-3 * typical_);
   for (size_t i = 0; i < members_; i++) {
     Body& body = bodies_[i];
+    if (Distance(body.motion, {}, body.arm) < least) body.motion = {};
     const double far = FarthestOf(body.motion, body.core);
     if (far > body.left) body.motion = Part(body.motion, body.left / far);
   }
@@ -356,7 +359,7 @@ void IslandSolver::Solve(const Shapes& shapes, const Walls& walls, const Nearby&
     SetMasses();
     FindTouches(walls);
     SolveForces(effort);
-    CutToReach();
+    CutMotions();
     MoveTogether(effort.joint_rounds, shapes, *columns);
     if (!NoteRest()) break;
   }

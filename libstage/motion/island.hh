@@ -34,6 +34,15 @@ struct Contact {
   double gap;     // m
 };
 
+/// Motions that change by less than this, in metres, have converged.
+constexpr double kConverged = 1e-7;
+
+/// A norm of a difference of motions, in metres.
+inline double Distance(const Motion& a, const Motion& b, double arm) {
+  const double x = a.x - b.x, y = a.y - b.y, turn = arm * (a.turn - b.turn);
+  return std::sqrt(x * x + y * y + turn * turn);
+}
+
 /// A budget of computing, the same on all machines.
 struct Effort {
   int passes = 4;         // contacts are found and solved anew
@@ -144,7 +153,7 @@ class IslandSolver {
   void SolveSplit(Touch* touch);
   void SolveFriction(Touch* touch);
   void SolveFloor(Body* body);
-  void CutToReach();
+  void CutMotions();
   void MoveTogether(int rounds, const Shapes& shapes, const Columns& columns);
   void Move(Body* body, const Columns& columns);
   bool LowerParts(bool to_zero);
@@ -162,6 +171,7 @@ class IslandSolver {
   std::vector<Touch> touches_;
   std::vector<uint32_t> standing_;  // index in bodies_ by row; kNone elsewhere
   std::vector<Motion> before_;
+  double typical_ = 0.0;  // the greatest motion that is wanted in this pass, in metres
 };
 
 }  // namespace Stg::motion

@@ -21,17 +21,8 @@
 namespace Stg::motion {
 namespace {
 
-// Motions that change less than this, in metres, have converged.
-constexpr double kConverged = 1e-7;
-
 double Speed(const Motion& motion, Vector n, double arm) {
   return n.x * motion.x + n.y * motion.y + motion.turn * arm;
-}
-
-/// A norm of a difference of motions, in metres.
-double Distance(const Motion& a, const Motion& b, double arm) {
-  const double x = a.x - b.x, y = a.y - b.y, turn = arm * (a.turn - b.turn);
-  return std::sqrt(x * x + y * y + turn * turn);
 }
 
 }  // namespace
@@ -240,14 +231,14 @@ void IslandSolver::SolveFloor(Body* body) {
 }
 
 void IslandSolver::SetMasses() {
-  double typical = 0.0;
+  typical_ = 0.0;
   for (size_t i = 0; i < members_; i++)
-    typical = Most(typical, Distance(bodies_[i].wanted, {}, bodies_[i].arm));
+    typical_ = Most(typical_, Distance(bodies_[i].wanted, {}, bodies_[i].arm));
   for (size_t i = 0; i < members_; i++) {
     Body& body = bodies_[i];
     body.motion = body.wanted;
     body.floor = body.force = {};
-    body.mass = typical / body.grip;
+    body.mass = typical_ / body.grip;
     body.inertia = body.mass / (body.arm * body.arm);
   }
 }

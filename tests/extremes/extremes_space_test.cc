@@ -50,10 +50,11 @@ TEST(Far, ReadingsEqualThoseAtTheOrigin) {
   EXPECT_LE(difference.value(), 1e-4);
 }
 
-TEST(Far, RangersSeeAndRobotsStop) {
+TEST(Far, RangersSeeAndRobotsStopAtCells) {
   for (const double place : {1e9, -1e9}) {
     const double x = place * kCell;
     const std::unique_ptr<World> world = WorldOfCells(kCell);
+    world->SetContactModel(ContactModel::kCells);
     AddBox(world.get(), Size(0.5, 2, 1), Pose(x + 2.25, x, 0, 0));
     ModelRanger* ranger = AddRanger(world.get(), Pose(x, x, 0.5, 0), 8);
     auto* robot = dynamic_cast<ModelPosition*>(world->CreateModel(nullptr, "position"));
@@ -67,6 +68,31 @@ TEST(Far, RangersSeeAndRobotsStop) {
     // The face is at 2.0; the robot stops half a body and at most one step of 0.1 before it.
     EXPECT_LE(robot->GetPose().x, x + 1.8 + 2 * kCell);
     EXPECT_GE(robot->GetPose().x, x + 1.7 - 2 * kCell);
+  }
+}
+
+/// The pose, relative to x, of a robot that has hit a wall beside its middle and was turned by it.
+Pose PoseAtWall(double x) {
+  const std::unique_ptr<World> world = WorldOfCells(kCell);
+  world->SetContactModel(ContactModel::kOutlines);
+  AddBox(world.get(), Size(0.5, 2, 1), Pose(x + 2.25, x, 0, 0));
+  auto* robot = dynamic_cast<ModelPosition*>(world->CreateModel(nullptr, "position"));
+  robot->SetPose(Pose(x + 1, x + 1.5, 0, 0));
+  robot->SetGeom(Geom(Pose(), Size(0.4, 1.4, 1)));
+  robot->Subscribe();
+  robot->SetSpeed(1, 0, 0);
+  Step(*world, 20);
+  EXPECT_TRUE(robot->Stalled());
+  const Pose pose = robot->GetPose();
+  return Pose(pose.x - x, pose.y - x, pose.z, pose.a);
+}
+
+TEST(Far, RobotsSlideAndTurnAtOutlinesAsAtTheOrigin) {
+  const Pose expected = PoseAtWall(0);
+  EXPECT_LT(expected.a, -0.5);
+  for (const double place : {1e6, -1e6, 1e9, -1e9}) {
+    const Pose found = PoseAtWall(place * kCell);
+    ExpectPose(found, expected.x, expected.y, expected.z, expected.a, 1e-7);
   }
 }
 

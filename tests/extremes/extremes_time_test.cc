@@ -178,8 +178,9 @@ TEST(Speeds, OverflowingPosesStall) {
 
 /// Drives a robot of 0.4 m from `start` along `heading`, in steps of `step` metres, against a wall
 /// without thickness at the origin. Returns true if the wall stops it.
-bool WallStops(double start, double step, double heading) {
+bool WallStops(ContactModel contacts, double start, double step, double heading) {
   const std::unique_ptr<World> world = EmptyWorld();
+  world->SetContactModel(contacts);
   AddBox(world.get(), Size(0, 6, 1), Pose(0.011, 0, 0, 0));
   ModelPosition* robot =
       AddRobot(world.get(), Pose(start * std::cos(heading), start * std::sin(heading), 0, heading),
@@ -191,17 +192,27 @@ bool WallStops(double start, double step, double heading) {
 }
 
 TEST(Tunnelling, IsImpossibleInStepsShorterThanTheBody) {
-  for (const double step : {0.01, 0.1, 0.3, 0.35})
-    for (const double heading : {0.0, 0.5, -1.0})
-      for (double start = -2; start < -2 + step; start += step / 17)
-        EXPECT_TRUE(WallStops(start, step, heading)) << step << " " << heading << " " << start;
+  for (const ContactModel contacts : {ContactModel::kCells, ContactModel::kOutlines})
+    for (const double step : {0.01, 0.1, 0.3, 0.35})
+      for (const double heading : {0.0, 0.5, -1.0})
+        for (double start = -2; start < -2 + step; start += step / 17)
+          EXPECT_TRUE(WallStops(contacts, start, step, heading))
+              << step << " " << heading << " " << start;
 }
 
-TEST(Tunnelling, IsPossibleInLongerSteps) {
+TEST(Tunnelling, OfCellsIsPossibleInLongerSteps) {
   // Only the end position of a step is tested for collisions. From -2, steps of 1.3 end at -0.7 and
   // 0.6, both clear of the wall. From -1.4, a step ends at the wall.
-  EXPECT_FALSE(WallStops(-2, 1.3, 0));
-  EXPECT_TRUE(WallStops(-1.4, 1.3, 0));
+  EXPECT_FALSE(WallStops(ContactModel::kCells, -2, 1.3, 0));
+  EXPECT_TRUE(WallStops(ContactModel::kCells, -1.4, 1.3, 0));
+}
+
+TEST(Tunnelling, OfOutlinesIsImpossibleInStepsOfAnyLength) {
+  for (const double step : {1.0, 1.3, 5.0, 50.0})
+    for (const double heading : {0.0, 0.5, -1.0})
+      for (const double start : {-2.0, -1.4, -0.9})
+        EXPECT_TRUE(WallStops(ContactModel::kOutlines, start, step, heading))
+            << step << " " << heading << " " << start;
 }
 
 // ---- ten million steps --------------------------------------------------------------------------

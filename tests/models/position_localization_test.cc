@@ -130,7 +130,7 @@ TEST(Odometry, StandsStillWhileTheRobotIsStalled) {
   EXPECT_EQ(p.GetActualVelocity().x, 0.5);
   Step(*robot.world, 10);
   EXPECT_TRUE(p.Stalled());
-  EXPECT_EQ(p.est_pose.x, p.GetPose().x);
+  EXPECT_NEAR(p.est_pose.x, p.GetPose().x, 1e-15);
   EXPECT_LT(p.GetPose().x, 0.31);
   EXPECT_EQ(p.GetVelocity().x, 0.5);  // the command is still in force
   for (const Velocity& v : {p.GetActualVelocity(), p.GetEstimatedVelocity()})

@@ -12,9 +12,9 @@ namespace {
 
 // ---- stalls -------------------------------------------------------------------------------------
 
-TEST(Stall, RejectsTheMoveAndRetries) {
+TEST(Stall, OfCellsRejectsTheMoveAndRetries) {
   // The robot's front is at 0.2 and the face of the box at 0.29, so one step of 0.05 is free.
-  Robot robot("", "model( name \"box\" pose [0.49 0 0 0] size [0.4 0.4 1] )");
+  Robot robot("", "contacts \"cells\"\nmodel( name \"box\" pose [0.49 0 0 0] size [0.4 0.4 1] )");
   ModelPosition& p = *robot.position;
   p.SetSpeed(0.5, 0, 0.05);
   std::string stalled;
@@ -25,6 +25,34 @@ TEST(Stall, RejectsTheMoveAndRetries) {
   EXPECT_EQ(stalled, "0111");
   ExpectPose(p.GetPose(), 0.05, 0, 0, 0.005);  // not turned either
   ExpectPose(p.GetVelocity(), 0.5, 0, 0, 0.05);
+
+  p.Stop();
+  Step(*robot.world, 3);
+  EXPECT_TRUE(p.Stalled());  // unchanged, because no move was tried
+  p.SetSpeed(-0.5, 0, 0);
+  Step(*robot.world);
+  EXPECT_FALSE(p.Stalled());
+  p.SetSpeed(0.5, 0, 0);
+  Step(*robot.world, 3);
+  EXPECT_TRUE(p.Stalled());
+  Find(*robot.world, "box")->SetPose(Pose(10, 0, 0, 0));
+  Step(*robot.world);
+  EXPECT_FALSE(p.Stalled());  // the robot goes on without a new command
+}
+
+TEST(Stall, OfOutlinesEndsAtTheFaceAndRetries) {
+  Robot robot("",
+              "contacts \"outlines\"\nmodel( name \"box\" pose [0.49 0 0 0] size [0.4 0.4 1] )");
+  ModelPosition& p = *robot.position;
+  p.SetSpeed(0.5, 0, 0);
+  std::string stalled;
+  for (int i = 0; i < 4; i++) {
+    Step(*robot.world);
+    stalled += p.Stalled() ? '1' : '0';
+  }
+  EXPECT_EQ(stalled, "0111");
+  ExpectPose(p.GetPose(), 0.0896, 0, 0, 0, 1e-6);  // 0.4 mm before the face
+  ExpectPose(p.GetVelocity(), 0.5, 0, 0, 0);
 
   p.Stop();
   Step(*robot.world, 3);

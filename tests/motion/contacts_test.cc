@@ -230,20 +230,22 @@ TEST(Contacts, RobotsDoNotPushEachOther) {
 }
 
 TEST(Contacts, WhatIsPressedTogetherStandsStill) {
-  for (int k = 0; k < 4; k++) {
+  for (int k = 0; k < 5; k++) {
     SCOPED_TRACE(k);
     MotionWorld world;
-    world.AddWall({1.0, -5.0}, {1.0, 5.0}, 0.2);
+    const double half = k == 4 ? 0.2 : 5.0;  // a wall as wide as the square, so that corners meet
+    world.AddWall({1.0, -half}, {1.0, half}, 0.2);
     if (k == 3) world.AddWall({-5.0, 0.5}, {5.0, 0.5}, 0.2);
     const Outline outline = k == 0 ? kDisc : k == 1 ? kSixteenCorners : kSquare;
-    world.AddRobot(AddShape(outline, 0.2, &world), 0.0, 0.0, k >= 2 ? 0.5 : 0.0, 0.2);
+    const double heading = k == 2 || k == 3 ? 0.5 : 0.0;
+    world.AddRobot(AddShape(outline, 0.2, &world), 0.0, 0.0, heading, 0.2);
     world.Command(0, 0.3, 0.0, 0.0);
     world.Steps(150);
     const test::Columns before = world.bodies;
     world.Step();
-    EXPECT_NEAR(world.bodies.x[0], before.x[0], 1e-12);
-    EXPECT_NEAR(world.bodies.y[0], before.y[0], 1e-12);
-    EXPECT_NEAR(world.bodies.heading[0], before.heading[0], 1e-12);
+    EXPECT_EQ(world.bodies.x[0], before.x[0]);
+    EXPECT_EQ(world.bodies.y[0], before.y[0]);
+    EXPECT_EQ(world.bodies.heading[0], before.heading[0]);
   }
 }
 

@@ -16,7 +16,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from hash_runs import ROOT, Run, RunError, controller_worlds, hash_of, shipped_worlds
+from hash_runs import KINDS, ROOT, Run, RunError, controller_worlds, hash_of, shipped_worlds
 
 
 def read_command_line() -> argparse.Namespace:
@@ -41,7 +41,7 @@ def read_command_line() -> argparse.Namespace:
 def runs_of(options: argparse.Namespace) -> list[Run]:
     """The runs to compare."""
     worlds = options.worlds or shipped_worlds()
-    runs = [Run(world, options.seconds, model) for world in worlds for model in ("cell", "exact")]
+    runs = [Run(world, options.seconds, kind) for world in worlds for kind in KINDS]
     if not options.worlds:
         runs += [Run(world, options.seconds) for world in controller_worlds()]
     return runs
@@ -57,7 +57,7 @@ def compare(options: argparse.Namespace, run: Run) -> bool:
         print(f"FAILED     {error}", flush=True)
         return False
     same = set(device) == {host}
-    print(f"{'same' if same else 'DIFFERENT':10} {run.world:48} {run.ray_model:5} {host} {' '.join(device)}",
+    print(f"{'same' if same else 'DIFFERENT':10} {run.world:48} {run.kind:8} {host} {' '.join(device)}",
           flush=True)
     return same
 

@@ -307,7 +307,7 @@ TEST_F(HistoriesTest, TheFloorGrowsAgainWhenARobotLeavesItAgain) {
 /// A move into an empty superregion is proposed, but a post stops it before.
 TEST_F(HistoriesTest, FloorDoesNotGrowByARejectedMove) {
   std::string text =
-      "resolution 0.02\n"
+      "resolution 0.02 contacts \"cells\"\n"
       "position( name \"r\" pose [20.2 0 0 0] size [.4 .4 .4] alwayson 1 )\n"
       "model( pose [20.45 .2 0 0] size [.04 .04 .4] )\n";
   for (int i = 0; i < 20; i++)

@@ -120,6 +120,7 @@ class Rerun {
     }
     std::istringstream content(text);
     EXPECT_TRUE(world.Load(content, folder + "/case.world"));
+    world.SetContactModel(ContactModel::kCells);
     for (const auto& [robot, task] : controllers) Attach(robot, task);
     while (!world.Update()) {
     }

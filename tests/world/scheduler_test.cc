@@ -287,12 +287,13 @@ TEST(Order, AConvoyDrivesInWhicheverOrderItWasMade) {
   }
 }
 
-TEST(Order, ModelsMoveInTheOrderOfCreation) {
+TEST(Order, ModelsMoveInTheOrderOfCreationWhereCellsStopThem) {
   // Two robots move to the same place; the one that was created first gets it.
   for (const bool left_first : {true, false}) {
     const std::string left = "position( name \"l\" pose [-0.25 0 0 0] size [0.4 0.4 0.2] )\n",
                       right = "position( name \"r\" pose [0.25 0 0 180] size [0.4 0.4 0.2] )\n";
-    const auto world = LoadText(left_first ? left + right : right + left);
+    const auto world =
+        LoadText("contacts \"cells\"\n" + (left_first ? left + right : right + left));
     // Subscribe in the opposite order, which must not matter.
     ModelPosition *second = FindRunning<ModelPosition>(*world, left_first ? "r" : "l"),
                   *first = FindRunning<ModelPosition>(*world, left_first ? "l" : "r");
@@ -301,6 +302,24 @@ TEST(Order, ModelsMoveInTheOrderOfCreation) {
     Step(*world);
     EXPECT_FALSE(first->Stalled());
     EXPECT_TRUE(second->Stalled());
+  }
+}
+
+TEST(Order, OfCreationHasNoInfluenceWhereOutlinesStopModels) {
+  for (const bool left_first : {true, false}) {
+    const std::string left = "position( name \"l\" pose [-0.25 0 0 0] size [0.4 0.4 0.2] )\n",
+                      right = "position( name \"r\" pose [0.25 0 0 180] size [0.4 0.4 0.2] )\n";
+    const auto world =
+        LoadText("contacts \"outlines\"\n" + (left_first ? left + right : right + left));
+    ModelPosition *l = FindRunning<ModelPosition>(*world, "l"),
+                  *r = FindRunning<ModelPosition>(*world, "r");
+    l->SetSpeed(0.6, 0, 0);
+    r->SetSpeed(0.6, 0, 0);
+    Step(*world, 3);
+    EXPECT_TRUE(l->Stalled());
+    EXPECT_TRUE(r->Stalled());
+    EXPECT_NEAR(l->GetPose().x, -0.2002, 1e-6);  // both stop half of the gap before the middle
+    EXPECT_NEAR(r->GetPose().x, 0.2002, 1e-6);
   }
 }
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Runs give the state hashes of tests/data/state_hashes.txt on every machine, and with exact rays those of
-exact_state_hashes.txt.
+"""Runs give the state hashes of tests/data/state_hashes.txt on every machine, with exact rays those of
+exact_state_hashes.txt, and with contacts of cells those of cells_state_hashes.txt.
 
 Other hash tests compare runs on one machine; these hashes were computed on another. After a change that is meant to
 change results, STAGE_NEW_HASHES=1 updates the file.
@@ -15,12 +15,12 @@ import re
 import unittest
 from pathlib import Path
 
-from hash_runs import ROOT, Run, controller_worlds, hashes_of, shipped_worlds
+from hash_runs import KINDS, ROOT, Run, controller_worlds, hashes_of, shipped_worlds
 
 BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "release")
 STAGE = BINARY_DIR / "bin" / "stage"
-FILES = {model: ROOT / "tests" / "data" / name for model, name in
-         {"cell": "state_hashes.txt", "exact": "exact_state_hashes.txt"}.items()}
+FILES = {kind: ROOT / "tests" / "data" / ("state_hashes.txt" if kind == "default" else f"{kind}_state_hashes.txt")
+         for kind in KINDS}
 HEADER = """\
 # SPDX-License-Identifier: GPL-2.0-or-later
 # World, simulated seconds, state hash with seed 5{}. Do not edit; this file was written by
@@ -34,25 +34,26 @@ OLD_PROCESSOR = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX2_Usab
 def all_runs() -> list[Run]:
     runs = [Run(world, seconds) for world in shipped_worlds() for seconds in (5, 300)]
     runs += [Run(world, 60) for world in controller_worlds()]
-    return runs + [Run(world, seconds, "exact") for world in shipped_worlds() for seconds in (5, 60)]
+    return runs + [Run(world, seconds, kind) for kind in ("exact", "cells") for world in shipped_worlds()
+                   for seconds in (5, 60)]
 
 
 def read_files() -> dict[Run, str]:
     found = {}
-    for model, file in FILES.items():
+    for kind, file in FILES.items():
         for line in file.read_text().splitlines():
             if not line.startswith("#"):
                 world, seconds, digits = line.split()
-                found[Run(world, int(seconds), model)] = digits
+                found[Run(world, int(seconds), kind)] = digits
     return found
 
 
 def write_files() -> None:
     found = hashes_of(STAGE, all_runs(), ["--threads", "1"])
-    for model, file in FILES.items():
-        header = HEADER.format("" if model == "cell" else f" and --ray-model {model}")
+    for kind, file in FILES.items():
+        header = HEADER.format(f" and {' '.join(KINDS[kind])}" if KINDS[kind] else "")
         file.write_text(header + "".join(f"{run.world} {run.seconds} {found[run]}\n"
-                                         for run in all_runs() if run.ray_model == model))
+                                         for run in all_runs() if run.kind == kind))
 
 
 def longest_run() -> int:

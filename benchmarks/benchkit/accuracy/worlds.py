@@ -53,7 +53,9 @@ def definitions(setting: Setting) -> str:
 
 
 def header(setting: Setting) -> str:
-    lines = [f"resolution {setting.cell:g}", f"interval_sim {setting.step}", "speedup -1"]
+    # Cells stop robots, because the size of cells is one of the settings.
+    lines = [f"resolution {setting.cell:g}", f"interval_sim {setting.step}", "speedup -1",
+             'contacts "cells"']
     if setting.ray_model != "cell":
         # The default is not written, so that programs without this property also load the file.
         lines.append(f'ray_model "{setting.ray_model}"')
@@ -218,7 +220,8 @@ def approaches(count: int, seed: int) -> list[Approach]:
 def contact_world(setting: Setting, wanted: list[Approach]) -> str:
     """Places each robot before its wall. Steps are short, so that the cells decide where it
     stops."""
-    lines = [f"resolution {setting.cell:g}", "interval_sim 10", "speedup -1"]
+    lines = [f"resolution {setting.cell:g}", "interval_sim 10", "speedup -1",
+             'contacts "cells"']
     for i, a in enumerate(wanted):
         lines.append(f'model( name "wall{i}" size [{Approach.THICKNESS} 8 1] '
                      f"pose [{a.wall_x:.9f} {a.wall_y:.9f} 0 {math.degrees(a.wall_heading):.9f}] )")
