@@ -3,9 +3,8 @@
 // An index of boxes by place, for boxes of very different sizes.
 //
 // A hash table of hierarchical grids: each box is entered once, in the cell of its centre, in the
-// grid of its level. Level k holds the boxes whose widths differ by less than a factor of 4, and
-// has cells somewhat wider than the widest of them. A search looks through a few cells of each
-// level.
+// grid of its level. The widths of a level differ by less than a factor of 4, and its cells are
+// wider than all of its boxes. A search looks through a few cells of each level.
 
 #ifndef STAGE_MOTION_BODY_INDEX_HH
 #define STAGE_MOTION_BODY_INDEX_HH
@@ -15,6 +14,7 @@
 #include <vector>
 
 #include "motion/vector.hh"
+#include "threads/worker_pool.hh"
 
 namespace Stg::motion {
 
@@ -29,8 +29,9 @@ inline bool Overlap(const Box& a, const Box& b) {
 
 class BodyIndex {
  public:
-  /// Enters all boxes, which are squares. The number of a box is that of its body.
-  void Fill(const std::vector<Box>& boxes);
+  /// Enters all boxes, which are squares, on the threads of `workers` unless it is null. The number
+  /// of a box is that of its body.
+  void Fill(const std::vector<Box>& boxes, threads::WorkerPool* workers = nullptr);
 
   /// Calls f(other) for all boxes that may overlap that of `body`: those of its level with greater
   /// numbers, and those of higher levels. All calls for all bodies together mention each pair once.
@@ -49,26 +50,29 @@ class BodyIndex {
   struct Home {
     uint32_t bucket;
     int32_t y;
+    uint32_t level;
   };
   struct Level {
-    uint32_t number;
     double margin;  // half the width of the widest box, and some more for rounding
     double cell;
   };
   static constexpr uint32_t kLevels = 32, kEndlessLevel = kLevels - 1;
 
-  void FindLevels(const std::vector<Box>& boxes);
+  static double GreatestWidth(const std::vector<Box>& boxes, threads::WorkerPool* workers);
+  void SetLevels(double greatest);
+  uint32_t LevelOf(double width) const;
   static int32_t CellOf(double position, double cell);
   uint32_t BucketOf(int32_t x, int32_t y, uint32_t level) const;
-  Home HomeOf(const Box& box, const Level& level) const;
+  Home HomeOf(const Box& box) const;
   template <typename F>
-  void SearchLevel(const Level& level, const Box& box, F f) const;
+  void SearchLevel(uint32_t number, const Box& box, F f) const;
 
   uint32_t mask_ = 0, count_ = 0;
-  std::vector<uint8_t> level_of_;  // of each body, as an index of levels_
-  std::vector<Level> levels_;      // by increasing size
-  std::vector<Home> homes_;        // of each body
-  std::vector<uint32_t> starts_;   // entries of bucket b: starts_[b] to starts_[b + 1]
+  Level levels_[kLevels] = {};    // by decreasing size, except for the endless one
+  uint32_t used_levels_ = 0;      // a set of bits
+  double scale_ = 0.0;            // 1 / the greatest width
+  std::vector<Home> homes_;       // of each body
+  std::vector<uint32_t> starts_;  // entries of bucket b: starts_[b] to starts_[b + 1]
   std::vector<Entry> entries_;
 };
 
@@ -88,23 +92,24 @@ inline uint32_t BodyIndex::BucketOf(int32_t x, int32_t y, uint32_t level) const 
 }
 
 template <typename F>
-void BodyIndex::SearchLevel(const Level& level, const Box& box, F f) const {
+void BodyIndex::SearchLevel(uint32_t number, const Box& box, F f) const {
+  const Level& level = levels_[number];
   const int32_t x0 = CellOf(box.x0 - level.margin, level.cell);
   const int32_t x1 = CellOf(box.x1 + level.margin, level.cell);
   const int32_t y0 = CellOf(box.y0 - level.margin, level.cell);
   const int32_t y1 = CellOf(box.y1 + level.margin, level.cell);
   const int64_t width = int64_t{x1} - x0 + 1, height = int64_t{y1} - y0 + 1;
   // More cells than bodies, or the level of boxes without end, which have no centre.
-  if (width > mask_ || height > count_ || level.number == kEndlessLevel) {
+  if (width > mask_ || height > count_ || number == kEndlessLevel) {
     for (uint32_t body = 0; body < count_; body++)
-      if (levels_[level_of_[body]].number == level.number) f(body);
+      if (homes_[body].level == number) f(body);
     return;
   }
   for (int32_t y = y0; y <= y1; y++) {
-    const uint32_t first = BucketOf(x0, y, level.number), last = BucketOf(x1, y, level.number);
+    const uint32_t first = BucketOf(x0, y, number), last = BucketOf(x1, y, number);
     const auto search = [&](uint32_t from, uint32_t to) {
       for (uint32_t k = starts_[from]; k < starts_[to + 1]; k++)
-        if (entries_[k].y == y && entries_[k].level == level.number) f(entries_[k].body);
+        if (entries_[k].y == y && entries_[k].level == number) f(entries_[k].body);
     };
     if (first <= last) {
       search(first, last);
@@ -117,16 +122,20 @@ void BodyIndex::SearchLevel(const Level& level, const Box& box, F f) const {
 
 template <typename F>
 void BodyIndex::ForEachPartner(uint32_t body, const Box& box, F f) const {
-  const size_t own = level_of_[body];
-  SearchLevel(levels_[own], box, [&](uint32_t other) {
+  const uint32_t own = homes_[body].level;
+  SearchLevel(own, box, [&](uint32_t other) {
     if (other > body) f(other);
   });
-  for (size_t i = own + 1; i < levels_.size(); i++) SearchLevel(levels_[i], box, f);
+  if (own == kEndlessLevel) return;
+  for (uint32_t level = 0; level < own; level++)
+    if (used_levels_ >> level & 1) SearchLevel(level, box, f);
+  if (used_levels_ >> kEndlessLevel & 1) SearchLevel(kEndlessLevel, box, f);
 }
 
 template <typename F>
 void BodyIndex::ForEachNear(const Box& box, F f) const {
-  for (const Level& level : levels_) SearchLevel(level, box, f);
+  for (uint32_t level = 0; level < kLevels; level++)
+    if (used_levels_ >> level & 1) SearchLevel(level, box, f);
 }
 
 }  // namespace Stg::motion

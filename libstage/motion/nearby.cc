@@ -206,7 +206,7 @@ void Nearby::Find(const Shapes& shapes, const Walls& edges, const Columns& colum
     for (size_t i = begin; i < end; i++)
       FindReach(static_cast<uint32_t>(i), shapes, columns, least_reach);
   });
-  index_.Fill(boxes_);
+  index_.Fill(boxes_, workers);
   Collect(workers, &pairs, [&](uint32_t body, std::vector<NearPair>* found) {
     index_.ForEachPartner(body, boxes_[body],
                           [&](uint32_t other) { TryPair(body, other, columns, found); });
