@@ -136,6 +136,8 @@ void IslandSolver::AddWallPairs(uint32_t a, uint32_t edge, const Shapes& shapes,
 
 void IslandSolver::Load(const Shapes& shapes, const Walls& walls, const Nearby& nearby,
                         const Island& island, const Columns& columns) {
+  if (standing_.size() < columns.size()) standing_.resize(columns.size(), Nearby::kNone);
+  for (const Body& body : bodies_) standing_[body.row] = Nearby::kNone;  // of the island before
   bodies_.clear();
   corners_.clear();
   pairs_.clear();
@@ -144,7 +146,6 @@ void IslandSolver::Load(const Shapes& shapes, const Walls& walls, const Nearby& 
   for (uint32_t k = island.first_member; k < island.last_member; k++)
     AddBody(nearby.members[k], nearby.reach[nearby.members[k]], shapes, columns);
   members_ = bodies_.size();
-  if (standing_.size() < columns.size()) standing_.resize(columns.size(), Nearby::kNone);
   for (uint32_t k = island.first_pair; k < island.last_pair; k++) {
     uint32_t row_a = nearby.pairs[k].a, row_b = nearby.pairs[k].b;
     if (nearby.place[row_a] == Nearby::kNone) std::swap(row_a, row_b);
@@ -158,7 +159,6 @@ void IslandSolver::Load(const Shapes& shapes, const Walls& walls, const Nearby& 
   }
   for (uint32_t k = island.first_wall; k < island.last_wall; k++)
     AddWallPairs(nearby.place[nearby.walls[k].a], nearby.walls[k].b, shapes, walls, columns);
-  for (size_t i = members_; i < bodies_.size(); i++) standing_[bodies_[i].row] = Nearby::kNone;
 }
 
 // --------------------------------------------------------------------------------------- contacts

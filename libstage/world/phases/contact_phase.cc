@@ -116,14 +116,25 @@ void ContactPhase::FindAll(WorldEngine* engine) {
 
 /// Finds shapes and walls again if the world has changed otherwise than by moves of whole trees.
 void ContactPhase::Refresh(WorldEngine* engine) {
-  const uint64_t version_before = std::exchange(topology_version_, engine->topology_version);
-  if (std::exchange(engine->contacts_changed, false) || version_before != topology_version_ ||
-      shapes_.shapes.size() > roots_.size() + kSpareShapes) {
-    engine->changed_outlines.clear();
-    return FindAll(engine);
-  }
+  if (topology_version_ == engine->topology_version && !engine->contacts_changed &&
+      engine->changed_outlines.empty())
+    return;
+  const bool all = topology_version_ != engine->topology_version || engine->contacts_changed ||
+                   shapes_.shapes.size() > roots_.size() + kSpareShapes;
+  engine->contacts_changed = true;  // unless this succeeds
+  if (all)
+    FindAll(engine);
+  else
+    FindChanged(engine);
+  topology_version_ = engine->topology_version;
+  engine->changed_outlines.clear();
+  engine->contacts_changed = false;
+}
+
+/// Finds the outlines of changed trees again.
+void ContactPhase::FindChanged(WorldEngine* engine) {
   bool walls_changed = false;
-  for (const Model* root : std::exchange(engine->changed_outlines, {})) {
+  for (const Model* root : engine->changed_outlines) {
     if (root->contact_row_ == Model::kNoRow) {
       walls_changed = true;
       continue;
@@ -242,13 +253,15 @@ void ContactPhase::Run(WorldEngine* engine, double seconds) {
 // ---- contacts -----------------------------------------------------------------------------------
 
 void ContactPhase::FindContacts(WorldEngine* engine) {
-  if (std::exchange(engine->contacts_known, true)) return;
+  if (engine->contacts_known) return;
   touching_.clear();
-  if (engine->contact_model != ContactModel::kOutlines) return;
-  Refresh(engine);
-  ReadPoses(0, roots_.size());
-  contacts_.FindContacts(shapes_, walls_, columns_);
-  ListContacts();
+  if (engine->contact_model == ContactModel::kOutlines) {
+    Refresh(engine);
+    ReadPoses(0, roots_.size());
+    contacts_.FindContacts(shapes_, walls_, columns_);
+    ListContacts();
+  }
+  engine->contacts_known = true;
 }
 
 void ContactPhase::ForEachContact(const Model* root,

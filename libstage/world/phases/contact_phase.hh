@@ -49,6 +49,7 @@ class ContactPhase {
   };
   void Refresh(WorldEngine* engine);
   void FindAll(WorldEngine* engine);
+  void FindChanged(WorldEngine* engine);
   void FindWalls(WorldEngine* engine);
   static bool HasRow(const Model& root);
   void AddRow(Model* root);
