@@ -115,6 +115,8 @@ class Host : public std::enable_shared_from_this<Host> {
   bool contacts_changed = true;          ///< properties or outlines of unknown models have changed
   std::vector<Model*> changed_outlines;  ///< roots with other outlines than in the last step
 
+  /// Prepares for IsBlocked(). Must be called before the model's pose is changed.
+  virtual void PrepareMove() = 0;
   /// True if the model cannot go from its pose `before` to its present one, where its tree would be
   /// rasterized as in `placement`.
   virtual bool IsBlocked(const Model& model, const Pose& before, const Placement& placement) = 0;

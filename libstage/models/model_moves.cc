@@ -27,6 +27,7 @@ bool IsCoefficient(double f) { return f >= 0 && std::isfinite(f); }
 void Model::MoveTree() {
   WantedMove wanted;
   if (!GetWantedMove(&wanted)) return;
+  host().PrepareMove();
   const Pose before = pose;
   pose = wanted.pose;
   Placement& placement = host().placement;

@@ -48,6 +48,10 @@ void WorldEngine::CallContactCallbacks(uint64_t epoch_of_step) {
   }
 }
 
+void WorldEngine::PrepareMove() {
+  if (contact_model == ContactModel::kOutlines) contacts.Refresh(this);
+}
+
 bool WorldEngine::IsBlocked(const Model& model, const Pose& before, const Placement& proposed) {
   if (contact_model == ContactModel::kOutlines) return contacts.IsBlocked(model, before, this);
   return proposed.Collision(model.world_base().GetGround()) != nullptr;

@@ -81,6 +81,7 @@ class WorldEngine : public Host {
   void ScheduleUpdate(Model* model, usec_t time, uint64_t generation) override {
     scheduler.Add(time, {model, nullptr, nullptr, generation});
   }
+  void PrepareMove() override;
   bool IsBlocked(const Model& model, const Pose& before, const Placement& placement) override;
   void ForEachContact(const Model* root,
                       const std::function<void(const ContactPoint&)>& f) override {

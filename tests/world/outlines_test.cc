@@ -390,6 +390,24 @@ TEST(Outlines, CountChildrenAndTheirMoves) {
   EXPECT_GE(LeastGap(*world), 2e-5 - 1e-9);
 }
 
+TEST(Outlines, StopEachOfSeveralArmsThatMoveInTheSameStep) {
+  const std::string arm =
+      "actuator( alwayson 1 size [0.4 0.05 0.1] axis [1 0 0] max_position 1 pose ";
+  const auto world = LoadOutlines(
+      WallAt(1) + Robot("r", std::string(kDisc) + "stack_children 0 " + arm +
+                                 "[0.1 0.1 0 0] name \"left\" )" + arm +
+                                 "[0.3 -0.1 0 0] name \"right\" ) position( name \"rider\" "
+                                 "alwayson 1 pose [0.3 0 0 0] size [0.1 0.05 0.1] )"));
+  for (const char* name : {"r.left", "r.right"}) Find<ModelActuator>(*world, name)->SetSpeed(0.3);
+  Find<ModelPosition>(*world, "r.rider")->SetSpeed(0.3, 0, 0);
+  Step(*world, 40);
+  for (const char* name : {"r.left", "r.right", "r.rider"}) {
+    EXPECT_TRUE(Find<>(*world, name)->Stalled()) << name;
+    EXPECT_LT(Find<>(*world, name)->GetGlobalPose().x, 1) << name;
+  }
+  EXPECT_GE(LeastGap(*world), 2e-5 - 1e-9);
+}
+
 TEST(Outlines, LetBodiesThatOverlapAtTheStartLeave) {
   const auto world = LoadOutlines(Robot("r", kSquare) +
                                   Robot("other", std::string(kSquare) + "pose [0.3 0.1 0 30]"));

@@ -203,6 +203,7 @@ void ModelActuator::Move() {
   const double position = GetPosition();
   const double step = StepLength(position);
   if (step == 0) return;
+  host().PrepareMove();
   const Pose old_pose = pose;
   pose = pose + Displacement(step);
   if (!std::isfinite(pose.x + pose.y + pose.z)) {  // the limits may be infinite

@@ -34,8 +34,10 @@ class ContactPhase {
   void Run(WorldEngine* engine, double seconds);
   /// Roots whose poses Run() has changed, in the order of creation. They must be rasterized.
   std::span<Model* const> moved() const { return moved_; }
+  /// Finds shapes and walls again if the world has changed otherwise than by moves of whole trees.
+  void Refresh(WorldEngine* engine);
   /// True if the model's tree, now that the model is no more at `before`, is in another body,
-  /// deeper than it was.
+  /// deeper than it was. Refresh() must have been called when the model was at `before`.
   bool IsBlocked(const Model& model, const Pose& before, WorldEngine* engine);
   /// Finds the contacts at the present poses, unless they are known.
   void FindContacts(WorldEngine* engine);
@@ -47,7 +49,6 @@ class ContactPhase {
     uint32_t row;
     ContactPoint point;
   };
-  void Refresh(WorldEngine* engine);
   void FindAll(WorldEngine* engine);
   void FindChanged(WorldEngine* engine);
   void FindWalls(WorldEngine* engine);
