@@ -32,8 +32,10 @@ struct Row {
 };
 
 struct Columns {
+  /// See `arm`. Positive even if the shape is empty or a point.
   static double ArmOf(const Shape& shape, bool pushable) {
-    return pushable ? shape.arm : shape.bound;
+    constexpr double kLeastArm = 1e-6;
+    return Most(kLeastArm, pushable ? shape.arm : shape.bound);
   }
   size_t size() const { return x.size(); }
 

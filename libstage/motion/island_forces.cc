@@ -231,7 +231,7 @@ void IslandSolver::SolveFloor(Body* body) {
 }
 
 void IslandSolver::SetMasses() {
-  typical_ = 0.0;
+  typical_ = 1e-30;  // positive even if what is wanted is too small for squares
   for (size_t i = 0; i < members_; i++)
     typical_ = Most(typical_, Distance(bodies_[i].wanted, {}, bodies_[i].arm));
   for (size_t i = 0; i < members_; i++) {

@@ -170,6 +170,17 @@ void Shapes::AddPiece(std::span<const Vector> piece_corners, double radius, Inte
   corners.insert(corners.end(), piece_corners.begin(), piece_corners.end());
 }
 
+/// Adds the edges of a polygon, or its only point.
+void Shapes::AddEdges(const Polygon& polygon) {
+  const std::span<const Vector> ring = polygon.corners;
+  const size_t before = pieces.size();
+  for (size_t i = 0; i < ring.size(); i++) {
+    const Vector ends[] = {ring[i], ring[i + 1 == ring.size() ? 0 : i + 1]};
+    if (!Equal(ends[0], ends[1])) AddPiece(ends, 0.0, polygon.height);
+  }
+  if (pieces.size() == before && !ring.empty()) AddPiece(ring.first(1), 0.0, polygon.height);
+}
+
 void Shapes::PlaceCorners(const Shape& shape, Vector position, double heading, Vector* to) const {
   if (shape.piece_count == 0) return;
   const Vector* local = &corners[pieces[shape.first_piece].first_corner];
@@ -190,11 +201,7 @@ uint32_t Shapes::Add(std::span<const Polygon> polygons, std::span<const Disc> di
       }
       continue;
     }
-    for (size_t i = 0; i < polygon.corners.size(); i++) {
-      const Vector ends[] = {polygon.corners[i],
-                             polygon.corners[i + 1 == polygon.corners.size() ? 0 : i + 1]};
-      AddPiece(ends, 0.0, polygon.height);
-    }
+    AddEdges(polygon);
   }
   for (const Disc& disc : discs) AddPiece({&disc.center, 1}, disc.radius, disc.height);
 

@@ -73,6 +73,7 @@ class Shapes {
 
  private:
   void AddPiece(std::span<const Vector> corners, double radius, Interval height);
+  void AddEdges(const Polygon& polygon);
 };
 
 /// Cuts a polygon into convex polygons, counter-clockwise, which are appended to `parts`: first the

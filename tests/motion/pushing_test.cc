@@ -196,6 +196,38 @@ TEST(Pushing, APushedBoxStopsAtAWallAndItsRobotsWithIt) {
   EXPECT_LT(world.bodies.made[1], 0.01);
 }
 
+TEST(Pushing, BodiesWithoutOutlineOrSizeStayFinite) {
+  MotionWorld world;
+  const uint32_t nothing = world.shapes.Add({}, {});
+  const uint32_t point = world.AddPolygon({{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}});
+  world.AddRobot(world.AddDisc(0.2), 0.0, 0.0, 0.0, 0.2);
+  world.AddBox(world.AddRectangle(0.4, 0.4), 0.5, 0.0, 4.0, 0.2);
+  for (const uint32_t shape : {nothing, point}) {
+    world.AddBox(shape, 0.72, 0.05, 4.0, 0.2);
+    world.Command(world.AddRobot(shape, -0.3, 0.05, 0.0, 0.2), 0.2, 0.0, 1.0);
+  }
+  world.Command(0, 0.2, 0.0, 0.0);
+  world.Steps(30);
+  for (size_t i = 0; i < world.bodies.size(); i++)
+    EXPECT_TRUE(std::isfinite(world.bodies.x[i] + world.bodies.y[i] + world.bodies.heading[i]))
+        << i;
+  EXPECT_NEAR(world.bodies.x[1], 1.0, 0.001);
+  EXPECT_EQ(world.bodies.x[2], 0.72);  // nothing touches it
+  EXPECT_GT(world.bodies.x[4], 1.15);  // pushed by the box
+}
+
+TEST(Pushing, MotionsTooSmallForTheirSquaresStayFinite) {
+  MotionWorld world;
+  const uint32_t square = world.AddRectangle(0.4, 0.4);
+  world.AddRobot(square, 0.0, 0.0);
+  world.AddBox(square, 0.4 + kSkin, 0.0, 4.0);                 // touches it
+  world.AddBox(world.AddRectangle(0.1, 1.0), -0.5, 0.0, 4.0);  // is only near
+  world.Command(0, 0.0, 0.0, 1e-200);
+  world.Steps(3);
+  for (size_t i = 0; i < 3; i++)
+    EXPECT_TRUE(std::isfinite(world.bodies.x[i] + world.bodies.y[i] + world.bodies.heading[i]));
+}
+
 TEST(Pushing, AConcaveBoxIsDraggedByARobotInsideOfIt) {
   MotionWorld world;
   const uint32_t cup = world.AddPolygon({{-0.5, -0.5},

@@ -74,6 +74,18 @@ TEST(Shape, APolygonThatIntersectsItselfGivesItsEdges) {
   EXPECT_NEAR(world.shapes.shapes[bow].bound, std::sqrt(2.0), 1e-12);
 }
 
+TEST(Shape, APolygonWithoutSizeIsAPoint) {
+  MotionWorld world;
+  const std::vector<Vector> at(3, Vector{0.3, 0.4});
+  const auto& point = world.shapes.shapes[world.AddPolygon(at)];
+  EXPECT_EQ(point.piece_count, 1u);
+  EXPECT_EQ(point.corner_count, 1u);
+  EXPECT_NEAR(point.bound, 0.5, 1e-12);
+  const auto& line = world.shapes.shapes[world.AddPolygon({{0, 0}, {1, 0}, {1, 0}})];
+  EXPECT_EQ(line.piece_count, 2u);  // there and back
+  EXPECT_EQ(line.arm, 0.5);
+}
+
 TEST(Shape, BoundCoreAndArmAreThoseOfTheOutline) {
   MotionWorld world;
   const auto& square = world.shapes.shapes[world.AddRectangle(2.0, 2.0)];
