@@ -47,8 +47,8 @@ class Run {
  public:
   Run(const uint8_t* data, size_t size) : data_(data), size_(size) {}
 
-  uint64_t Go(bool plain) {
-    two_ways::Choose(plain);
+  uint64_t Go(bool plain, ContactModel contacts) {
+    two_ways::Choose(plain, contacts);
     now_ = this;
     active_types_ = Next() | Next() << 8;
     const int steps = 1 + Next() % 8;
@@ -324,7 +324,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size > 300) return 0;
   two_ways::Choose(true);
   WrapCreators();
-  two_ways::Check(Run(data, size).Go(true) == Run(data, size).Go(false),
-                  "both ways come out the same");
+  for (const auto contacts : {ContactModel::kCells, ContactModel::kOutlines})
+    two_ways::Check(Run(data, size).Go(true, contacts) == Run(data, size).Go(false, contacts),
+                    "both ways come out the same");
   return 0;
 }

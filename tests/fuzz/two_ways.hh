@@ -12,8 +12,8 @@
 namespace two_ways {
 
 /// Sets how later worlds run: with `plain` one thread and separate rays, otherwise two threads, ray
-/// batches and as much sharing as possible.
-inline void Choose(bool plain) {
+/// batches and as much sharing as possible; and what stops their bodies, unless it is the default.
+inline void Choose(bool plain, Stg::ContactModel contacts = Stg::ContactModel::kDefault) {
   static const bool ready = [] {
     setenv("STAGE_VALIDATE", "1", 1);  // after each phase, in builds with assertions
     Stg::Init(nullptr, nullptr);
@@ -24,6 +24,7 @@ inline void Choose(bool plain) {
   options.threads = plain ? 1 : 2;
   options.batch = !plain;
   options.share_from = plain ? 16 : 2;
+  options.contacts = contacts;
 }
 
 /// Prints `what` and aborts if `holds` is false.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// libFuzzer entry point: any bytes either fail to load or give a world that steps. One thread with
-// separate rays must give the same results as two threads with ray batches.
+// libFuzzer entry point: any bytes either fail to load or give a world that steps, with contacts of
+// cells and of outlines. One thread with separate rays must give the same results as two threads
+// with ray batches.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -78,8 +79,8 @@ struct Outcome {
   bool operator==(const Outcome&) const = default;
 };
 
-Outcome Run(const std::string& text, bool plain) {
-  two_ways::Choose(plain);
+Outcome Run(const std::string& text, bool plain, Stg::ContactModel contacts) {
+  two_ways::Choose(plain, contacts);
   Stg::World world;
   std::istringstream in(text);
   Outcome outcome{world.Load(in), world.LoadStatus(), 0};
@@ -99,6 +100,8 @@ Outcome Run(const std::string& text, bool plain) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
   if (size > 4000 || IsOutOfBounds(text)) return 0;
-  two_ways::Check(Run(text, true) == Run(text, false), "both ways come out the same");
+  for (const auto contacts : {Stg::ContactModel::kCells, Stg::ContactModel::kOutlines})
+    two_ways::Check(Run(text, true, contacts) == Run(text, false, contacts),
+                    "both ways come out the same");
   return 0;
 }
