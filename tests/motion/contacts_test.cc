@@ -318,4 +318,209 @@ TEST(Contacts, BodiesThatOverlapAtTheStartCanLeaveAndDoNotOverlapMore) {
   }
 }
 
+TEST(Contacts, TheGapToAWallIsTheSameFarFromTheOrigin) {
+  for (const double far : {-2e7, 1e5, 2e7})
+    for (const Outline outline : {kDisc, kSquare}) {
+      MotionWorld world;
+      world.AddWall({far + 1.0, far - 5.0}, {far + 1.0, far + 5.0});
+      world.AddRobot(AddShape(outline, 0.2, &world), far + 0.5, far, 0.3);
+      for (int i = 0; i < 30; i++) {
+        world.CommandInWorld(0, 0.4, 0.1);
+        world.Step();
+      }
+      EXPECT_NEAR(world.GapToWall(0, 0), Stg::motion::kSkin, 1e-6) << far << " " << outline;
+    }
+}
+
+TEST(Contacts, HeadingsStayWithinHalfATurnWhileATurnIsHindered) {
+  MotionWorld world;
+  world.AddWall({0.25, -5.0}, {0.25, 5.0});
+  std::vector<Vector> tilted;  // stands on a corner when the heading passes half a turn
+  for (int i = 0; i < 4; i++) tilted.push_back(0.28 * UnitVector(-0.4 + i * 0.5 * M_PI));
+  world.AddRobot(world.AddPolygon(tilted), 0.0, 0.0);
+  double turned = 0.0;
+  for (int i = 0; i < 300; i++) {
+    const double before = world.bodies.heading[0];
+    world.CommandInWorld(0, 0.3, 0.0, 1.0);
+    world.Step();
+    ASSERT_LE(std::fabs(world.bodies.heading[0]), M_PI + 1e-9);
+    turned += MotionWorld::Wrap(world.bodies.heading[0] - before);
+  }
+  EXPECT_GT(turned, 2.0 * M_PI);
+}
+
+TEST(Contacts, TheFrictionOfAContactIsTheMeanOfBothBodies) {
+  for (const bool mover_first : {false, true})
+    for (const double friction : {0.0, 0.4}) {
+      MotionWorld world;
+      const uint32_t disc = world.AddDisc(0.2), block = world.AddRectangle(9.0, 0.4);
+      const auto add_block = [&] { world.AddRobot(block, 3.0, -0.2, 0.0, 0.4 - friction); };
+      if (!mover_first) add_block();
+      const size_t mover = world.AddRobot(disc, 0.0, 0.3, 0.0, friction);
+      if (mover_first) add_block();
+      double begin = 0.0;
+      for (int i = 0; i < 70; i++) {
+        if (i == 20) begin = world.bodies.x[mover];
+        world.CommandInWorld(mover, 0.5 * std::sqrt(0.75), -0.25);
+        world.Step();
+      }
+      const double speed = (world.bodies.x[mover] - begin) / 5.0;
+      EXPECT_NEAR(speed, 0.5 * std::sqrt(0.75) - 0.2 * 0.25, 0.005) << mover_first << friction;
+    }
+}
+
+TEST(Contacts, ABodyPassesAboveALowWallAndAWallOfItsOwnGroup) {
+  for (const bool low : {false, true}) {
+    MotionWorld world;
+    const Vector ends[] = {{1.0, -5.0}, {1.0, 5.0}};
+    world.walls.Add(ends, false, {0.0, 0.5}, 0.0, low ? Stg::motion::kNoGroup : 7);
+    world.walls.Index();
+    const size_t robot = world.AddRobot(world.AddRectangle(0.4, 0.4), 0.0, 0.0);
+    world.bodies.group[robot] = 7;
+    world.bodies.elevation[robot] = low ? 0.6 : 0.0;
+    world.Command(robot, 0.5, 0.0, 0.0);
+    world.Steps(40);
+    EXPECT_NEAR(world.bodies.x[robot], 2.0, 1e-9) << low;
+    world.bodies.elevation[robot] = 0.0;
+    world.bodies.group[robot] = 8;
+    world.Command(robot, -0.5, 0.0, 0.0);
+    world.Steps(40);
+    EXPECT_NEAR(world.bodies.x[robot], 1.2, 1e-3) << low;
+  }
+}
+
+TEST(Contacts, ADiscSlidesAroundTheEndOfAWall) {
+  MotionWorld world;
+  world.AddWall({1.0, 0.0}, {1.0, 5.0});
+  world.AddRobot(world.AddDisc(0.2), 0.0, -0.1);
+  for (int i = 0; i < 100; i++) {
+    world.CommandInWorld(0, 0.3, 0.0);
+    world.Step();
+  }
+  EXPECT_GT(world.bodies.x[0], 2.0);
+  EXPECT_NEAR(world.bodies.y[0], -0.2 - Stg::motion::kSkin, 1e-3);
+}
+
+TEST(Contacts, ASquareInACornerTouchesBothWallsAllAlong) {
+  MotionWorld world;
+  world.AddRoom(-3.0, -3.0, 1.0, 1.0);
+  world.AddRobot(world.AddRectangle(0.4, 0.4), 0.0, 0.0);
+  for (int i = 0; i < 60; i++) {
+    world.CommandInWorld(0, 0.3, 0.2);
+    world.Step();
+  }
+  EXPECT_NEAR(world.bodies.x[0], 0.8 - Stg::motion::kSkin, 1e-6);
+  EXPECT_NEAR(world.bodies.y[0], 0.8 - Stg::motion::kSkin, 1e-6);
+  int right = 0, top = 0;
+  for (const test::Contact& contact : world.contacts.contacts())
+    (contact.normal.x > 0.5 ? right : top)++;
+  EXPECT_EQ(right, 2);
+  EXPECT_EQ(top, 2);
+  world.CommandInWorld(0, -0.3, 0.1);  // along one of them
+  world.Steps(10);
+  EXPECT_NEAR(world.bodies.x[0], 0.5 - Stg::motion::kSkin, 1e-6);
+}
+
+TEST(Contacts, NormalsPointFromTheLowerRowAndGapsAreThoseOfContacts) {
+  MotionWorld world;
+  const uint32_t square = world.AddRectangle(0.4, 0.4);
+  world.AddRobot(square, 1.0, 0.0);  // stands
+  world.AddRobot(square, 0.0, 0.0, 0.02);
+  world.bodies.arm[1] = 1e3;  // does not turn, so that one corner touches
+  for (int i = 0; i < 30; i++) {
+    world.CommandInWorld(1, 0.3, 0.0);
+    world.Step();
+  }
+  const auto contacts = world.contacts.contacts();
+  ASSERT_EQ(contacts.size(), 1u);
+  EXPECT_EQ(contacts[0].a, 0u);
+  EXPECT_EQ(contacts[0].b, 1u);
+  EXPECT_NEAR(contacts[0].normal.x, -1.0, 0.01);
+  EXPECT_LT(contacts[0].gap, Stg::motion::kTouch);
+}
+
+TEST(Contacts, ThePartThatIsMadeCountsTurnsAndIsFromZeroToOne) {
+  MotionWorld world;
+  const Vector slot[] = {{-5.0, 0.21}, {5.0, 0.21}}, other[] = {{-5.0, -0.21}, {5.0, -0.21}};
+  world.walls.Add(slot, false);
+  world.walls.Add(other, false);
+  world.walls.Index();
+  const uint32_t bar = world.AddRectangle(0.8, 0.4);
+  world.AddRobot(bar, 0.0, 0.0);
+  world.Command(0, 0.0, 0.0, 1.0);
+  world.Steps(20);
+  EXPECT_LT(world.bodies.made[0], 0.01);  // it cannot turn in the slot
+  world.Command(0, 0.3, 0.0, 0.0);
+  world.Steps(3);
+  world.Command(0, 0.0, 0.0, 0.0);
+  world.Step();
+  EXPECT_EQ(world.bodies.made[0], 1.0);  // nothing was wanted
+
+  MotionWorld pushed;
+  const uint32_t disc = pushed.AddDisc(0.2);
+  pushed.AddRobot(disc, 0.0, 0.0);
+  pushed.AddBox(disc, 0.5, 0.0, 1.0);  // a weak robot that drives against the first
+  pushed.Command(0, 0.3, 0.0, 0.0);
+  pushed.Command(1, -0.1, 0.0, 0.0);
+  pushed.Steps(20);
+  EXPECT_GT(pushed.bodies.x[1], 0.6);
+  EXPECT_EQ(pushed.bodies.made[1], 0.0);
+  pushed.Command(0, -1.0, 0.0, 0.0);
+  pushed.Steps(2);
+  EXPECT_EQ(pushed.bodies.made[1], 1.0);  // free again
+}
+
+TEST(Contacts, NeitherOfTwoRobotsCarriesTheOtherAlongByFriction) {
+  MotionWorld world;
+  const uint32_t square = world.AddRectangle(0.4, 0.4);
+  for (int i = 0; i < 2; i++) {
+    world.AddRobot(square, 0.4 * i + 0.001 * i, 0.0, 0.0, 0.5);
+    world.bodies.arm[static_cast<size_t>(i)] = 1e3;
+  }
+  for (int i = 0; i < 10; i++) {
+    world.CommandInWorld(0, 0.2, 0.2);
+    world.CommandInWorld(1, -0.2, 0.05);
+    world.Step();
+  }
+  EXPECT_LE(world.bodies.y[1], 0.05 + 1e-6);
+  EXPECT_GT(world.bodies.y[1], 0.045);
+  EXPECT_LT(world.bodies.y[0], 0.19);  // braked
+  EXPECT_GT(world.bodies.y[0], world.bodies.y[1]);
+}
+
+TEST(Contacts, BodiesThatOverlapArePushedApartSlowly) {
+  MotionWorld world;
+  const uint32_t square = world.AddRectangle(0.4, 0.4);
+  world.AddRobot(square, 0.0, 0.0);
+  world.AddBox(square, 0.3, 0.0, 4.0);
+  world.Command(0, 0.3, 0.0, 0.0);
+  for (int i = 0; i < 20; i++) {
+    const double before = world.bodies.x[1];
+    world.Step();
+    ASSERT_LT(world.bodies.x[1] - before, 0.03 + 2.0 * Stg::motion::kSkin) << "step " << i;
+  }
+}
+
+TEST(Contacts, RobotsThatMeetFaceToFaceStopAtTheSameGapAsAtAWall) {
+  MotionWorld world;
+  const uint32_t square = world.AddRectangle(0.4, 0.4);
+  world.AddRobot(square, 0.0, 0.0);
+  world.AddRobot(square, 1.0, 0.1);
+  for (int i = 0; i < 40; i++) {
+    world.CommandInWorld(0, 0.2, 0.0);
+    world.CommandInWorld(1, -0.3, 0.0);
+    world.Step();
+  }
+  EXPECT_NEAR(world.LeastGap(), Stg::motion::kSkin, 1e-6);
+}
+
+TEST(Contacts, ABodyThatIsTooNearIsPushedOffAtOnce) {
+  MotionWorld world;
+  world.AddWall({-5.0, 0.0}, {5.0, 0.0});
+  world.AddRobot(world.AddDisc(0.2), 0.0, 0.2 + 5e-5);
+  world.Command(0, 1e-4, 0.0, 0.0);
+  world.Step();
+  EXPECT_NEAR(world.GapToWall(0, 0), Stg::motion::kSkin, 2e-5);
+}
+
 }  // namespace

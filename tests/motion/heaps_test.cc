@@ -192,6 +192,56 @@ TEST(Heaps, RandomOutlinesNeverOverlapAtAnySpeedAndStep) {
   EXPECT_GT(made / static_cast<double>(movers), 0.2);
 }
 
+/// A corridor with narrow doors, a chain of things that a robot pushes through it, and robots that
+/// want to pass.
+MotionWorld NarrowHeap(uint64_t seed) {
+  MotionWorld world;
+  Numbers random(seed);
+  const double width = random.Between(0.5, 0.8), door = random.Between(0.25, 0.5);
+  world.AddRoom(-4.0, -width, 4.0, width);
+  for (const double x : {-1.0, 1.5})
+    for (const double side : {-1.0, 1.0}) {
+      const Vector post[] = {{x, side * width}, {x, side * 0.5 * door}};
+      world.walls.Add(post, false, {-1e9, 1e9}, random.Between(0.0, 0.5));
+    }
+  world.walls.Index();
+  const double size = random.Between(0.1, door - 0.05), friction = random.Between(0.0, 0.5);
+  const uint32_t link = random() < 0.5 ? world.AddRectangle(size, size) : world.AddDisc(0.5 * size);
+  const uint32_t robot = random() < 0.5 ? world.AddDisc(0.1) : world.AddRectangle(0.2, 0.15);
+  double x = -2.0;
+  for (int i = 0; i < 8; i++, x += size + random.Between(0.0002, 0.02))
+    world.AddBox(link, x, random.Between(-0.02, 0.02), random.Between(0.2, 2.0), friction);
+  for (int i = 0; i < 6; i++) world.AddRobot(robot, -3.7 + 0.25 * i, 0.0, 0.0, friction);
+  for (int i = 0; i < 3; i++) world.AddRobot(robot, 2.0 + 0.4 * i, 0.1 * i, M_PI, friction);
+  return world;
+}
+
+TEST(Heaps, ChainsAndRobotsInNarrowDoorsNeverOverlapAtAnySpeedAndStep) {
+  double pushed = 0.0;
+  for (uint64_t seed = 1; seed <= 36; seed++) {
+    SCOPED_TRACE(seed);
+    MotionWorld world = NarrowHeap(seed);
+    ASSERT_GT(world.LeastGap(), 0.0);
+    world.dt = seed % 3 == 0 ? 0.001 : seed % 3 == 1 ? 0.1 : 1.0;
+    const double speeds[] = {0.3, 2.0, 20.0, 100.0};
+    const double speed = speeds[seed / 3 % 4], begin = world.bodies.x[0];
+    Numbers random(seed + 1000);
+    for (int step = 0; step < 60; step++) {
+      if (seed <= 24) CommandAtRandom(&world, &random, speed);
+      for (size_t i = 8; i < 14; i++)
+        if (seed > 24 || random() < 0.5) world.CommandInWorld(i, speed, 0.0);
+      world.Step();
+      ASSERT_GE(world.LeastGap(), 1e-9) << "step " << step;
+      for (size_t i = 0; i < world.bodies.size(); i++) {
+        ASSERT_LT(std::fabs(world.bodies.x[i]), 4.0);
+        ASSERT_LT(std::fabs(world.bodies.y[i]), 0.8);
+      }
+    }
+    pushed += world.bodies.x[0] - begin;
+  }
+  EXPECT_GT(pushed, 1.0);
+}
+
 TEST(Heaps, TheCheckFindsOverlaps) {
   MotionWorld world = RandomHeap(5);
   ASSERT_GT(world.LeastGap(), 0.0);

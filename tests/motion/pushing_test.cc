@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "support/motion_world.hh"
@@ -249,6 +250,94 @@ TEST(Pushing, AConcaveBoxIsDraggedByARobotInsideOfIt) {
     ASSERT_GE(world.LeastGap(), 1e-9);
   }
   EXPECT_GT(world.bodies.y[0], 1.0);
+}
+
+/// The way of a box at the end of a bar that a robot with this shape turns.
+double WayOfTurnedBox(double grip) {
+  MotionWorld world;
+  world.AddBox(world.AddDisc(0.1), 0.9, 0.111, grip);
+  world.AddRobot(world.AddRectangle(2.0, 0.02), 0.0, 0.0);
+  world.bodies.arm[1] = 0.2;  // greatest torque: 2 N m
+  world.Command(1, 0.0, 0.0, 0.2);
+  world.Steps(20);
+  EXPECT_GE(world.LeastGap(), 1e-9);
+  return Length(world.PositionOf(0) - Vector{0.9, 0.111});
+}
+
+TEST(Pushing, TheTorqueOfARobotIsLimited) {
+  EXPECT_GT(WayOfTurnedBox(1.0), 0.3);
+  EXPECT_LT(WayOfTurnedBox(4.0), 0.01);
+}
+
+TEST(Pushing, ALongLeverTurnsNoFartherThanWasForeseen) {
+  // A bar between a pin and a robot near to it: its ends move much faster than the robot.
+  for (int k = 0; k < 60; k++) {
+    MotionWorld world;
+    const Vector pin[] = {{-0.01, 0.012}, {0.01, 0.012}, {0.01, 0.03}, {-0.01, 0.03}};
+    world.walls.Add(pin, true);
+    world.walls.Index();
+    world.AddBox(world.AddRectangle(3.0, 0.02), 0.0, 0.0, 1.0);
+    const size_t robot = world.AddRobot(world.AddDisc(0.01), 0.04, -0.021);
+    world.bodies.grip[robot] = 1e4;
+    const uint32_t disc = world.AddDisc(0.1);
+    world.AddRobot(disc, 1.3, 0.12 + 0.01 * k);  // stand in the way
+    world.AddRobot(disc, -1.3, -0.12 - 0.01 * k);
+    world.AddBox(disc, 0.9, 0.12 + 0.007 * k, 0.5);
+    for (int i = 0; i < 20; i++) {
+      world.CommandInWorld(robot, 0.0, 0.05 + 0.01 * k);
+      world.Step();
+      ASSERT_GE(world.LeastGap(), 1e-9) << k << " step " << i;
+    }
+  }
+}
+
+TEST(Pushing, WhatIsSqueezedOutGoesNoFartherThanWasForeseen) {
+  // A disc between two plates that close like a wedge is much faster than they are.
+  for (int k = 0; k < 60; k++) {
+    MotionWorld world;
+    const uint32_t plate = world.AddRectangle(2.0, 0.1);
+    const double slope = 0.1, y = (0.1 + 0.05 + kSkin) / std::cos(slope);
+    world.AddRobot(plate, 0.0, y, slope);
+    world.AddRobot(plate, 0.0, -y, -slope);
+    world.AddBox(world.AddDisc(0.1), 0.0, 0.0, 0.5);
+    world.AddRobot(world.AddRectangle(0.1, 0.05), 0.151 + 0.002 * k, 0.0);  // stands
+    for (size_t i = 0; i < 2; i++) {
+      world.bodies.grip[i] = 1e4;
+      world.bodies.arm[i] = 1e3;
+    }
+    for (int step = 0; step < 10; step++) {
+      world.CommandInWorld(0, 0.0, -0.1);
+      world.CommandInWorld(1, 0.0, 0.1);
+      world.Step();
+      ASSERT_GE(world.LeastGap(), 1e-9) << k << " step " << step;
+    }
+    EXPECT_GT(world.bodies.x[2], std::min(0.001 * k - 0.002, 0.02));
+  }
+}
+
+TEST(Pushing, StepsOfFourMillimetresGiveNearlyTheMotionOfShorterOnes) {
+  // Beside its centre, a robot pushes a box, which meets others on its way.
+  const auto push = [](int steps) {
+    MotionWorld world;
+    world.dt = 1.0 / steps;
+    world.AddRobot(world.AddDisc(0.1), -0.32, 0.05, 0.0, 0.3);
+    world.AddBox(world.AddRectangle(0.4, 0.4), 0.0, 0.0, 4.0, 0.3);
+    world.AddBox(world.AddRectangle(0.1, 0.1), 0.35, 0.1, 0.5, 0.3);
+    world.AddBox(world.AddDisc(0.1), 0.6, -0.1, 0.5, 0.3);
+    for (int i = 0; i < steps; i++) {
+      world.CommandInWorld(0, 0.4, 0.0);
+      world.Step();
+    }
+    return world.bodies;
+  };
+  const test::Columns exact = push(400), coarse = push(100);
+  EXPECT_GT(exact.x[2], 0.4);
+  EXPECT_GT(std::fabs(exact.heading[1]), 0.1);
+  for (size_t i = 0; i < 4; i++) {
+    EXPECT_NEAR(coarse.x[i], exact.x[i], 0.005) << i;
+    EXPECT_NEAR(coarse.y[i], exact.y[i], 0.005) << i;
+  }
+  EXPECT_NEAR(coarse.heading[1], exact.heading[1], 0.01);
 }
 
 }  // namespace

@@ -89,6 +89,32 @@ TEST(Separation, OfOverlappingSquaresIsAlongTheLeastOverlap) {
   EXPECT_NEAR(found.normal.x, 1.0, 1e-12);
 }
 
+TEST(SafePart, LetsOutlinesThatOverlapGoNoDeeper) {
+  Numbers random(4);
+  int hindered = 0, free = 0;
+  for (int k = 0; k < 5000; k++) {
+    const Vector center_b = random.Between(0.0, 0.5) * UnitVector(random.Between(0.0, 6.3));
+    const Convex a = RandomConvex(&random, {0.0, 0.0}), b = RandomConvex(&random, center_b);
+    const double gap = Separate(a.hull(), b.hull(), {1.0, 0.0}).gap;
+    if (gap >= 0.0) continue;
+    const auto motion = [&] {
+      return Stg::motion::Motion{random.Between(-0.2, 0.2), random.Between(-0.2, 0.2),
+                                 random() < 0.5 ? 0.0 : random.Between(-1.0, 1.0)};
+    };
+    const Moving first{a.hull(), 0.4, {0.0, 0.0}, motion()};
+    const Moving second{b.hull(), 0.4, center_b, motion()};
+    const double part = SafePart(first, second, UnitVector(random.Between(0.0, 6.3)));
+    ASSERT_GE(part, 0.0);
+    ASSERT_LE(part, 1.0);
+    const Convex after_a = Moved(a, {0.0, 0.0}, first.motion, part);
+    const Convex after_b = Moved(b, center_b, second.motion, part);
+    ASSERT_GE(Separate(after_a.hull(), after_b.hull(), {1.0, 0.0}).gap, gap - 1e-9) << k;
+    (part < 1.0 ? hindered : free)++;
+  }
+  EXPECT_GT(hindered, 500);
+  EXPECT_GT(free, 100);
+}
+
 TEST(SafePart, KeepsOutlinesApartAllTheWay) {
   Numbers random(2);
   int hindered = 0, free = 0;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "support/motion_world.hh"
@@ -46,6 +47,15 @@ TEST(Shape, AConvexPolygonIsOnePieceInBothOrders) {
   std::vector<Vector> round;
   for (int i = 0; i < 100; i++) round.push_back(UnitVector(i * M_PI / 50.0));
   EXPECT_EQ(Cut(round), 1u);
+}
+
+TEST(Shape, ConcavePolygonsAreCutWhateverTheirFirstCorner) {
+  std::vector<Vector> zigzag{{0, 0}, {1, 0.2}, {2, 0}, {3, 0.2}, {4, 0},
+                             {4, 2}, {3, 1},   {2, 2}, {1, 1}};
+  for (size_t i = 0; i < zigzag.size(); i++) {
+    EXPECT_LE(Cut(zigzag), 8u);
+    std::rotate(zigzag.begin(), zigzag.begin() + 1, zigzag.end());
+  }
 }
 
 TEST(Shape, ConcavePolygonsAreCutIntoFewConvexPieces) {
