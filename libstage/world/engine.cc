@@ -40,8 +40,7 @@ void WorldEngine::CallContactCallbacks(uint64_t epoch_of_step) {
       if (model->Root()->HasCallbacks(Model::CB_CONTACT)) ids.push_back(model->Root()->GetId());
   });
   std::ranges::sort(ids);
-  const auto surplus = std::ranges::unique(ids);
-  ids.erase(surplus.begin(), surplus.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   for (const uint32_t id : ids) {
     if (Model* const model = FindModel(id)) model->CallCallbacks(Model::CB_CONTACT);
     if (epoch != epoch_of_step) return;
