@@ -400,13 +400,14 @@ void Recorder::Impl::WriteScans(LoggedRobot* robot) {
 
 void Recorder::Impl::WriteReadings(LoggedRobot* robot) {
   for (LoggedSensor& sensor : robot->sensors) {
-    const auto& [model, type, topic] = sensor.source;
-    if (model->GetLastUpdate() <= sensor.written) continue;
-    sensor.written = model->GetLastUpdate();
+    const Model& model = *sensor.source.sensor;
+    const ModelType& type = *sensor.source.type;
+    if (model.GetLastUpdate() <= sensor.written) continue;
+    sensor.written = model.GetLastUpdate();
     if (sensor.channel < 0)
-      sensor.channel = log_.Channel(topic, [&] { return ReadingsType(*type, *model); });
+      sensor.channel = log_.Channel(sensor.source.topic, [&] { return ReadingsType(type, model); });
     message_.Clear();
-    PutReadings(*type, *model, robot->robot.base_frame, &message_);
+    PutReadings(type, model, robot->robot.base_frame, &message_);
     log_.Add(static_cast<uint16_t>(sensor.channel), now_, message_);
   }
 }
