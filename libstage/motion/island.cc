@@ -230,8 +230,11 @@ void IslandSolver::CutMotions() {
   for (size_t i = 0; i < members_; i++) {
     Body& body = bodies_[i];
     if (Distance(body.motion, {}, body.arm) < least) body.motion = {};
-    const double far = FarthestOf(body.motion, body.core);
-    if (far > body.left) body.motion = Part(body.motion, body.left / far);
+    if (FarthestOf(body.motion, body.core) <= body.left) continue;
+    // The whole way of a corner, as a part of more than a turn may still be a long way.
+    const double way =
+        Length({body.motion.x, body.motion.y}) + std::fabs(body.motion.turn) * body.core;
+    body.motion = Part(body.motion, body.left / way);
   }
 }
 

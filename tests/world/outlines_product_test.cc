@@ -201,6 +201,14 @@ TEST_F(OutlinesProduct, RandomHeapsNeverOverlapAndGiveEqualResultsInAllWays) {
   EXPECT_GT(totals.stalled, 30 * count);
 }
 
+TEST_F(OutlinesProduct, HeapsThatHadAnErrorOnceHaveNone) {
+  Totals totals;
+  for (const uint64_t seed : {5191}) {  // pushed by more than a turn
+    SCOPED_TRACE("STAGE_HEAPS=1 STAGE_FIRST_HEAP=" + std::to_string(seed));
+    TestHeap(seed, &totals);
+  }
+}
+
 TEST_F(OutlinesProduct, TheCheckFindsOverlapsAndPassedWalls) {
   const auto world = LoadText(
       "contacts \"outlines\"\n"
