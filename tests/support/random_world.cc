@@ -43,7 +43,8 @@ WorldText::WorldText(uint64_t seed) : random_(seed * 7919), seed_(seed) {
   half_width_ = OneOf(widths) * cell_;
   steps_ = 8 + Below(12);
 
-  text_ = Text("resolution ", cell_, "\nthreads ", 1 + Below(3), "\n");
+  text_ = Text("resolution ", cell_, "\nthreads ", 1 + Below(3), "\ncontacts \"",
+               seed % 3 == 0 ? "cells" : "outlines", "\"\n");
   if (Chance(0.3)) text_ += "ray_model \"exact\"\n";
   // A frame around everything, aligned with the grid or not.
   if (Chance(0.7))

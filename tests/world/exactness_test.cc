@@ -25,7 +25,7 @@ using random_world::Outcome;
 using random_world::WorldText;
 using Stg::RunOptions;
 
-constexpr uint64_t kWorlds = kSanitized ? 30 : 60;
+constexpr uint64_t kWorlds = kSanitized ? 30 : 40;
 
 std::string FromEnvironment(const char* name) {
   const char* value = std::getenv(name);

@@ -149,7 +149,7 @@ class HistoriesTest : public testing::Test {
   static void SetUpTestSuite() { Init(nullptr, nullptr); }
   /// Calls come_by(run), which returns an error or an empty text, for random runs.
   static void Compare(const std::function<std::string(const History&)>& come_by) {
-    constexpr uint64_t kRuns = kSanitized ? 4 : 16;
+    constexpr uint64_t kRuns = kSanitized ? 4 : 10;
     SetLogSink([](LogLevel, const std::string&) {});  // discards messages about refused changes
     for (uint64_t seed = 0; seed < kRuns; seed++) EXPECT_EQ(come_by(History(seed)), "") << seed;
     SetLogSink(nullptr);

@@ -178,7 +178,7 @@ class OutlinesProduct : public testing::Test {
 };
 
 TEST_F(OutlinesProduct, RandomHeapsNeverOverlapAndGiveEqualResultsInAllWays) {
-  const uint64_t count = Number("STAGE_HEAPS", kSanitized ? 6 : 40);
+  const uint64_t count = Number("STAGE_HEAPS", kSanitized ? 6 : 24);
   const uint64_t first = Number("STAGE_FIRST_HEAP", 1);
   Totals totals;
   for (uint64_t seed = first; seed < first + count; seed++) {

@@ -202,7 +202,7 @@ void GoAstrayAndBack(uint64_t seed, Snapshot::Keep keep) {
 }
 
 TEST_F(SnapshotTest, RestoreUndoesAllChanges) {
-  constexpr int kWorlds = kSanitized ? 10 : 60;
+  constexpr int kWorlds = kSanitized ? 10 : 40;
   for (uint64_t seed = 0; seed < kWorlds && !HasFatalFailure(); seed++)
     for (const Snapshot::Keep keep : {Snapshot::kFull, Snapshot::kLean}) {
       SCOPED_TRACE(seed);

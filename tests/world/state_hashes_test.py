@@ -94,7 +94,7 @@ class StateHashesTest(unittest.TestCase):
 
     def test_ray_by_ray(self) -> None:
         """Without batches, no rays are traced in the lanes of vectors."""
-        self.compare(["--threads", "1", "--no-batch"], longest=60)
+        self.compare(["--threads", "1", "--no-batch"], longest=5)
 
 
 if __name__ == "__main__":

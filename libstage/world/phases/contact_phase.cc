@@ -274,9 +274,9 @@ void ContactPhase::ForEachContact(const Model* root,
     return;
   }
   if (root->contact_row_ == Model::kNoRow) return;
-  const auto range =
-      std::ranges::equal_range(touching_, root->contact_row_, {}, &ContactOfRow::row);
-  for (const ContactOfRow& touch : range) f(touch.point);
+  const uint32_t row = root->contact_row_;
+  auto touch = std::ranges::lower_bound(touching_, row, {}, &ContactOfRow::row);
+  for (; touch != touching_.end() && touch->row == row; ++touch) f(touch->point);
 }
 
 namespace {
