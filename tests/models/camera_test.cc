@@ -3,33 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <atomic>
 #include <cmath>
-#include <cstdlib>
-#include <new>
 #include <string>
 #include <vector>
 
+#include "support/counted_allocations.hh"
 #include "support/model_testing.hh"
-
-namespace {
-std::atomic<long> allocations{0};
-}  // namespace
-
-// Counts allocations, to prove that images need no further memory after the first one. Not inlined,
-// because compilers would warn of the pair new and free().
-[[gnu::noinline]] void* operator new(size_t size) {
-  allocations++;
-  if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;
-  throw std::bad_alloc();
-}
-// The nothrow version is replaced, too, because that of the sanitizers does not call the one above.
-[[gnu::noinline]] void* operator new(size_t size, const std::nothrow_t&) noexcept {
-  allocations++;
-  return std::malloc(size > 0 ? size : 1);
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 
 namespace Stg {
 namespace {
@@ -445,9 +424,9 @@ TEST(CameraTest, PicturesArePartOfTheStateHashAndRepeat) {
 long AllocationsIn(const std::string& text) {
   const auto world = LoadText(text);
   Step(*world, 30);
-  const long before = allocations;
+  const long before = test::allocations;
   Step(*world, 10);
-  return allocations - before;
+  return test::allocations - before;
 }
 
 TEST(CameraTest, TakesNoMoreMemoryOnceItRuns) {

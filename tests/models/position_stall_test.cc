@@ -12,32 +12,42 @@ namespace {
 
 // ---- stalls -------------------------------------------------------------------------------------
 
+/// Drives a robot that was stopped by a box away and back, and takes the box away.
+void ExpectRetries(Robot* robot) {
+  ModelPosition& p = *robot->position;
+  p.Stop();
+  Step(*robot->world, 3);
+  EXPECT_TRUE(p.Stalled());  // unchanged, because no move was tried
+  p.SetSpeed(-0.5, 0, 0);
+  Step(*robot->world);
+  EXPECT_FALSE(p.Stalled());
+  p.SetSpeed(0.5, 0, 0);
+  Step(*robot->world, 3);
+  EXPECT_TRUE(p.Stalled());
+  Find(*robot->world, "box")->SetPose(Pose(10, 0, 0, 0));
+  Step(*robot->world);
+  EXPECT_FALSE(p.Stalled());  // the robot goes on without a new command
+}
+
+/// Makes four steps. Returns a digit for each: 1 if the robot was stalled.
+std::string StallsOfFourSteps(Robot* robot) {
+  std::string stalled;
+  for (int i = 0; i < 4; i++) {
+    Step(*robot->world);
+    stalled += robot->position->Stalled() ? '1' : '0';
+  }
+  return stalled;
+}
+
 TEST(Stall, OfCellsRejectsTheMoveAndRetries) {
   // The robot's front is at 0.2 and the face of the box at 0.29, so one step of 0.05 is free.
   Robot robot("", "contacts \"cells\"\nmodel( name \"box\" pose [0.49 0 0 0] size [0.4 0.4 1] )");
   ModelPosition& p = *robot.position;
   p.SetSpeed(0.5, 0, 0.05);
-  std::string stalled;
-  for (int i = 0; i < 4; i++) {
-    Step(*robot.world);
-    stalled += p.Stalled() ? '1' : '0';
-  }
-  EXPECT_EQ(stalled, "0111");
+  EXPECT_EQ(StallsOfFourSteps(&robot), "0111");
   ExpectPose(p.GetPose(), 0.05, 0, 0, 0.005);  // not turned either
   ExpectPose(p.GetVelocity(), 0.5, 0, 0, 0.05);
-
-  p.Stop();
-  Step(*robot.world, 3);
-  EXPECT_TRUE(p.Stalled());  // unchanged, because no move was tried
-  p.SetSpeed(-0.5, 0, 0);
-  Step(*robot.world);
-  EXPECT_FALSE(p.Stalled());
-  p.SetSpeed(0.5, 0, 0);
-  Step(*robot.world, 3);
-  EXPECT_TRUE(p.Stalled());
-  Find(*robot.world, "box")->SetPose(Pose(10, 0, 0, 0));
-  Step(*robot.world);
-  EXPECT_FALSE(p.Stalled());  // the robot goes on without a new command
+  ExpectRetries(&robot);
 }
 
 TEST(Stall, OfOutlinesEndsAtTheFaceAndRetries) {
@@ -45,27 +55,10 @@ TEST(Stall, OfOutlinesEndsAtTheFaceAndRetries) {
               "contacts \"outlines\"\nmodel( name \"box\" pose [0.49 0 0 0] size [0.4 0.4 1] )");
   ModelPosition& p = *robot.position;
   p.SetSpeed(0.5, 0, 0);
-  std::string stalled;
-  for (int i = 0; i < 4; i++) {
-    Step(*robot.world);
-    stalled += p.Stalled() ? '1' : '0';
-  }
-  EXPECT_EQ(stalled, "0111");
+  EXPECT_EQ(StallsOfFourSteps(&robot), "0111");
   ExpectPose(p.GetPose(), 0.0896, 0, 0, 0, 1e-6);  // 0.4 mm before the face
   ExpectPose(p.GetVelocity(), 0.5, 0, 0, 0);
-
-  p.Stop();
-  Step(*robot.world, 3);
-  EXPECT_TRUE(p.Stalled());  // unchanged, because no move was tried
-  p.SetSpeed(-0.5, 0, 0);
-  Step(*robot.world);
-  EXPECT_FALSE(p.Stalled());
-  p.SetSpeed(0.5, 0, 0);
-  Step(*robot.world, 3);
-  EXPECT_TRUE(p.Stalled());
-  Find(*robot.world, "box")->SetPose(Pose(10, 0, 0, 0));
-  Step(*robot.world);
-  EXPECT_FALSE(p.Stalled());  // the robot goes on without a new command
+  ExpectRetries(&robot);
 }
 
 TEST(Stall, ABodyBelowTheGroundNeverMoves) {

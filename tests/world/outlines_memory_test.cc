@@ -5,34 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <climits>
-#include <cstdlib>
 #include <memory>
-#include <new>
 #include <sstream>
 #include <string>
 
+#include "support/counted_allocations.hh"
 #include "support/model_testing.hh"
 #include "world/engine.hh"
-
-namespace {
-std::atomic<long> allocations{0};
-}  // namespace
-
-// Counts allocations. Not inlined, because compilers would warn of the pair new and free().
-[[gnu::noinline]] void* operator new(size_t size) {
-  allocations++;
-  if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;
-  throw std::bad_alloc();
-}
-// The nothrow version is replaced, too, because that of the sanitizers does not call the one above.
-[[gnu::noinline]] void* operator new(size_t size, const std::nothrow_t&) noexcept {
-  allocations++;
-  return std::malloc(size > 0 ? size : 1);
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 
 namespace Stg {
 namespace {
@@ -96,9 +76,9 @@ long AllocationsOf(const std::string& contacts, const std::string& text, int thr
   EXPECT_TRUE(world.Load(content, "t.world"));
   long least = LONG_MAX;
   for (int period = 0; period < 60; period++) {
-    const long before = allocations;
+    const long before = test::allocations;
     Drive(&world);
-    least = std::min(least, allocations - before);
+    least = std::min(least, test::allocations - before);
   }
   EXPECT_EQ(threads > 1, world.engine().shared_jobs() > 0);
   return least;
