@@ -21,13 +21,15 @@ void Contacts::MoveFree(size_t begin, size_t end, Columns* columns) const {
   }
 }
 
-/// Sorts the islands for threads, because one that begins with the largest last would wait for it.
-void Contacts::SortBySize() {
+/// For several threads, the largest islands come first, because the last one keeps a thread busy
+/// while the others wait.
+void Contacts::OrderIslands(bool by_size) {
   const auto size = [this](uint32_t i) {
     return nearby_.islands[i].last_member - nearby_.islands[i].first_member;
   };
   order_.resize(nearby_.islands.size());
   for (size_t i = 0; i < order_.size(); i++) order_[i] = static_cast<uint32_t>(i);
+  if (!by_size) return;
   std::sort(order_.begin(), order_.end(),
             [&](uint32_t a, uint32_t b) { return size(a) != size(b) ? size(a) > size(b) : a < b; });
 }
@@ -59,7 +61,7 @@ void Contacts::Step(const Shapes& shapes, const Walls& walls, Columns* columns,
   if (workers_.size() < threads) workers_.resize(threads);
   for (Worker& worker : workers_) worker.contacts.clear();
   ranges_.resize(nearby_.islands.size());
-  SortBySize();
+  OrderIslands(workers != nullptr);
   threads::RunOn(workers, order_.size(), 1, [&](size_t begin, size_t end, unsigned thread) {
     for (size_t i = begin; i < end; i++) Solve(shapes, walls, order_[i], thread, columns);
   });

@@ -46,14 +46,14 @@ class Contacts {
     size_t worker, first, last;
   };
   void MoveFree(size_t begin, size_t end, Columns* columns) const;
-  void SortBySize();
+  void OrderIslands(bool by_size);
   void Solve(const Shapes& shapes, const Walls& walls, size_t island, unsigned thread,
              Columns* columns);
   void CollectContacts();
 
   Nearby nearby_;
   std::vector<Worker> workers_;
-  std::vector<uint32_t> order_;  // of islands, by decreasing size
+  std::vector<uint32_t> order_;  // of the islands
   std::vector<Range> ranges_;    // of each island
   std::vector<Contact> contacts_;
 };

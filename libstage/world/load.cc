@@ -12,10 +12,10 @@
 #include "messages/report.hh"
 #include "models/body.hh"
 #include "models/exception_origin.hh"
+#include "models/model_choices.hh"
 #include "models/model_type_names.hh"
 #include "models/placement.hh"
 #include "models/ranger.hh"
-#include "models/ray_model_reader.hh"
 #include "threads/processors.hh"
 #include "world/engine.hh"
 #include "world/load_checks.hh"
@@ -98,16 +98,6 @@ std::unique_ptr<sensing::Prefilter> ChoosePrefilter(const RunOptions& options) {
   if (!options.device.empty() && options.device != "auto") throw LoadError("stage: " + message);
   messages::Warn(message + "; continuing without OpenCL; the results are the same");
   return nullptr;
-}
-
-ContactModel ReadContactModel(Worldfile* wf) {
-  constexpr char kName[] = "contacts";
-  if (!wf->PropertyExists(0, kName)) return ContactModel::kDefault;
-  const std::string name = wf->ReadString(0, kName, "");
-  if (name == "cells") return ContactModel::kCells;
-  if (name != "outlines")
-    wf->Fail(0, kName, "found " + messages::Quoted(name) + ", expected \"cells\" or \"outlines\"");
-  return ContactModel::kOutlines;
 }
 
 }  // namespace

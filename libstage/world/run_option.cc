@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #include "messages/assert.hh"
+#include "models/model_choices.hh"
 #include "worldfile/numbers.hh"
 
 namespace Stg {
@@ -51,28 +52,20 @@ void SetDuration(RunOptions* options, const OptionValue& value) {
   options->duration = seconds ? static_cast<usec_t>(std::llround(*seconds * 1e6)) : 0;
 }
 
-OptionValue GetRayModel(const RunOptions& options) {
-  if (options.ray_model == RayModel::kDefault) return {};
-  return std::string(options.ray_model == RayModel::kCell ? "cell" : "exact");
+/// Reads a choice by its name; kDefault is none.
+template <auto kMember, const ChoiceNames& kNames>
+OptionValue GetChoice(const RunOptions& options) {
+  const size_t number = static_cast<size_t>(options.*kMember);
+  return number == 0 ? OptionValue() : std::string(kNames[number - 1]);
 }
 
-void SetRayModel(RunOptions* options, const OptionValue& value) {
+template <auto kMember, const ChoiceNames& kNames>
+void SetChoice(RunOptions* options, const OptionValue& value) {
+  using Choice = std::remove_cvref_t<decltype(options->*kMember)>;
   const auto* name = std::get_if<std::string>(&value);
-  options->ray_model = !name             ? RayModel::kDefault
-                       : *name == "cell" ? RayModel::kCell
-                                         : RayModel::kExact;
-}
-
-OptionValue GetContacts(const RunOptions& options) {
-  if (options.contacts == ContactModel::kDefault) return {};
-  return std::string(options.contacts == ContactModel::kCells ? "cells" : "outlines");
-}
-
-void SetContacts(RunOptions* options, const OptionValue& value) {
-  const auto* name = std::get_if<std::string>(&value);
-  options->contacts = !name              ? ContactModel::kDefault
-                      : *name == "cells" ? ContactModel::kCells
-                                         : ContactModel::kOutlines;
+  options->*kMember = !name                ? Choice::kDefault
+                      : *name == kNames[0] ? static_cast<Choice>(1)
+                                           : static_cast<Choice>(2);
 }
 
 OptionValue GetDevice(const RunOptions& options) {
@@ -134,26 +127,24 @@ std::vector<RunOption> MakeTable() {
        "ray model of all sensors that do not set their own; overrides the world's. With cell, "
        "ranges go to the grid cell that was hit, accurate to about one cell; with exact, to the "
        "outline of the body, whatever the size of the cells",
-       GetRayModel,
-       SetRayModel,
+       GetChoice<&RunOptions::ray_model, kRayModels>,
+       SetChoice<&RunOptions::ray_model, kRayModels>,
        0,
        0,
-       {"cell", "exact"}},
+       {kRayModels.begin(), kRayModels.end()}},
       {"contacts",
        "contacts",
        Type::kChoice,
        "cells|outlines",
        true,
        "what stops bodies; overrides the world's. With outlines (default), bodies touch, slide "
-       "along "
-       "each other, turn where they touch, and push what is pushable; with cells, as in Stage 4.3, "
-       "a "
-       "move is refused if it would touch a cell of another body",
-       GetContacts,
-       SetContacts,
+       "along each other, turn where they touch, and push what is pushable; with cells, as in "
+       "Stage 4.3, a move is refused if it would touch a cell of another body",
+       GetChoice<&RunOptions::contacts, kContactModels>,
+       SetChoice<&RunOptions::contacts, kContactModels>,
        0,
        0,
-       {"cells", "outlines"}},
+       {kContactModels.begin(), kContactModels.end()}},
       {"controllers", "no-controllers", Type::kSwitch, "", true,
        "load no controllers and no plug-ins. These are programs: use this option to look at a "
        "world file that you do not trust",

@@ -316,7 +316,7 @@ TEST(Pushing, WhatIsSqueezedOutGoesNoFartherThanWasForeseen) {
 }
 
 TEST(Pushing, StepsOfFourMillimetresGiveNearlyTheMotionOfShorterOnes) {
-  // Beside its centre, a robot pushes a box, which meets others on its way.
+  // A robot pushes a box beside its centre, and the box meets others on its way.
   const auto push = [](int steps) {
     MotionWorld world;
     world.dt = 1.0 / steps;

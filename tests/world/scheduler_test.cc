@@ -287,13 +287,17 @@ TEST(Order, AConvoyDrivesInWhicheverOrderItWasMade) {
   }
 }
 
+/// Two robots that face each other, 0.1 m apart.
+std::unique_ptr<World> RobotsThatMeet(const std::string& contacts, bool left_first) {
+  const std::string left = "position( name \"l\" pose [-0.25 0 0 0] size [0.4 0.4 0.2] )\n",
+                    right = "position( name \"r\" pose [0.25 0 0 180] size [0.4 0.4 0.2] )\n";
+  return LoadText("contacts \"" + contacts + "\"\n" + (left_first ? left + right : right + left));
+}
+
 TEST(Order, ModelsMoveInTheOrderOfCreationWhereCellsStopThem) {
   // Two robots move to the same place; the one that was created first gets it.
   for (const bool left_first : {true, false}) {
-    const std::string left = "position( name \"l\" pose [-0.25 0 0 0] size [0.4 0.4 0.2] )\n",
-                      right = "position( name \"r\" pose [0.25 0 0 180] size [0.4 0.4 0.2] )\n";
-    const auto world =
-        LoadText("contacts \"cells\"\n" + (left_first ? left + right : right + left));
+    const auto world = RobotsThatMeet("cells", left_first);
     // Subscribe in the opposite order, which must not matter.
     ModelPosition *second = FindRunning<ModelPosition>(*world, left_first ? "r" : "l"),
                   *first = FindRunning<ModelPosition>(*world, left_first ? "l" : "r");
@@ -307,10 +311,7 @@ TEST(Order, ModelsMoveInTheOrderOfCreationWhereCellsStopThem) {
 
 TEST(Order, OfCreationHasNoInfluenceWhereOutlinesStopModels) {
   for (const bool left_first : {true, false}) {
-    const std::string left = "position( name \"l\" pose [-0.25 0 0 0] size [0.4 0.4 0.2] )\n",
-                      right = "position( name \"r\" pose [0.25 0 0 180] size [0.4 0.4 0.2] )\n";
-    const auto world =
-        LoadText("contacts \"outlines\"\n" + (left_first ? left + right : right + left));
+    const auto world = RobotsThatMeet("outlines", left_first);
     ModelPosition *l = FindRunning<ModelPosition>(*world, "l"),
                   *r = FindRunning<ModelPosition>(*world, "r");
     l->SetSpeed(0.6, 0, 0);

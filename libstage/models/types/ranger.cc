@@ -14,7 +14,7 @@
 #include "models/host.hh"
 #include "models/noise.hh"
 #include "models/property_checks.hh"
-#include "models/ray_model_reader.hh"
+#include "models/model_choices.hh"
 #include "models/self_masks.hh"
 #include "models/state_choice.hh"
 #include "models/state_exchange.hh"
