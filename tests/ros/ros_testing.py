@@ -16,7 +16,7 @@ from functools import cached_property
 from typing import IO, Any, Callable, Iterator, Mapping
 
 import rclpy
-from patience import PATIENCE
+from patience import PATIENCE, slowness
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
@@ -72,7 +72,7 @@ class Client:
             self._services[name] = self.node.create_client(kind, name)
             assert self._services[name].wait_for_service(PATIENCE), name
             # The node drops the response to a client that it has not discovered yet.
-            self.spin(0.3)
+            self.spin(0.3 * slowness())
         assert self._services[name].wait_for_service(PATIENCE), name
         future = self._services[name].call_async(kind.Request(**request))
         self.until(future.done)

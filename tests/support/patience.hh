@@ -13,7 +13,7 @@ namespace patience {
 /// Max seconds to wait for an event that must happen. A test goes on as soon as it has happened, so
 /// a high limit costs nothing unless the test fails. ctest's own limit is longer, so that the
 /// test's message is seen.
-inline constexpr double kPatience = 1200;
+inline constexpr double kPatience = 300;
 
 /// The current factor, at least 1, by which this machine is slower than an idle machine with two
 /// cores. A test that limits a duration multiplies the limit by it.

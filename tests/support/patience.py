@@ -13,7 +13,7 @@ import sys
 import time
 
 #: Max seconds to wait. ctest's own limit is longer, so that the test's message is seen.
-PATIENCE = 1200
+PATIENCE = 300
 
 #: Seconds that the program below takes on an idle machine of two cores.
 _REFERENCE = 0.07
