@@ -76,6 +76,8 @@ struct Robot {
   double docked_heading = 0;
   bool waiting = false, force_recharge = false;
 
+  enum { kMayNotFit };  // see KeptRobot
+
   bool Hungry() const { return force_recharge || power->ProportionRemaining() < kRechargeBelow; }
   bool Full() const { return power->ProportionRemaining() > ctrl::kStopChargingAt; }
 

@@ -16,6 +16,7 @@ struct Delivered : Stg::StateKeeper {
     exchange(flags);
     count = static_cast<unsigned long>(flags);
   }
+  bool FitsAlways() const override { return true; }
 };
 
 int CountFlag(Stg::Model*, void* delivered) {

@@ -309,6 +309,7 @@ void BlockGroup::RefreshVisibility(bool ranger_visible) {
     if (!block->rasterized_) continue;
     grid::Body body = grid.body(block->body_);
     STAGE_ASSERT(body.model == &owner_);
+    if (body.ranger_visible == ranger_visible) continue;
     body.ranger_visible = ranger_visible;
     grid.ChangeBody(block->body_, body, block->cells_);
     if (block->exact_) block->exact_->Change(&grid, body);

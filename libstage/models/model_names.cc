@@ -8,7 +8,10 @@
 
 namespace Stg {
 
-void ModelNames::Add(const Model* model, const std::string& name) { ids_[name] = model->GetId(); }
+void ModelNames::Add(const Model* model, const std::string& name) {
+  ids_[name] = model->GetId();
+  version_++;
+}
 
 Model* ModelNames::Find(const std::string& name, const Host& host) const {
   const auto found = ids_.find(name);
@@ -23,12 +26,14 @@ void ModelNames::NoteRemoved(const Host& host) {
 void ModelNames::RemoveStale(const Host& host) {
   if (removed_ == 0) return;
   removed_ = 0;
+  version_++;
   looked_at_ += ids_.size();
   std::erase_if(ids_, [&](const auto& entry) { return !host.FindModel(entry.second); });
 }
 
 void ModelNames::Clear() {
   ids_.clear();
+  version_++;
   removed_ = 0;
 }
 

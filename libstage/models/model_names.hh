@@ -37,11 +37,14 @@ class ModelNames {
   }
 
   std::size_t size() const { return ids_.size(); }
+  /// Counts changes of names.
+  uint64_t version() const { return version_; }
   /// Number of names examined in removing entries; a measure of the work.
   uint64_t looked_at() const { return looked_at_; }
 
  private:
   std::unordered_map<std::string, uint32_t> ids_;
+  uint64_t version_ = 0;
   std::size_t removed_ = 0;  // models removed since the last cleanup
   uint64_t looked_at_ = 0;
 };

@@ -42,20 +42,28 @@ void Ancestor::ExchangeState(StateExchange& exchange) {
 
 void Ancestor::ExchangeTypeCounts(StateExchange& exchange) {
   const size_t types = exchange.Count(child_type_counts.size());
-  if (exchange.restoring()) {
-    child_type_counts.clear();
-    for (uint64_t i = 0; i < types && !exchange.failed(); i++) {
-      std::string name;
-      unsigned int count = 0;
-      exchange(name, count);
-      child_type_counts[name] = count;
-    }
-    return;
-  }
+  if (exchange.restoring()) return RestoreTypeCounts(types, exchange);
   for (auto& [child_type, count] : child_type_counts) {
     std::string name = child_type;
     exchange(name, count);
   }
+}
+
+/// Changes only what differs, since that is little in most cases.
+void Ancestor::RestoreTypeCounts(size_t types, StateExchange& exchange) {
+  auto present = child_type_counts.begin();
+  std::string name;
+  for (size_t i = 0; i < types && !exchange.failed(); i++) {
+    unsigned int count = 0;
+    exchange(name, count);
+    while (present != child_type_counts.end() && present->first < name)
+      present = child_type_counts.erase(present);
+    if (present == child_type_counts.end() || present->first != name)
+      present = child_type_counts.emplace_hint(present, name, count);
+    present->second = count;
+    ++present;
+  }
+  child_type_counts.erase(present, child_type_counts.end());
 }
 
 void Model::ExchangeState(StateExchange& exchange) {

@@ -129,7 +129,7 @@ void StateExchange::Exchange(Model*& model) {
 
 void StateExchange::Reference(Model*& model, uint32_t& id) {
   uint32_t place = kNoModel;
-  if (model) {
+  if (model && !restoring()) {
     const auto older = [](const Model* m, uint32_t number) { return m->GetId() < number; };
     const auto found = std::lower_bound(models_.begin(), models_.end(), id, older);
     const bool is_there = found != models_.end() && *found == model;

@@ -118,6 +118,7 @@ void AppendDifference(const StateRow& base, const StateRow& row, Bytes* differen
 
 void Patch(const StateRow& base, Section difference, StateRow* row) {
   row->Clear();
+  row->fit = base.fit;
   const std::size_t count = TakeNumber(&difference);
   while (!difference.empty()) {
     const std::size_t next = row->count() + TakeNumber(&difference);

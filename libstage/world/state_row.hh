@@ -20,6 +20,9 @@ struct StateRow {
 
   Bytes bytes;
   std::vector<uint32_t> ends;  ///< ends of the sections, in bytes
+  /// Hash of what a world must have for the row to be restored directly: see Restorer::Fits(). 0:
+  /// unknown, as in rows from files.
+  uint64_t fit = 0;
 
   std::size_t count() const { return ends.size(); }
   std::span<const unsigned char> section(std::size_t i) const {
@@ -30,8 +33,9 @@ struct StateRow {
   void Clear() {
     bytes.clear();
     ends.clear();
+    fit = 0;
   }
-  bool operator==(const StateRow&) const = default;
+  bool operator==(const StateRow& o) const { return bytes == o.bytes && ends == o.ends; }
 };
 
 bool SameBytes(std::span<const unsigned char> a, std::span<const unsigned char> b);

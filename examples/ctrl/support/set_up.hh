@@ -80,12 +80,16 @@ concept Remembers = requires(Robot robot, Stg::StateExchange& exchange) {
   robot.ExchangeState(exchange);
 };
 
+/// A robot whose ExchangeState() calls StateExchange::Fail() has a member kMayNotFit.
 template <class Robot>
 struct KeptRobot : Stg::StateKeeper {
   Robot robot;
 
   void ExchangeState(Stg::StateExchange& exchange) override {
     if constexpr (Remembers<Robot>) robot.ExchangeState(exchange);
+  }
+  bool FitsAlways() const override {
+    return !requires { Robot::kMayNotFit; };
   }
 };
 

@@ -53,6 +53,7 @@ class Ancestor {
   /// See Model::ExchangeState(). Restoring neither creates nor deletes children.
   void ExchangeState(StateExchange& exchange);
   void ExchangeTypeCounts(StateExchange& exchange);
+  void RestoreTypeCounts(size_t types, StateExchange& exchange);
   /// Deletes the children, youngest first.
   void DeleteChildren();
 

@@ -312,7 +312,8 @@ class World : public WorldBase {
   /// continues exactly like that one. Call it between steps. Pointers to models stay valid, but
   /// models created since are deleted, and deleted ones are created again. Flags get their values
   /// back, not their addresses. Callbacks, clients' data and options stay. Returns false with a
-  /// message, and changes nothing, if models or their callbacks do not match.
+  /// message, and changes nothing, if models or their callbacks do not match. If memory runs out,
+  /// it throws std::bad_alloc, and the world must be restored or loaded again.
   bool Restore(const Snapshot& from);
   /// Sets the clock, for replaying recorded runs. Drops all scheduled events, so models no longer
   /// update by themselves. Call it between steps.
@@ -415,7 +416,6 @@ class World : public WorldBase {
   void ExchangeSchedules(StateExchange& exchange);
   void ExchangeGridState(StateExchange& exchange);
   std::string PendingCallback();
-  bool IsIn(const StateRow& row);
   void ExchangeTotals(StateExchange& exchange);
   void ExchangeUnrasterized(StateExchange& exchange);
   void ExchangeSchedule(StateExchange& exchange);
