@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <numeric>
+#include <vector>
 
 #include "stage.hh"
 
@@ -90,6 +92,38 @@ void Choose(const Stg::World& world, uint32_t robot) {
               question.candidates[decision.best].name.c_str());
 }
 
+// ---- many worlds --------------------------------------------------------------------------------
+
+/// Drives the robot of each world faster than that of the world before it.
+class Faster : public Stg::StepObserver {
+ public:
+  Faster(Stg::WorldPool* pool, uint32_t robot) : pool_(*pool), robot_(robot) {}
+  void BeforeStep(uint32_t id, uint64_t) override {
+    Stg::Model* robot = pool_.At(id)->FindModel(robot_);
+    dynamic_cast<Stg::ModelPosition*>(robot)->SetSpeed(0.01 * id, 0, 0);
+  }
+
+ private:
+  Stg::WorldPool& pool_;
+  const uint32_t robot_;
+};
+
+void DriveManyWorlds(const Stg::World& world, uint32_t robot) {
+  Stg::WorldPoolOptions options;
+  options.threads = 2;
+  std::vector<uint64_t> seeds(50);
+  std::iota(seeds.begin(), seeds.end(), 1);
+  Stg::WorldPool pool(world, seeds, options);
+  Faster faster(&pool, robot);
+  pool.Step(pool.All(), 400, &faster);
+  Stg::WorldPool::Ids stalled;
+  for (const uint32_t id : pool.All())
+    if (pool.At(id)->FindModel(robot)->Stalled()) stalled.push_back(id);
+  pool.Reset(stalled, std::vector<uint64_t>(stalled.size(), 7));
+  std::printf("%zu of %u worlds are back at their start, with seed 7\n", stalled.size(),
+              pool.size());
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -104,5 +138,6 @@ int main(int argc, char** argv) {
   TryTurns(&world, robot);
   TryLuck(world, other->GetId());
   Choose(world, robot->GetId());
+  DriveManyWorlds(world, robot->GetId());
   return 0;
 }

@@ -67,6 +67,7 @@
 #include "world/statistics.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
+#include "worlds/world_pool.hh"
 
 namespace Stg {
 

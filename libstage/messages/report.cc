@@ -16,6 +16,7 @@ LogSink& Sink() {
 }
 
 thread_local messages::Collector* innermost_collector = nullptr;
+thread_local messages::ErrorTrap* innermost_trap = nullptr;
 
 /// Writes the line with one call, so that lines of different threads do not mix.
 void PrintOnStandardError(const std::string& line) {
@@ -70,6 +71,10 @@ void Report(LogLevel level, const std::string& line) {
   const std::string shown = Shortened(line, kLongest);
   Collector* const collector = level == LogLevel::kProgress ? nullptr : innermost_collector;
   if (collector && collector->lines.size() < kMaxCollected) collector->lines.push_back(shown);
+  if (level == LogLevel::kError && innermost_trap) {
+    innermost_trap->last = shown;
+    return;
+  }
   LogSink sink;
   {
     const std::lock_guard<std::mutex> lock(mutex);
@@ -83,6 +88,9 @@ void Report(LogLevel level, const std::string& line) {
 
 Collector::Collector() : outer_(innermost_collector) { innermost_collector = this; }
 Collector::~Collector() { innermost_collector = outer_; }
+
+ErrorTrap::ErrorTrap() : outer_(innermost_trap) { innermost_trap = this; }
+ErrorTrap::~ErrorTrap() { innermost_trap = outer_; }
 
 void Progress(const std::string& text) { Report(LogLevel::kProgress, text); }
 void Warn(const std::string& text) { Report(LogLevel::kWarning, "stage: warning: " + text); }

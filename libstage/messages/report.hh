@@ -43,6 +43,24 @@ class Collector {
   Collector* outer_;
 };
 
+/// Keeps the errors that this thread reports during the trap's lifetime from the sink. Traps may be
+/// nested; the innermost one gets the errors. Collectors get them, too.
+class ErrorTrap {
+ public:
+  ErrorTrap();
+  ~ErrorTrap();
+  ErrorTrap(const ErrorTrap&) = delete;
+  ErrorTrap& operator=(const ErrorTrap&) = delete;
+
+  /// The last line, which names the cause of a failure; `otherwise` if there is none.
+  std::string Last(const std::string& otherwise) const { return last.empty() ? otherwise : last; }
+
+  std::string last;
+
+ private:
+  ErrorTrap* outer_;
+};
+
 inline constexpr std::size_t kMaxNameBytes = 80;     // bytes of a name that a message shows
 inline constexpr std::size_t kMaxDetailBytes = 200;  // bytes of a path or foreign message
 

@@ -197,4 +197,11 @@ void WorkerPool::Work(unsigned thread) {
   }
 }
 
+/// Threads of a pool cannot be joined after a fork.
+std::shared_ptr<WorkerPool> MakeWorkerPool(unsigned threads) {
+  return {new WorkerPool(threads), [](WorkerPool* pool) {
+            if (pool->IsUsable()) delete pool;
+          }};
+}
+
 }  // namespace Stg::threads

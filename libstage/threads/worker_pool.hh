@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -134,6 +135,9 @@ class WorkerPool {
   std::exception_ptr failure_;               // its exception
   std::vector<Slice> slices_;                // one slice per thread
 };
+
+/// A pool that is leaked if it has become unusable by a fork.
+std::shared_ptr<WorkerPool> MakeWorkerPool(unsigned threads);
 
 /// Calls job(begin, end, thread) as WorkerPool::Run() does, with a grain of at most `max_grain`; on
 /// the caller alone if `workers` is null.

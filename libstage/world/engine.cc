@@ -23,13 +23,6 @@ void StrikeOut(std::vector<Model*>* list, const Model* model) {
     if (entry == model) entry = nullptr;
 }
 
-/// Threads of a pool cannot be joined after a fork; the pool is leaked then.
-std::shared_ptr<threads::WorkerPool> MakePool(unsigned threads) {
-  return {new threads::WorkerPool(threads), [](threads::WorkerPool* pool) {
-            if (pool->IsUsable()) delete pool;
-          }};
-}
-
 }  // namespace
 
 void WorldEngine::CallContactCallbacks(uint64_t epoch_of_step) {
@@ -86,7 +79,7 @@ bool WorldEngine::ReportWorldLost(const char* what) const {
 }
 
 WorldEngine::WorldEngine() : snapshot_buffers(std::make_unique<SnapshotBuffers>()) {
-  UsePool(MakePool(1));
+  UsePool(threads::MakeWorkerPool(1));
   fiducials = &fiducial_index;
 }
 
@@ -128,7 +121,7 @@ void WorldEngine::ChooseThreadsFor(size_t count) {
 
 void WorldEngine::UseAllThreads() {
   if (max_threads_ <= 1) return;
-  if (!all_) all_ = MakePool(max_threads_);
+  if (!all_) all_ = threads::MakeWorkerPool(max_threads_);
   if (workers_ != all_) UsePool(all_);
 }
 
@@ -136,7 +129,7 @@ void WorldEngine::SetThreads(unsigned count) {
   STAGE_ASSERT(count >= 1);
   max_threads_ = 0;
   if (count == workers_->threads()) return;
-  UsePool(MakePool(count));
+  UsePool(threads::MakeWorkerPool(count));
   if (workers_->threads() < count)
     messages::Warn("the system grants " + std::to_string(workers_->threads()) + " of " +
                    std::to_string(count) + " threads; continuing with them");
@@ -146,7 +139,7 @@ void WorldEngine::CheckFork() {
   if (forks_ == threads::CountForks()) return;
   forks_ = threads::CountForks();
   const unsigned limit = std::exchange(max_threads_, 0), count = workers_->threads();
-  UsePool(MakePool(1));
+  UsePool(threads::MakeWorkerPool(1));
   if (limit > 0)
     ChooseThreads(limit);
   else

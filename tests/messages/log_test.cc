@@ -188,4 +188,23 @@ TEST(OddNames, InTheMacrosOfControllers) {
   EXPECT_EQ(output, "Stage: two\nlines 5% " + Printable(kEvil) + "\n");
 }
 
+// ---- ErrorTrap ----------------------------------------------------------------------------------
+
+TEST(ErrorTrap, ErrorsAreKeptFromTheSinkAndWarningsAreNot) {
+  const std::string printed = ErrorsOf([] {
+    messages::Collector collector;
+    const messages::ErrorTrap outer;
+    {
+      const messages::ErrorTrap inner;
+      messages::Report(LogLevel::kError, "first");
+      messages::Report(LogLevel::kError, "second");
+      messages::Report(LogLevel::kWarning, "a warning");
+      EXPECT_EQ(inner.Last("none"), "second");
+    }
+    EXPECT_EQ(outer.Last("none"), "none");
+    EXPECT_EQ(collector.lines, (std::vector<std::string>{"first", "second", "a warning"}));
+  });
+  EXPECT_EQ(printed, "a warning\n");
+}
+
 }  // namespace

@@ -133,5 +133,20 @@ TEST(Fork, PoolWorksOnTheRemainingThread) {
   EXPECT_EQ(sum_of(), 499500u);
 }
 
+TEST(Fork, WorldPoolsCanBeUsedAndDeleted) {
+  const auto prototype = CrowdedWorld();
+  WorldPoolOptions options;
+  options.threads = 4;
+  auto pool = std::make_unique<WorldPool>(*prototype, std::vector<uint64_t>{1, 2, 3}, options);
+  pool->Step(pool->All(), 2);
+  EXPECT_TRUE(InChild([&] {
+    pool->Step(pool->All(), 2);
+    const bool good = pool->At(2)->UpdateCount() == 4;
+    pool.reset();
+    return good;
+  }));
+  EXPECT_EQ(pool->At(2)->UpdateCount(), 2u);
+}
+
 }  // namespace
 }  // namespace Stg

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// WorldPool: many worlds of one scene, side by side. Part of <stage.hh>.
+
+#ifndef STAGE_WORLDS_WORLD_POOL_HH
+#define STAGE_WORLDS_WORLD_POOL_HH
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "world/snapshot.hh"
+
+namespace Stg {
+
+class World;
+
+struct WorldPoolOptions {
+  unsigned
+      threads;  ///< threads that work on the worlds, the caller's included; 0: one per processor
+  bool device;  ///< the worlds share the prototype's OpenCL device, if it has one
+  bool branch;  ///< World::IsBranch() is true for the worlds, and they end only on request
+
+  WorldPoolOptions() : threads(1), device(true), branch(false) {}
+};
+
+/// Interface by which a client takes part in WorldPool::Step(). Several threads call it at once for
+/// different worlds; a call may only use its own world and data of its own. If a call throws, its
+/// world has failed.
+class StepObserver {
+ public:
+  /// The outcome of a round for one world.
+  enum Outcome {
+    kMadeAllSteps,
+    kHasEnded,  ///< it was asked to quit, and makes no further steps
+    kHasFailed
+  };
+
+  virtual ~StepObserver() {}
+  /// Called before each step of a world. `step` counts from 0 in each call of Step().
+  virtual void BeforeStep(uint32_t id, uint64_t step);
+  /// Called after each step.
+  virtual void AfterStep(uint32_t id, uint64_t step);
+  /// Called after the last step of a world in a round that consists of the steps `first` to
+  /// `end` - 1.
+  virtual void AfterRound(uint32_t id, uint64_t first, uint64_t end, Outcome outcome);
+  /// Called by the thread that called Step(), between rounds: all worlds have made the same number
+  /// of steps. An exception ends Step().
+  virtual void BetweenRounds();
+};
+
+/// Many worlds of one scene. All are copies of a prototype, each with its own seed, and differ from
+/// each other in nothing else. A world is a number, its id, from 0 to size() - 1; World objects are
+/// made when they are first needed. The result of a world depends only on its seed and on what is
+/// done with it, not on the number of worlds or threads or on other worlds.
+///
+/// Functions with ids work on these worlds, each of which must be listed once, on all threads of
+/// the pool. Only one thread may call functions of a pool at a time.
+///
+/// An error, such as an exception of a controller, concerns only its world, which has failed then:
+/// it makes no steps until it is reset or restored. Failure() gives the reason in one line.
+class WorldPool {
+ public:
+  typedef std::vector<uint32_t> Ids;
+
+  /// Creates one world per seed. The prototype must be loaded, and may be stepped, changed or
+  /// deleted afterwards: the worlds are as it was after loading, except for the seeds. They use one
+  /// thread each, and ignore the quit time of the world file.
+  WorldPool(const World& prototype, const std::vector<uint64_t>& seeds,
+            const WorldPoolOptions& options = WorldPoolOptions());
+  /// Creates other worlds of the same scene, with the same options.
+  WorldPool(const WorldPool& other, const std::vector<uint64_t>& seeds);
+  ~WorldPool();
+  WorldPool(const WorldPool&) = delete;
+  WorldPool& operator=(const WorldPool&) = delete;
+
+  /// False if the prototype cannot be copied; a message gives the reason.
+  bool IsReady() const;
+  uint32_t size() const;
+  unsigned threads() const;
+  /// The ids of all worlds.
+  Ids All() const;
+  /// Changes the number of worlds to seeds.size(). New worlds get the seeds at their ids; the
+  /// others stay as they are and keep their seeds.
+  void Resize(const std::vector<uint64_t>& seeds);
+
+  /// Seed of the last load or reset of each world.
+  const std::vector<uint64_t>& seeds() const;
+  /// Why the world has failed, or "".
+  const std::string& Failure(uint32_t id) const;
+  /// Makes the world fail for this reason; if it is "", the world has not failed any more.
+  void SetFailure(uint32_t id, const std::string& why);
+  /// How often the world was made: a change means that there is another World object, perhaps at
+  /// the same address.
+  uint64_t times_made(uint32_t id) const;
+
+  /// The world, made if this has not been done yet. Returns null if it has been deleted by a
+  /// controller or cannot be made; in the latter case it has failed. It stays valid until the world
+  /// is deleted by a controller, or reset, restored or made again; client code may change it as it
+  /// may change any World between steps, but must not delete it. Several threads may call it for
+  /// different worlds.
+  World* At(uint32_t id);
+  /// Like At(), but also makes a world again that was deleted or unloaded by a controller.
+  World* AtOrMake(uint32_t id);
+  /// Makes worlds now, instead of when they are first needed.
+  void Make(const Ids& ids);
+
+  /// Makes `steps` steps of these worlds, except for those that have failed. Those that are asked
+  /// to quit have ended and make no further steps. A round takes about 50 ms and at least `unit`
+  /// steps; its number of steps is a multiple of `unit`, except perhaps that of the last one.
+  void Step(const Ids& ids, uint64_t steps, StepObserver* observer = NULL, uint64_t unit = 1);
+  /// Resets these worlds, each to the state after loading with its new seed. Takes about as long as
+  /// Restore(), unless loading depends on the seed or on code of clients, as with controllers or
+  /// populations; such worlds are made again.
+  void Reset(const Ids& ids, const std::vector<uint64_t>& seeds);
+  /// Restores a snapshot in each of these worlds; see World::Restore(). A world that the snapshot
+  /// does not fit has failed.
+  void Restore(const Ids& ids, const Snapshot& from);
+  /// Takes a snapshot of a world; see World::Take(). Returns false with a message, also if there is
+  /// no such world.
+  bool Take(uint32_t id, Snapshot* to, Snapshot::Keep keep = Snapshot::kFull);
+  /// State hash of each of these worlds; 0 if it does not exist.
+  std::vector<uint64_t> StateHashes(const Ids& ids);
+
+  /// Calls call(id) for each of these worlds. An exception makes the world fail.
+  void ForEach(const Ids& ids, const std::function<void(uint32_t id)>& call);
+  /// Calls job(index, thread) for each index below `count`, where thread < threads(). Rethrows the
+  /// exception of the first index that threw.
+  void Run(size_t count, const std::function<void(size_t index, unsigned thread)>& job);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace Stg
+
+#endif
