@@ -4,53 +4,53 @@
 
 #include <algorithm>
 #include <cstring>
-#include <numeric>
-#include <utility>
 
 #include "array_groups.hh"
 #include "gil.hh"
-#include "models/exception_origin.hh"
 #include "signals.hh"
+#include "world/world.hh"
 
 namespace Stg::python {
 
-CopySource Batch::SourceOf(Simulation* prototype) {
-  const Use use(prototype);
+namespace {
+
+/// Creates a pool of copies of the world. Throws Failure.
+std::unique_ptr<WorldPool> PoolOf(Simulation* prototype, const std::vector<uint64_t>& seeds,
+                                  unsigned threads) {
+  const Source::Use use(prototype);
   const ErrorCollector collector;
-  CopySource source(prototype->world(), true);
-  if (source.empty()) throw Failure{Kind::kStage, collector.Last("the world can't be copied")};
-  return source;
+  WorldPoolOptions options;
+  options.threads = threads;
+  auto pool = std::make_unique<WorldPool>(prototype->world(), seeds, options);
+  if (!pool->IsReady()) throw Failure{Kind::kStage, collector.Last("the world can't be copied")};
+  return pool;
 }
 
-CopySource Batch::SourceOf(Batch* other) {
-  const Use use(other);
-  return other->source_;
+std::unique_ptr<WorldPool> AnotherPool(Batch* other, const WorldPool& pool,
+                                       const std::vector<uint64_t>& seeds) {
+  const Source::Use use(other);
+  return std::make_unique<WorldPool>(pool, seeds);
 }
+
+}  // namespace
 
 Batch::Batch(Simulation* prototype, const std::vector<uint64_t>& seeds, unsigned threads)
-    : Batch(SourceOf(prototype), seeds, threads) {}
-
-Batch::Batch(Batch* other, const std::vector<uint64_t>& seeds)
-    : Batch(SourceOf(other), seeds, other->threads()) {}
-
-Batch::Batch(CopySource source, const std::vector<uint64_t>& seeds, unsigned threads)
-    : source_(std::move(source)),
-      worlds_(seeds.size()),
-      seeds_(seeds),
-      failures_(seeds.size()),
-      pool_(threads),
-      round_counters_(pool_.threads()) {
-  const GilRelease no_gil;
-  ForEach(All(), [&](size_t i, unsigned) { Load(i); });
-  for (const std::string& failure : failures_) {
-    if (failure.empty()) continue;
-    for (const WorldHandle& world : worlds_) delete world.get();
-    throw Failure{Kind::kWorld, failure};
-  }
+    : pool_(PoolOf(prototype, seeds, threads)) {
+  MakeWorlds();
 }
 
-Batch::~Batch() {
-  for (const WorldHandle& world : worlds_) delete world.get();
+Batch::Batch(Batch* other, const std::vector<uint64_t>& seeds)
+    : pool_(AnotherPool(other, *other->pool_, seeds)) {
+  MakeWorlds();
+}
+
+/// Throws Failure if a world cannot be made.
+void Batch::MakeWorlds() {
+  const GilRelease no_gil;
+  times_made_.resize(size(), 1);
+  pool_->Make(pool_->All());
+  for (uint32_t i = 0; i < size(); i++)
+    if (!pool_->Failure(i).empty()) throw Failure{Kind::kWorld, pool_->Failure(i)};
 }
 
 void Batch::MakeCrowd(const std::vector<uint32_t>& robots) {
@@ -59,17 +59,11 @@ void Batch::MakeCrowd(const std::vector<uint32_t>& robots) {
   crowd_ = std::make_shared<Crowd>(weak_from_this(), keys, size(), false);
 }
 
-World* Batch::WorldAt(size_t index) const { return worlds_[index].get(); }
+World* Batch::WorldAt(size_t index) const { return pool_->At(static_cast<uint32_t>(index)); }
 
 Model* Batch::Find(size_t index, const ModelKey& key) const {
   World* const world = WorldAt(index);
   return world ? world->FindModel(key.id) : nullptr;
-}
-
-Batch::Indices Batch::All() const {
-  Indices all(size());
-  std::iota(all.begin(), all.end(), 0u);
-  return all;
 }
 
 World& Batch::WorldOf(uint32_t index) const {
@@ -78,173 +72,126 @@ World& Batch::WorldOf(uint32_t index) const {
   return *world;
 }
 
-void Batch::Fail(size_t index, const std::string& why) { failures_[index] = why; }
+/// Applies the commands before each step of a world, and fills in its arrays after each round.
+class Batch::Stepper : public StepObserver {
+ public:
+  explicit Stepper(Batch* batch) : batch_(*batch) {}
 
-template <typename F>
-void Batch::ForEach(const Indices& which, F f) {
-  pool_.Run(which.size(), 1, [&](size_t begin, size_t end, unsigned thread) {
-    for (size_t i = begin; i < end; i++) {
-      try {
-        f(which[i], thread);
-      } catch (const Failure& failure) {
-        Fail(which[i], failure.text);
-      } catch (...) {
-        Fail(which[i], DescribeException());
-      }
+  void BeforeStep(uint32_t id, uint64_t) override { batch_.crowd_->Command(batch_, id); }
+  void AfterRound(uint32_t id, uint64_t, uint64_t, Outcome) override {
+    batch_.crowd_->Gather(batch_, id);
+  }
+  void BetweenRounds() override { signals_.Poll(); }
+
+ private:
+  Batch& batch_;
+  SignalChecks signals_;
+};
+
+/// Sets the commands before the first step of each moment, and copies the arrays after the last.
+class Batch::Recorder : public StepObserver {
+ public:
+  Recorder(Batch* batch, const double* commands, uint64_t steps, const std::vector<Record>& records,
+           bool* recorded)
+      : batch_(*batch),
+        commands_(commands),
+        steps_(steps),
+        records_(records),
+        recorded_(recorded) {}
+
+  void BeforeStep(uint32_t id, uint64_t step) override {
+    if (step % steps_ == 0) SetCommands(id, step / steps_);
+    batch_.crowd_->Command(batch_, id);
+  }
+  void AfterStep(uint32_t id, uint64_t step) override {
+    if ((step + 1) % steps_ != 0) return;
+    batch_.crowd_->Gather(batch_, id);
+    Copy(id, step / steps_);
+  }
+  void AfterRound(uint32_t id, uint64_t first, uint64_t end, Outcome outcome) override {
+    if (outcome == kMadeAllSteps) return;
+    batch_.crowd_->Gather(batch_, id);
+    if (outcome == kHasFailed) return;
+    for (uint64_t moment = first / steps_; moment < end / steps_; moment++) {
+      if (recorded_[Place(id, moment)]) continue;
+      SetCommands(id, moment);
+      Copy(id, moment);
     }
-  });
-}
-
-/// Replaces the world with a newly loaded copy.
-void Batch::Load(size_t index) {
-  delete WorldAt(index);
-  worlds_[index] = WorldHandle();
-  failures_[index].clear();
-  if (crowd_) crowd_->Forget(index);
-  RunOptions options = source_.options();
-  options.seed = seeds_[index];
-  const ErrorCollector collector;
-  World* const world = source_.Make(options).release();
-  if (!world) throw Failure{Kind::kWorld, collector.Last("the world can't be copied")};
-  world->SetQuitTime(0);
-  worlds_[index] = WorldHandle(world);
-}
-
-/// Resets the world to the state after loading with its seed; loads it if that is not possible.
-void Batch::ResetWorld(size_t index) {
-  World* const world = WorldAt(index);
-  if (!world || !initial_state_ || !world->RestartFrom(*initial_state_, seeds_[index]))
-    return Load(index);
-  failures_[index].clear();
-}
-
-/// Loads the first of these worlds and takes its initial state, for the resets of all worlds.
-void Batch::CaptureInitialState(const Indices& which) {
-  if (which.empty() || std::exchange(tried_initial_state_, true)) return;
-  ForEach({which[0]}, [&](size_t index, unsigned) {
-    Load(index);
-    initial_state_ = WorldAt(index)->CaptureInitialState();
-  });
-}
-
-/// Steps a world. Returns false if it quits or is deleted before the last step.
-bool Batch::StepWorld(size_t index, uint64_t steps) {
-  for (uint64_t i = 0; i < steps; i++) {
-    crowd_->Command(*this, index);
-    World* const world = WorldAt(index);
-    if (!world->Update()) continue;
-    if (!WorldAt(index)) Fail(index, "a controller has deleted the world");
-    return false;
   }
-  return true;
-}
+  void BetweenRounds() override { signals_.Poll(); }
 
-/// Makes steps like StepWorld(), and then fills in the arrays, even if a step throws.
-bool Batch::StepAndGather(size_t index, uint64_t steps) {
-  bool active = false;
-  try {
-    active = StepWorld(index, steps);
-  } catch (...) {
-    crowd_->Gather(*this, index);
-    throw;
+ private:
+  /// Index of the world's row in an array of all moments.
+  size_t Place(uint32_t id, uint64_t moment) const {
+    return static_cast<size_t>(moment) * batch_.size() + id;
   }
-  crowd_->Gather(*this, index);
-  return active;
-}
-
-/// All worlds are in lock-step at the end of a round, where Ctrl-C is handled. A round takes about
-/// 50 ms, which a user does not notice. Shorter rounds would be slower, because each world starts a
-/// round with cold caches.
-template <typename F>
-void Batch::RunInRounds(const Indices& which, uint64_t count, uint64_t steps, F work) {
-  constexpr double kSeconds = 0.05;
-  SignalChecks signals;
-  for (uint64_t done = 0; done < count;) {
-    const double fit = step_seconds_ > 0 ? kSeconds / (step_seconds_ * static_cast<double>(steps) *
-                                                       static_cast<double>(which.size()))
-                                         : 1;
-    const uint64_t now = std::min(static_cast<uint64_t>(std::clamp(fit, 1.0, 1e9)), count - done);
-    const double start = threads::WallClock();
-    for (RoundCounter& counter : round_counters_) counter.active = 0;
-    ForEach(which, [&](size_t index, unsigned thread) {
-      if (failures_[index].empty() && WorldAt(index) && work(index, done, now))
-        round_counters_[thread].active++;
-    });
-    done += now;
-    MeasureStep(threads::WallClock() - start, now * steps);
-    if (done < count) signals.Poll();
+  void SetCommands(uint32_t id, uint64_t moment) {
+    if (!commands_) return;
+    const size_t numbers = 3 * batch_.crowd_->size();
+    batch_.crowd_->SetCommands(id, commands_ + Place(id, moment) * numbers);
   }
-}
+  void Copy(uint32_t id, uint64_t moment) {
+    const size_t place = Place(id, moment);
+    for (const Record& record : records_)
+      std::memcpy(record.to + place * record.bytes_per_world,
+                  record.live + id * record.bytes_per_world, record.bytes_per_world);
+    recorded_[place] = true;
+  }
 
-/// Updates the time per step after a round of `seconds`. Worlds that have ended or failed take no
-/// time; if all have, the estimate stays as it is.
-void Batch::MeasureStep(double seconds, uint64_t steps) {
-  size_t active = 0;
-  for (const RoundCounter& counter : round_counters_) active += counter.active;
-  if (active > 0) step_seconds_ = seconds / static_cast<double>(active * steps);
-}
+  Batch& batch_;
+  const double* const commands_;
+  const uint64_t steps_;
+  const std::vector<Record>& records_;
+  bool* const recorded_;
+  SignalChecks signals_;
+};
 
 void Batch::Step(const Indices& which, uint64_t steps) {
   const Use use(this);
   const GilRelease no_gil;
-  RunInRounds(which, steps, 1,
-              [&](size_t index, uint64_t, uint64_t now) { return StepAndGather(index, now); });
+  Stepper stepper(this);
+  pool_->Step(which, steps, &stepper);
 }
 
 void Batch::Rollout(const double* commands, size_t moments, uint64_t steps,
                     const std::vector<Record>& records, bool* recorded) {
   const Use use(this);
   const GilRelease no_gil;
-  RunInRounds(All(), moments, steps, [&](size_t index, uint64_t first, uint64_t now) {
-    const size_t row = 3 * crowd_->size();
-    bool active = true;
-    for (uint64_t moment = first; moment < first + now; moment++) {
-      if (commands) crowd_->SetCommands(index, commands + (moment * size() + index) * row);
-      active = StepAndGather(index, steps);
-      if (!failures_[index].empty()) return false;
-      for (const Record& record : records)
-        std::memcpy(record.to + (moment * size() + index) * record.bytes_per_world,
-                    record.live + index * record.bytes_per_world, record.bytes_per_world);
-      recorded[moment * size() + index] = true;
-    }
-    return active;
-  });
+  Recorder recorder(this, commands, steps, records, recorded);
+  pool_->Step(pool_->All(), moments * steps, &recorder, steps);
+}
+
+/// Fills in the arrays of a world after a reset or restore, which may have made it again.
+void Batch::GatherAgain(uint32_t index) {
+  if (times_made_[index] != pool_->times_made(index)) crowd_->Forget(index);
+  times_made_[index] = pool_->times_made(index);
+  crowd_->Gather(*this, index);
 }
 
 void Batch::Reset(const Indices& which, const std::vector<uint64_t>& seeds) {
   const Use use(this);
   const GilRelease no_gil;
-  for (size_t i = 0; i < which.size(); i++) seeds_[which[i]] = seeds[i];
-  CaptureInitialState(which);
-  ForEach(which, [&](size_t index, unsigned) {
-    ResetWorld(index);
+  pool_->Reset(which, seeds);
+  pool_->ForEach(which, [&](uint32_t index) {
     crowd_->ClearCommands(index);
+    GatherAgain(index);
   });
-  ForEach(which, [&](size_t index, unsigned) { crowd_->Gather(*this, index); });
 }
 
 void Batch::Restore(const Indices& which, const Snapshot& from) {
   const Use use(this);
   const GilRelease no_gil;
-  ForEach(which, [&](size_t index, unsigned) {
-    if (!WorldAt(index)) Load(index);
-    World& world = WorldOf(static_cast<uint32_t>(index));
-    const ErrorCollector collector;
-    if (!world.Restore(from))
-      throw Failure{Kind::kStage, collector.Last("the snapshot doesn't fit")};
-    world.CancelQuit();
-    failures_[index].clear();
-    crowd_->Gather(*this, index);
-  });
+  pool_->Restore(which, from);
+  pool_->ForEach(which, [&](uint32_t index) { GatherAgain(index); });
 }
 
 Snapshot Batch::Take(uint32_t index) {
   const Use use(this);
-  const World& world = WorldOf(index);
+  WorldOf(index);
   const GilRelease no_gil;
   const ErrorCollector collector;
   Snapshot snapshot;
-  if (!world.Take(&snapshot))
+  if (!pool_->Take(index, &snapshot))
     throw Failure{Kind::kStage, collector.Last("no snapshot can be taken")};
   return snapshot;
 }
@@ -252,11 +199,7 @@ Snapshot Batch::Take(uint32_t index) {
 std::vector<uint64_t> Batch::StateHashes() {
   const Use use(this);
   const GilRelease no_gil;
-  std::vector<uint64_t> hashes(size());
-  ForEach(All(), [&](size_t index, unsigned) {
-    if (const World* const world = WorldAt(index)) hashes[index] = world->StateHash();
-  });
-  return hashes;
+  return pool_->StateHashes(pool_->All());
 }
 
 std::shared_ptr<Simulation> Batch::Fork(uint32_t index) {
@@ -274,21 +217,21 @@ void Batch::Teleport(const double* poses, const bool* which) {
 
 std::vector<uint64_t> Batch::Seeds() {
   const Use use(this);
-  return seeds_;
+  return pool_->seeds();
 }
 
 std::map<uint32_t, std::string> Batch::Failures() {
   const Use use(this);
   std::map<uint32_t, std::string> failures;
   for (uint32_t i = 0; i < size(); i++)
-    if (!failures_[i].empty()) failures[i] = failures_[i];
+    if (!pool_->Failure(i).empty()) failures[i] = pool_->Failure(i);
   return failures;
 }
 
 void Batch::SetFailures(const std::map<uint32_t, std::string>& failures) {
   const Use use(this);
   for (const auto& [index, text] : failures)
-    if (index < size()) Fail(index, text);
+    if (index < size()) pool_->SetFailure(index, text);
 }
 
 Batch::Metrics Batch::MetricsOfAll() {

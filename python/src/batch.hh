@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Many worlds of the same file, with arrays of all their robots.
+// Many worlds of the same file, with arrays of all their robots: a pool of worlds for Python.
 //
 // A batch keeps one World object per row between calls. Rows of whatif's Branches take less memory,
 // but each call would copy every row into a world and back, which costs as much as one or two
@@ -19,21 +19,19 @@
 #include "crowd.hh"
 #include "simulation.hh"
 #include "source.hh"
-#include "threads/worker_pool.hh"
-#include "world/copy_source.hh"
+#include "worlds/world_pool.hh"
 
 namespace Stg::python {
 
 class Batch : public Source, public std::enable_shared_from_this<Batch> {
  public:
-  using Indices = std::vector<uint32_t>;
+  using Indices = WorldPool::Ids;
 
   /// Creates one world per seed, each as if loaded with that seed. `threads` is 1 or more. Throws
   /// Failure if a world cannot be created.
   Batch(Simulation* prototype, const std::vector<uint64_t>& seeds, unsigned threads);
   /// Creates newly loaded worlds of the same file as those of `other`.
   Batch(Batch* other, const std::vector<uint64_t>& seeds);
-  ~Batch() override;
 
   const std::shared_ptr<Crowd>& crowd() { return crowd_; }
   /// Creates the arrays of the robots with these ids. Call it once, after the batch is owned by a
@@ -68,8 +66,8 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
     return f(WorldOf(index));
   }
 
-  size_t size() const { return worlds_.size(); }
-  unsigned threads() const { return pool_.threads(); }
+  size_t size() const { return pool_->size(); }
+  unsigned threads() const { return pool_->threads(); }
   /// The seed of each world's last load or reset.
   std::vector<uint64_t> Seeds();
   /// The reason for each failed world, by index.
@@ -85,40 +83,16 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   Model* Find(size_t index, const ModelKey& key) const override;
 
  private:
-  Batch(CopySource source, const std::vector<uint64_t>& seeds, unsigned threads);
-  static CopySource SourceOf(Simulation* prototype);
-  static CopySource SourceOf(Batch* other);
-  void Load(size_t index);
-  void ResetWorld(size_t index);
-  void CaptureInitialState(const Indices& which);
-  bool StepWorld(size_t index, uint64_t steps);
-  bool StepAndGather(size_t index, uint64_t steps);
-  void Fail(size_t index, const std::string& why);
-  /// Calls f(index, thread) for these worlds on all threads; an exception fails its world.
-  template <typename F>
-  void ForEach(const Indices& which, F f);
-  /// Calls work(index, first, count) for all these worlds in rounds, until each has done `count`
-  /// units of `steps` steps. work() returns false if its world did not make all of its steps.
-  template <typename F>
-  void RunInRounds(const Indices& which, uint64_t count, uint64_t steps, F work);
-  void MeasureStep(double seconds, uint64_t steps);
-  Indices All() const;
+  class Stepper;
+  class Recorder;
+
+  void MakeWorlds();
+  void GatherAgain(uint32_t index);
   World& WorldOf(uint32_t index) const;
 
-  const CopySource source_;
-  std::shared_ptr<const InitialState> initial_state_;  // for resets; null: worlds are loaded again
-  bool tried_initial_state_ = false;
-  std::vector<WorldHandle> worlds_;
-  std::vector<uint64_t> seeds_;
-  std::vector<std::string> failures_;
-  threads::WorkerPool pool_;
-  struct alignas(64) RoundCounter {  // aligned to a cache line to avoid false sharing
-    size_t active = 0;
-  };
-  std::vector<RoundCounter>
-      round_counters_;  // per thread: number of worlds that made all steps of the round
+  const std::unique_ptr<WorldPool> pool_;
+  std::vector<uint64_t> times_made_;  // of each world when its robots were last gathered
   std::shared_ptr<Crowd> crowd_;
-  double step_seconds_ = 0;  // recent wall time per step and world, with all threads; 0: unknown
 };
 
 }  // namespace Stg::python
