@@ -8,11 +8,8 @@
 #include "messages/report.hh"
 #include "models/exception_origin.hh"
 #include "models/position.hh"
-#include "threads/processors.hh"
-#include "threads/worker_pool.hh"
-#include "world/copy_source.hh"
 #include "world/world.hh"
-#include "world/world_handle.hh"
+#include "worlds/world_pool.hh"
 
 namespace Stg {
 
@@ -21,8 +18,12 @@ bool Scenario::AfterStep(World&, uint32_t, double*) { return false; }
 
 namespace {
 
-unsigned ThreadsOf(const BranchOptions& options) {
-  return options.threads > 0 ? options.threads : threads::CountUsableProcessors();
+WorldPoolOptions PoolOptionsOf(const BranchOptions& options) {
+  WorldPoolOptions of_pool;
+  of_pool.threads = options.threads;
+  of_pool.device = options.device;
+  of_pool.branch = true;
+  return of_pool;
 }
 
 void Apply(const Command& command, ModelPosition* position) {
@@ -50,20 +51,18 @@ struct Branches::Impl {
     size_t applied = 0;      // number of commands carried out so far
     Copy* latest = nullptr;  // copy whose world was last in this state
   };
-  /// A thread's copy of the prototype world.
+  /// A thread's world of the pool.
   struct Copy {
-    std::unique_ptr<World> world;
-    WorldHandle handle;             // guards `world`; set when it is loaded
+    uint32_t id;
+    uint64_t times_made = 0;        // value of WorldPool::times_made() when it was last used
     const Row* resident = nullptr;  // row whose latest state the world is in
   };
 
   Impl(const World& prototype, uint32_t count, const BranchOptions& wanted)
-      : options(wanted),
-        source(prototype, wanted.device),
-        rows(count),
-        copies(ThreadsOf(wanted)),
-        pool(ThreadsOf(wanted)) {
-    ready = !source.empty() && WorldOf(&copies[0]) != nullptr;
+      : options(wanted), pool(prototype, {}, PoolOptionsOf(wanted)), rows(count) {
+    pool.Resize(std::vector<uint64_t>(pool.threads(), prototype.seed()));
+    for (uint32_t id = 0; id < pool.threads(); id++) copies.push_back({id});
+    ready = pool.IsReady() && pool.At(0);
   }
 
   static void ClearQuit(World* world) {
@@ -71,6 +70,7 @@ struct Branches::Impl {
     world->CancelQuit();
   }
   World* WorldOf(Copy* copy);
+  World* ExistingWorldOf(const Copy& copy);
   bool LoadState(Row* row, Copy* copy);
   void SaveState(Row* row, Copy* copy);
   void Step(Row* row, uint32_t branch, uint64_t steps, Scenario* scenario, Copy* copy);
@@ -83,26 +83,25 @@ struct Branches::Impl {
   void WithWorld(Row* row, Copy* copy, F f);
 
   const BranchOptions options;
-  const CopySource source;
+  WorldPool pool;  // one world per thread
   std::vector<Row> rows;
-  std::vector<Copy> copies;
-  threads::WorkerPool pool;
+  std::vector<Copy> copies;  // one per thread
   bool ready = false;
 };
 
-/// Returns the copy's world, loading it if necessary, or null if that fails.
+/// Returns the copy's world, made again if a controller has deleted or unloaded it, or null if that
+/// fails.
 World* Branches::Impl::WorldOf(Copy* copy) {
-  if (copy->world && copy->world->GetWorldFile()) return copy->world.get();
-  copy->resident = nullptr;
-  RunOptions options_of_copy = source.options();
-  options_of_copy.duration = 0;
-  options_of_copy.clock = false;
-  options_of_copy.branch = true;
-  copy->world = source.Make(options_of_copy);
-  if (!copy->world) return nullptr;
-  copy->handle = WorldHandle(copy->world.get());
-  ClearQuit(copy->world.get());
-  return copy->world.get();
+  World* const world = pool.AtOrMake(copy->id);
+  if (copy->times_made != pool.times_made(copy->id)) copy->resident = nullptr;
+  copy->times_made = pool.times_made(copy->id);
+  return world;
+}
+
+/// Returns the copy's world, or null if a controller has deleted or unloaded it.
+World* Branches::Impl::ExistingWorldOf(const Copy& copy) {
+  World* const world = pool.At(copy.id);
+  return world && world->GetWorldFile() ? world : nullptr;
 }
 
 void Branches::Impl::Fail(Row* row, Copy* copy, const std::string& why) {
@@ -132,9 +131,8 @@ bool Branches::Impl::LoadState(Row* row, Copy* copy) {
 }
 
 void Branches::Impl::SaveState(Row* row, Copy* copy) {
-  World* const world = copy->world.get();
-  if (!world || !world->GetWorldFile())
-    return Fail(row, copy, "its world has been deleted or unloaded");
+  World* const world = ExistingWorldOf(*copy);
+  if (!world) return Fail(row, copy, "its world has been deleted or unloaded");
   messages::Collector collector;
   if (world->Take(&row->state, options.keep)) {
     copy->resident = row;
@@ -165,14 +163,12 @@ void Branches::Impl::Step(Row* row, uint32_t branch, uint64_t steps, Scenario* s
 
 /// Steps the branch once. Returns false if it has ended.
 bool Branches::Impl::StepOnce(Row* row, uint32_t branch, Scenario* scenario, Copy* copy) {
-  World* const world = copy->world.get();
+  World* const world = ExistingWorldOf(*copy);
+  if (!world) return false;
   ApplyCommands(row, world);
   if (scenario) scenario->BeforeStep(*world, branch);
-  if (world->Update() && !copy->handle) {  // a controller has deleted the world
-    static_cast<void>(copy->world.release());
-    return false;
-  }
-  if (!world->GetWorldFile()) return false;
+  world->Update();
+  if (!ExistingWorldOf(*copy)) return false;
   row->seen.steps++;
   RecordSightings(row, *world);
   bool ends = world->TestQuit();
@@ -265,9 +261,8 @@ void Branches::Step(uint64_t steps, Scenario* scenario) {
   std::vector<uint32_t> alive;
   for (uint32_t branch = 0; branch < count(); branch++)
     if (impl_->rows[branch].seen.state == Branch::kAlive) alive.push_back(branch);
-  impl_->pool.Run(alive.size(), 1, [&](size_t begin, size_t end, unsigned thread) {
-    for (size_t i = begin; i < end; i++)
-      impl_->Step(&impl_->rows[alive[i]], alive[i], steps, scenario, &impl_->copies[thread]);
+  impl_->pool.Run(alive.size(), [&](size_t i, unsigned thread) {
+    impl_->Step(&impl_->rows[alive[i]], alive[i], steps, scenario, &impl_->copies[thread]);
   });
 }
 
@@ -275,7 +270,7 @@ bool Branches::Visit(uint32_t branch, const std::function<void(World&)>& visit) 
   Impl::Row& row = impl_->rows[branch];
   if (row.state.empty()) return false;
   Impl::Copy& copy = impl_->copies[0];
-  impl_->WithWorld(&row, &copy, [&] { visit(*copy.world); });
+  impl_->WithWorld(&row, &copy, [&] { visit(*impl_->pool.At(copy.id)); });
   return row.seen.state != Branch::kFailed;
 }
 
