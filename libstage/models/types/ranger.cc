@@ -3,10 +3,12 @@
 #include "models/ranger.hh"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <limits>
+#include <vector>
 
 #include "geometry/trigonometry.hh"
 #include "messages/assert.hh"
@@ -255,12 +257,28 @@ void ModelRanger::Print(char* prefix) const {
   }
 }
 
+namespace {
+
+/// Exchanges the numbers like exchange(*numbers), but copies all at once if the processor stores
+/// them in the format of snapshots.
+void ExchangeNumbers(StateExchange& exchange, std::vector<double>* numbers) {
+  if (exchange.hashing() || std::endian::native != std::endian::little) return exchange(*numbers);
+  const size_t count = exchange.Count(numbers->size());
+  if (exchange.failed()) return;
+  if (exchange.restoring()) numbers->resize(count);
+  exchange.Plain(numbers->data(), numbers->size() * sizeof(double));
+}
+
+}  // namespace
+
 void ModelRanger::Sensor::ExchangeState(StateExchange& exchange) {
   StateChoice model_of_rays(&ray_model, RayModel::kExact);
   exchange(pose, size, range, fov, angle_noise, range_noise, range_noise_const, sample_count, color,
            model_of_rays);
   const bool has_readings = !exchange.omits_readings();  // others are dropped
-  if (has_readings) exchange(ranges, intensities, bearings);
+  if (has_readings)
+    for (std::vector<double>* numbers : {&ranges, &intensities, &bearings})
+      ExchangeNumbers(exchange, numbers);
   exchange(random_, seeded_);
   const auto is_whole = [this](size_t count) { return count == 0 || count == sample_count; };
   if (has_readings &&
