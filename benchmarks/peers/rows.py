@@ -37,7 +37,9 @@ class Row:
     microjoules: list[float] = field(default_factory=list)  # per agent-step, or per ray in the cave
     energy: str = ""  # the meter's scope, or why there are no figures
     others: list[float] = field(default_factory=list)  # processors that other programs used
+    per_processor: list[float] = field(default_factory=list)  # agent-steps, or rays in the cave, per processor-second
     ratios: list[float] = field(default_factory=list)  # speed of FIRST in units of this one, per round
+    processor_ratios: list[float] = field(default_factory=list)  # the same of `per_processor`
     hits: float | None = None  # fraction of rays that hit something
     sight: Sight | None = None
     note: str = ""
@@ -58,6 +60,7 @@ def compare_rounds(rows: Sequence[Row]) -> None:
     for row in rows:
         if first is not None and row is not first and row.measured:
             row.ratios = [a / b for a, b in zip(first.ray_rates, row.ray_rates)]
+            row.processor_ratios = [a / b for a, b in zip(first.per_processor, row.per_processor)]
 
 
 @dataclass
@@ -76,6 +79,7 @@ class Rounds:
         row.ray_rates.append(count * unit_steps * (row.rays if row.agents else 1) / took)
         if row.agents:
             row.agent_steps.append(count * unit_steps / took)
+        row.per_processor.append(count * unit_steps / own)
         row.microjoules += [1e6 * value / (count * unit_steps) for value in joules if value is not None]
         row.energy = self.energy.scope or self.energy.reason
 

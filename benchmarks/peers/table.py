@@ -21,10 +21,13 @@ BUSY = 0.1  # processors that other programs may use; with more, figures are pro
 EXPLANATION = f"""\
 Medians, with minimum and maximum of the rounds in brackets; the ratio is that of the same round, and below 1 stagesim
 is slower. Before it is measured, each simulator runs episodes. Of the rays that hit something according to the lidar
-or to exact geometry, {SAME_HITS:.0%} must do so according to both, with a median difference of at most \
-{1000 * ERROR:g} mm. The fraction of rays that hit must be in the expected range, and that of two simulators may differ
-by {ALIKE:.0%} and three standard errors. Agents must move, touch each other and start again, and rewards must be
-finite and vary. A row that fails has no figures.
+or to exact geometry, {SAME_HITS:.0%} must do so according to both, and their ranges may differ by {1000 * ERROR:g} mm
+(median). The fraction of rays that hit must be in the expected range, and that of two simulators may differ by
+{ALIKE:.0%} and three standard errors. Agents must move, touch each other and start again, and rewards must be finite
+and vary. A row that fails has no figures.
+
+"Provisional" are figures of a machine that was busy with other programs. Then the agent-steps per second of processor
+time say more, if there is one thread; with several, those of PyTorch wait for each other.
 """
 
 
@@ -32,8 +35,12 @@ def span(values: Sequence[float]) -> str:
     """Formats median, minimum and maximum."""
     if not values:
         return "–"
-    texts = [f"{value:,.0f}".replace(",", " ") for value in (median(values), min(values), max(values))]
-    return f"{texts[0]} ({texts[1]} to {texts[2]})"
+    return f"{thousands(median(values))} ({thousands(min(values))} to {thousands(max(values))})"
+
+
+def thousands(value: float) -> str:
+    """Formats a whole number with gaps between thousands."""
+    return f"{value:,.0f}".replace(",", " ")
 
 
 def ratio(values: Sequence[float]) -> str:
@@ -50,8 +57,17 @@ def remarks(row: Row) -> str:
         return f"not installed: {row.missing}"
     if row.failures:
         return "FAILED: " + "; ".join(row.failures)
-    provisional = f"provisional: others used {max(row.others):.1f} processors" if is_disturbed(row) else ""
-    return "; ".join(part for part in (row.note, provisional) if part)
+    return "; ".join(part for part in (row.note, disturbance(row)) if part)
+
+
+def disturbance(row: Row) -> str:
+    """Describes how other programs used the machine, and the speed in processor time, which suffers less from that."""
+    if not is_disturbed(row):
+        return ""
+    units = "agent-steps" if row.agents else "rays"
+    times = f", stagesim {ratio(row.processor_ratios)} times as many" if row.processor_ratios else ""
+    speed = thousands(median(row.per_processor))
+    return f"provisional: others used {max(row.others):.1f} processors; {speed} {units} per processor-second{times}"
 
 
 def is_disturbed(row: Row) -> bool:

@@ -212,9 +212,13 @@ def test_a_simulator_that_is_not_installed_is_no_result(monkeypatch: pytest.Monk
 
 
 def test_ratios_are_those_of_rounds_and_losses_are_shown() -> None:
-    rows = [Row("navigation", 4, 12, 2, name, name, "", "cpu", agent_steps=rates, ray_rates=rates)
+    rows = [Row("navigation", 4, 12, 2, name, name, "", "cpu", agent_steps=rates, ray_rates=rates, per_processor=rates)
             for name, rates in (("stage", [1.0, 2.0, 3.0]), ("vmas", [4.0, 2.0, 30.0]))]
     compare_rounds(rows)
     assert rows[0].ratios == [] and rows[1].ratios == [0.25, 1.0, 0.1]
     assert table.cells(rows[1])[7] == "0.250"
+    assert table.cells(rows[1])[-1] == ""
+    rows[1].others = [0.0, 1.4, 0.2]
+    assert table.cells(rows[1])[-1] == ("provisional: others used 1.4 processors; 4 agent-steps per processor-second, "
+                                        "stagesim 0.250 times as many")
     assert [table.ratio([value]) for value in (123.4, 12.34, 1.234)] == ["123", "12.3", "1.23"]
