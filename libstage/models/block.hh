@@ -28,6 +28,7 @@ class Block {
   bool rasterized() const { return rasterized_; }
   grid::BodyId body() const { return body_; }
   const std::vector<grid::CellSet>& cells() const { return cells_; }
+  const std::vector<point_int_t>& corners() const { return corners_; }  ///< cells of the corners
   /// Stamp that the body had after loading, see grid::Grid::Stamp(); 0 if it was not rasterized
   /// then.
   uint64_t loading_stamp() const { return loading_stamp_; }

@@ -12,6 +12,7 @@
 #include "models/deletion_watch.hh"
 #include "models/flag.hh"
 #include "models/host.hh"
+#include "models/model_seed.hh"
 #include "models/placement.hh"
 #include "models/power_pack.hh"
 #include "models/property_checks.hh"
@@ -38,11 +39,6 @@ Pose RelativeTo(const Pose& frame, const Pose& p) {
   const Pose turn(0, 0, 0, -frame.a);
   const Pose rotated = turn + Pose(p.x - frame.x, p.y - frame.y, 0, 0);
   return Pose(rotated.x, rotated.y, p.z - frame.z, p.a - frame.a);
-}
-
-/// Seed of a model. Does not depend on names, as these may change.
-uint64_t SeedFor(uint64_t seed_above, const std::string& type, unsigned int count) {
-  return MixSeeds(MixSeeds(seed_above, Fnv1a(type)), count);
 }
 
 /// Sets *target unless the value is negative or not finite.
@@ -104,8 +100,8 @@ Model::Model(World* world_, Model* parent_, const std::string& type_, const std:
       loaded_(false),
       shares_name_(false),
       controllers_(0),
-      random_(SeedFor(parent ? parent->random_.seed() : world_base_->seed(), type_,
-                      ParentOrWorld().CountOfType(type_))) {
+      random_(SeedOfModel(parent ? parent->random_.seed() : world_base_->seed(), type_,
+                          ParentOrWorld().CountOfType(type_))) {
   STAGE_ASSERT(!parent || parent->world == world);
   if (!parent) gui.move = true;  // the default may have been false before
   Ancestor& above = ParentOrWorld();
@@ -319,7 +315,7 @@ bool Model::RandomPoseInFreeSpace(meters_t xmin, meters_t xmax, meters_t ymin, m
 }
 
 void Model::RestartRandomNumbers(unsigned index) {
-  random_.Restart(SeedFor(parent ? parent->random_.seed() : world_base_->seed(), type, index));
+  random_.Restart(SeedOfModel(parent ? parent->random_.seed() : world_base_->seed(), type, index));
   DrawInitialRandomNumbers();
 }
 

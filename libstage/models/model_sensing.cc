@@ -8,6 +8,7 @@
 #include "models/body.hh"
 #include "models/host.hh"
 #include "models/model.hh"
+#include "models/model_seed.hh"
 #include "models/model_type.hh"
 #include "models/self_masks.hh"
 #include "random/fnv1a.hh"
@@ -17,8 +18,7 @@ namespace Stg {
 
 /// Depends on the name only, unless another model has had the same name.
 uint64_t Model::NoiseSeed(const std::string& device) const {
-  const uint64_t seed = world_base_->seed() ^ Fnv1a(device);
-  return shares_name_ ? MixSeeds(seed, random_.seed()) : seed;
+  return SeedOfNoise(world_base_->seed(), Fnv1a(device), shares_name_, random_.seed());
 }
 
 void Model::Reseed(uint64_t seed) { random_.Restart(MixSeeds(random_.seed(), seed)); }

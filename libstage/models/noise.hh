@@ -6,6 +6,7 @@
 #ifndef STAGE_MODELS_NOISE_HH
 #define STAGE_MODELS_NOISE_HH
 
+#include "geometry/geometry.hh"
 #include "random/random.hh"
 
 namespace Stg {
@@ -19,6 +20,15 @@ inline double NormalError(RandomStream* random) {
   double sum = -6.0;
   for (int i = 0; i < 12; i++) sum += random->Uniform();
   return sum;
+}
+
+/// Draws the constant relative errors of a robot's odometry, as Stage 4.3 does.
+inline Velocity DrawOdomError(RandomStream* random) {
+  constexpr double kWidth = 0.03, kWidthOfTurn = 0.05;  // of uniform distributions around 0
+  const double x = random->Uniform(-kWidth / 2, kWidth / 2);
+  const double y = random->Uniform(-kWidth / 2, kWidth / 2);
+  const double a = random->Uniform(-kWidthOfTurn / 2, kWidthOfTurn / 2);
+  return Velocity(x, y, 0, a);
 }
 
 }  // namespace Stg

@@ -243,5 +243,22 @@ Velocity Bounded(const DriveInput& in, const DriveOutput& out) {
   return v;
 }
 
+namespace {
+
+bool AllNumbers(const Velocity& v) {
+  return !std::isnan(v.x) && !std::isnan(v.y) && !std::isnan(v.z) && !std::isnan(v.a);
+}
+
+}  // namespace
+
+Driven Drive(DriveFunction drive, const DriveInput& input) {
+  DriveOutput output = drive(input);
+  const double steering = std::isnan(output.steering) ? input.steering : output.steering;
+  // For example a car with an infinite steering angle.
+  if (!AllNumbers(output.velocity)) output = DriveOutput();
+  const Velocity made = Bounded(input, output);
+  return {output.velocity, AllNumbers(made) ? made : Velocity(), steering};
+}
+
 }  // namespace motion
 }  // namespace Stg

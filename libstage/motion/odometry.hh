@@ -18,6 +18,19 @@ namespace motion {
 PoseCovariance Compose(const Pose& before, const PoseCovariance& of_before, const Pose& motion,
                        const PoseCovariance& of_motion);
 
+/// Velocity of the wheels of a robot that moves at `made` while its command is `command`. `slip`:
+/// the share of what hindered the robot that the wheels turned through.
+inline Velocity WheelVelocity(const Velocity& made, const Velocity& command, double slip) {
+  if (slip == 0) return made;
+  return Velocity(made.x + slip * (command.x - made.x), made.y + slip * (command.y - made.y),
+                  made.z, made.a + slip * (command.a - made.a));
+}
+
+/// A velocity as odometry with constant relative errors measures it.
+inline Velocity WithOdomError(const Velocity& v, const Velocity& error) {
+  return Velocity(v.x * (1.0 + error.x), v.y * (1.0 + error.y), 0, v.a * (1.0 + error.a));
+}
+
 }  // namespace motion
 
 /// Odometry of one robot with random errors that are independent from step to step. Variances grow

@@ -14,6 +14,7 @@
 #include "models/state_exchange.hh"
 #include "models/wifi.hh"
 #include "world/engine.hh"
+#include "world/rasterized_body.hh"
 #include "world/world.hh"
 
 namespace Stg {
@@ -162,19 +163,6 @@ void World::ExchangeGridState(StateExchange& exchange) {
   ExchangeGrid(exchange);
 }
 
-/// A rasterized body, other than those for the exact ray model.
-struct World::RasterizedBody {
-  uint32_t model = 0, number = 0;  // index of the model, and of the body within it
-  Block* block = nullptr;
-  uint64_t stamp = 0;
-  bool is_recent = false;
-
-  void ExchangeState(StateExchange& exchange) { exchange(model, number); }
-  bool IsBefore(const RasterizedBody& o) const {
-    return model != o.model ? model < o.model : number < o.number;
-  }
-};
-
 namespace {
 
 /// True if the body shares a cell with another one.
@@ -246,14 +234,22 @@ void World::ExchangeOrder(StateExchange& exchange) {
   }
   exchange(recent);
   if (!exchange.restoring() || exchange.failed()) return;
-  for (const RasterizedBody& listed : recent)
+  if (!RestoreOrder(models, &recent)) exchange.Fail("found an invalid order of bodies");
+}
+
+/// Puts the bodies in *recent, in this order, after all others, which return to the order of
+/// creation. Returns false if one does not exist or is listed twice.
+bool World::RestoreOrder(const std::vector<Model*>& models, std::vector<RasterizedBody>* recent) {
+  grid::Grid& grid = engine_->scene.grid;
+  for (const RasterizedBody& listed : *recent)
     if (listed.model < models.size())
       models[listed.model]->blockgroup->SetRasterizedSinceLoading(true);
   std::vector<RasterizedBody> bodies = BodiesOf(models, grid, false);
-  if (!MarkRecent(&bodies, &recent)) return exchange.Fail("found an invalid order of bodies");
+  if (!MarkRecent(&bodies, recent)) return false;
   RestoreCreationOrder(models, bodies);
-  for (const RasterizedBody& body : recent)
-    engine_->scene.grid.MoveToEnd(body.block->body(), body.block->cells());
+  for (const RasterizedBody& body : *recent)
+    grid.MoveToEnd(body.block->body(), body.block->cells());
+  return true;
 }
 
 /// Finds the late bodies among all bodies and completes their entries. Returns false if one does

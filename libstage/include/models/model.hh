@@ -37,6 +37,7 @@ class ModelRanger;
 struct ModelType;
 class Option;
 class PowerPack;
+class RowBridge;
 class StateExchange;
 class StateKeeper;
 class Visualizer;
@@ -472,6 +473,7 @@ class Model : public Ancestor {
   friend class GatherPhase;
   friend class MovePhase;
   friend class ContactPhase;
+  friend class RowBridge;
   friend struct ContactOutline;
   friend class StepCostMeter;
   friend class ModelPosition;

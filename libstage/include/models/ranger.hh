@@ -66,12 +66,13 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
 
    private:
     friend class ModelRanger;
+    friend class RowBridge;
     bool HasTable(uint64_t generation) const;
     void FindTable(internal::sensing::DirectionTables* tables);
     double Increment() const;
     bool HasAngleNoise() const;
     bool IsNoisy() const;
-    void AddRangeNoise();
+    void AddRangeNoise(RandomStream* random, double* ranges, size_t count) const;
     void Resize();
     void LoadRange(Worldfile* wf, int entity);
 
@@ -117,6 +118,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   void Update() override;
 
  private:
+  friend class RowBridge;
   void Gather(internal::sensing::FanList* fans) override;
   unsigned Preparations() override;
   void FinishPreparation() override;

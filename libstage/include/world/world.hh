@@ -407,6 +407,7 @@ class World : public WorldBase {
   std::vector<RecordedRay> ray_list;
 
  private:
+  friend class RowBridge;
   class LoadChecks;
   class Restorer;
   class Validator;
@@ -428,6 +429,7 @@ class World : public WorldBase {
   void HashOrder(StateExchange& exchange);
   void ExchangeOrder(StateExchange& exchange);
   static bool MarkRecent(std::vector<RasterizedBody>* bodies, std::vector<RasterizedBody>* recent);
+  bool RestoreOrder(const std::vector<Model*>& models, std::vector<RasterizedBody>* recent);
   void RestoreCreationOrder(const std::vector<Model*>& models,
                             const std::vector<RasterizedBody>& bodies);
   void ReorderAll(const std::vector<Model*>& models);

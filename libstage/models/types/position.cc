@@ -9,6 +9,7 @@
 #include "models/body.hh"
 #include "models/deletion_watch.hh"
 #include "models/host.hh"
+#include "models/noise.hh"
 #include "models/placement.hh"
 #include "models/power_pack.hh"
 #include "models/property_checks.hh"
@@ -23,9 +24,6 @@ namespace Stg {
 namespace {
 
 constexpr double kSecond = 1e6;  // microseconds
-
-// Widths of the uniform distributions, centred on zero, of the default odometry errors.
-constexpr double kErrorWidthXY = 0.03, kErrorWidthA = 0.05;
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
@@ -72,14 +70,11 @@ ModelPosition::ModelPosition(World* world_, Model* parent_, const std::string& t
 
 /// Draws random odometry errors. Errors given in the world file are kept.
 void ModelPosition::DrawErrors() {
-  RandomStream& random = world_base().random();
-  const double x = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
-  const double y = random.Uniform(-kErrorWidthXY / 2, kErrorWidthXY / 2);
-  const double a = random.Uniform(-kErrorWidthA / 2, kErrorWidthA / 2);
+  const Velocity error = DrawOdomError(&world_base().random());
   if (errors_given_) return;
-  integration_error.x = x;
-  integration_error.y = y;
-  integration_error.a = a;
+  integration_error.x = error.x;
+  integration_error.y = error.y;
+  integration_error.a = error.a;
 }
 
 ModelPosition::~ModelPosition() { host().StopMoving(this); }
@@ -207,17 +202,13 @@ Velocity ModelPosition::NextVelocity(double dt) {
     return Velocity();
   }
   const DriveInput input = InputOfDrive(dt);
-  DriveOutput output = drive_->function(input);
-  if (!std::isnan(output.steering)) steering_ = output.steering;
-  // For example a car with an infinite steering angle.
-  if (!AllNumbers(output.velocity)) output = DriveOutput();
-  double power = PowerOf(output.velocity);
-  Velocity next = motion::Bounded(input, output);
-  if (!AllNumbers(next)) next = Velocity();
+  const motion::Driven driven = motion::Drive(drive_->function, input);
+  steering_ = driven.steering;
   // Uses the unbounded velocity, as Stage 4.3 does, unless that is infinite or only aimed at.
-  if (limits_acceleration_ || !std::isfinite(power)) power = PowerOf(next);
+  double power = PowerOf(driven.wanted);
+  if (limits_acceleration_ || !std::isfinite(power)) power = PowerOf(driven.made);
   if (std::isfinite(power)) watts = power;
-  return next;
+  return driven.made;
 }
 
 DriveInput ModelPosition::InputOfDrive(double dt) const {

@@ -22,11 +22,6 @@ namespace {
 /// Rotates (x, y) by an angle in radians.
 point_t Turned(double x, double y, double angle) { return Rotated(point_t(x, y), SinCos(angle)); }
 
-/// A velocity as odometry with constant relative errors measures it.
-Velocity WithOdomError(const Velocity& v, const Velocity& error) {
-  return Velocity(v.x * (1.0 + error.x), v.y * (1.0 + error.y), 0, v.a * (1.0 + error.a));
-}
-
 }  // namespace
 
 // NOLINTNEXTLINE(performance-unnecessary-value-param): Stage's interface
@@ -95,7 +90,7 @@ void ModelPosition::NoteMotion(const Velocity& made) {
   if (localization_mode == LOCALIZATION_GPS) return;
   const Velocity wheels = WheelVelocity();
   if (wheels.IsZero()) return;
-  Velocity measured = WithOdomError(wheels, integration_error);
+  Velocity measured = motion::WithOdomError(wheels, integration_error);
   if (noisy_odometry_) {
     RandomStream& stream = this->random();
     const double normal[2] = {NormalError(&stream), NormalError(&stream)};
@@ -113,18 +108,14 @@ Velocity ModelPosition::GetActualVelocity() const {
 
 Velocity ModelPosition::WheelVelocity() const {
   const Velocity made = GetActualVelocity();
-  if (wheel_slip_ == 0 || disabled || !HasSubscribers()) return made;
-  const auto turned = [this](double robot, double command) {
-    return robot + wheel_slip_ * (command - robot);
-  };
-  return Velocity(turned(made.x, velocity.x), turned(made.y, velocity.y), made.z,
-                  turned(made.a, velocity.a));
+  if (disabled || !HasSubscribers()) return made;
+  return motion::WheelVelocity(made, velocity, wheel_slip_);
 }
 
 Velocity ModelPosition::GetEstimatedVelocity() const {
   if (localization_mode == LOCALIZATION_GPS) return GetActualVelocity();
   const Velocity wheels = WheelVelocity();
-  Velocity v = WithOdomError(wheels, integration_error);
+  Velocity v = motion::WithOdomError(wheels, integration_error);
   if (!noisy_odometry_ || wheels.IsZero()) return v;
   const Velocity& error = noisy_odometry_->twist_error();
   return Velocity(v.x + error.x, v.y + error.y, 0, v.a + error.a);
@@ -137,7 +128,7 @@ PoseCovariance ModelPosition::GetOdomCovariance() const {
 
 PoseCovariance ModelPosition::GetOdomVelocityCovariance() const {
   if (!noisy_odometry_ || localization_mode == LOCALIZATION_GPS) return PoseCovariance();
-  return noisy_odometry_->CovarianceOf(WithOdomError(WheelVelocity(), integration_error),
+  return noisy_odometry_->CovarianceOf(motion::WithOdomError(WheelVelocity(), integration_error),
                                        StepSeconds());
 }
 

@@ -467,20 +467,21 @@ void ModelRanger::ReceiveHits(uint32_t tag, const sensing::RayHits& hits) {
     for (; i < hit_interval->end; i++)
       if (intensities[i] != intensity) intensities[i] = intensity;
   }
-  sensor.AddRangeNoise();
+  sensor.AddRangeNoise(&sensor.random_, sensor.ranges.data(), sensor.ranges.size());
 }
 
 /// Adds noise, keeping ranges between the sensor's minimum and maximum. Ranges at the maximum or
 /// below the minimum are not measurements and stay unchanged.
-void ModelRanger::Sensor::AddRangeNoise() {
+void ModelRanger::Sensor::AddRangeNoise(RandomStream* random, double* to, size_t count) const {
   const double fraction = FiniteOr0(range_noise);
   const double deviation = std::sqrt(Magnitude(FiniteOr0(range_noise_const)));
   if (fraction == 0 && !(deviation > 0)) return;
   const double min_range = range.min < range.max ? Magnitude(range.min) : 0.0;
-  for (double& r : ranges) {
+  for (size_t i = 0; i < count; i++) {
+    double& r = to[i];
     if (!(r < range.max) || r < min_range) continue;
-    const double relative = r * fraction * UniformError(&random_);
-    const double noisy = r + relative + (deviation > 0 ? deviation * NormalError(&random_) : 0.0);
+    const double relative = r * fraction * UniformError(random);
+    const double noisy = r + relative + (deviation > 0 ? deviation * NormalError(random) : 0.0);
     STAGE_ASSERT(min_range <= range.max);
     r = std::clamp(noisy, min_range, range.max);
   }

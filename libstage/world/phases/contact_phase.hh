@@ -44,6 +44,14 @@ class ContactPhase {
   /// See Host::ForEachContact(). Call FindContacts() before.
   void ForEachContact(const Model* root, const std::function<void(const ContactPoint&)>& f) const;
 
+  // What Refresh() has found; the columns are in the order of creation of the roots.
+  const motion::Shapes& shapes() const { return shapes_; }
+  const motion::Walls& walls() const { return walls_; }
+  const motion::Columns& columns() const { return columns_; }
+  std::span<Model* const> roots() const { return roots_; }
+  /// The bottom of the outline of the row's tree, above its pose, metres.
+  double BottomOf(size_t row) const { return bottoms_[columns_.shape[row]]; }
+
  private:
   struct ContactOfRow {
     uint32_t row;

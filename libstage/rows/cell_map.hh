@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The cells of everything that stands, as a dense bitmap, with the distance of each tile to the
+// nearest occupied one.
+
+#ifndef STAGE_ROWS_CELL_MAP_HH
+#define STAGE_ROWS_CELL_MAP_HH
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "grid/grid.hh"
+#include "rows/outline_bits.hh"
+
+namespace Stg::rows {
+
+class CellMap {
+ public:
+  /// Largest number of cells of a map, and of tiles of a map without cells.
+  static constexpr int64_t kMaxCells = int64_t{1} << 30, kMaxTiles = int64_t{1} << 26;
+
+  /// Makes a map of these cells. If not `with_cells`, only distances can be asked. False if the box
+  /// around the cells is too large.
+  bool Make(std::span<const internal::grid::CellSet> cells, bool with_cells);
+
+  /// True if surely no occupied cell is within `cells` columns and rows of the cell.
+  bool IsClear(int32_t x, int32_t y, int32_t cells) const {
+    if (width_ == 0) return true;
+    return (int64_t{DistanceOf(x >> 3, y >> 3)} - 1) * 8 >= cells;
+  }
+  /// True if the outline has an occupied cell. The map has cells.
+  bool Meets(const OutlineBox& box, const uint64_t* rows) const;
+
+ private:
+  void MeasureDistances();
+  /// A lower bound of the distance in tiles to the nearest occupied tile, columns or rows.
+  int32_t DistanceOf(int32_t tile_x, int32_t tile_y) const;
+  uint64_t WordAt(int64_t x, int64_t y) const;
+
+  int32_t x_ = 0, y_ = 0, width_ = 0, height_ = 0;  // box, in tiles
+  std::vector<uint8_t> distances_;                  // by tile, at most kFar
+  std::vector<uint64_t> bits_;                      // rows of cells, words_ words each
+  int64_t words_ = 0;
+  static constexpr int32_t kFar = 255;
+};
+
+inline int32_t CellMap::DistanceOf(int32_t tile_x, int32_t tile_y) const {
+  const int32_t x = tile_x - x_, y = tile_y - y_;
+  if (static_cast<uint32_t>(x) < static_cast<uint32_t>(width_) &&
+      static_cast<uint32_t>(y) < static_cast<uint32_t>(height_))
+    return distances_[static_cast<size_t>(y) * static_cast<size_t>(width_) +
+                      static_cast<size_t>(x)];
+  const int64_t beside =
+      std::max<int64_t>({int64_t{x_} - tile_x, int64_t{tile_x} - x_ - width_ + 1,
+                         int64_t{y_} - tile_y, int64_t{tile_y} - y_ - height_ + 1});
+  return static_cast<int32_t>(std::min<int64_t>(beside, INT32_MAX / 16));
+}
+
+}  // namespace Stg::rows
+
+#endif

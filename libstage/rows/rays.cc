@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Readings of a row's rangers. Rays are traced among what stands by the code that also traces the
+// rays of worlds; then they are compared with the outlines of the other robots of the row.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "messages/assert.hh"
+#include "models/noise.hh"
+#include "rows/row_bridge.hh"
+#include "rows/stepper.hh"
+#include "sensing/crossing.hh"
+#include "sensing/exact_visit.hh"
+#include "sensing/middle.hh"
+
+namespace Stg::rows {
+
+namespace sensing = internal::sensing;
+namespace grid = internal::grid;
+
+namespace {
+
+constexpr int32_t kNowhere = std::numeric_limits<int32_t>::max();
+/// Robots that have moved come after everything that has not, see Body::loading_stamp.
+constexpr uint64_t kMovedSinceLoading = uint64_t{1} << 62;
+
+bool StopsRangers(Model* candidate, const Model*, const void*) {
+  return !(candidate->vis.ranger_return < 0.0);
+}
+
+}  // namespace
+
+/// The directions of a sensor's rays.
+struct Rows::Stepper::RaysOfSensor {
+  const sensing::Direction* directions;
+  const SineCosine* unit_vectors;
+};
+
+void Rows::Stepper::CastRays() {
+  if (std::ranges::any_of(scene_.sensors, &Sensor::exact)) PlaceCorners();
+  for (size_t k = 0; k < scene_.sensors.size(); k++) {
+    const Sensor& sensor = scene_.sensors[k];
+    PlaceFan(k);
+    const sensing::Fan& fan = s_.fans[k];
+    std::fill_n(&c_.ranges[ray_ + sensor.first_ray], sensor.rays, fan.range);
+    std::fill_n(&c_.brightness[ray_ + sensor.first_ray], sensor.rays, uint8_t{0});
+    std::fill_n(&s_.places[sensor.first_ray], sensor.rays, kNowhere);
+    const RaysOfSensor rays = DirectionsOf(k);
+    if (!fan.nothing) {
+      if (MayHitWalls(sensor, fan)) TraceWalls(k, rays);
+      TraceRobots(k, rays);
+    }
+    if (sensor.noisy) AddNoise(k);
+  }
+}
+
+/// See ModelRanger::FanOf().
+void Rows::Stepper::PlaceFan(size_t index) {
+  const Sensor& sensor = scene_.sensors[index];
+  const Pose frame =
+      FrameOf(scene_.robots[sensor.robot], sensor.node, c_.pose[robot_ + sensor.robot]);
+  sensing::Fan& fan = s_.fans[index];
+  sensing::PlaceFan(&fan, ModelRanger::OriginOf(*sensor.settings, frame, SinCos(frame.a)),
+                    sensor.reach, scene_.cells_per_metre);
+  fan.exact = sensor.exact;
+  fan.layer = sensor.layer;
+  fan.predicate = StopsRangers;
+  fan.record.samples = sensor.rays;
+}
+
+/// False if nothing that stands is within the reach of the rays.
+bool Rows::Stepper::MayHitWalls(const Sensor& sensor, const sensing::Fan& fan) const {
+  constexpr int32_t kMargin = 3;  // cells, for rounding and outlines beside their cells
+  return !scene_.seen[sensor.seen].IsClear(fan.record.x, fan.record.y,
+                                           static_cast<int32_t>(fan.leg_cells) + kMargin);
+}
+
+/// See ModelRanger::Gather().
+Rows::Stepper::RaysOfSensor Rows::Stepper::DirectionsOf(size_t index) {
+  const Sensor& sensor = scene_.sensors[index];
+  if (!sensor.turns_noisily)
+    return {scene_.directions.all().data() + sensor.first_direction,
+            scene_.directions.unit_vectors().data() + sensor.first_direction};
+  const ModelRanger::Sensor& settings = *sensor.settings;
+  RandomStream* const stream = &c_.noise[sensor_ + index];
+  s_.own_directions.resize(sensor.rays);
+  s_.own_unit_vectors.resize(sensor.rays);
+  for (uint32_t i = 0; i < sensor.rays; i++) {
+    const double bearing =
+        sensor.bearings[i] + sensor.increment * settings.angle_noise * 0.5 * UniformError(stream);
+    s_.own_unit_vectors[i] = sensing::UnitVectorOf(bearing);
+    s_.own_directions[i] = sensing::MakeDirection(s_.own_unit_vectors[i]);
+  }
+  return {s_.own_directions.data(), s_.own_unit_vectors.data()};
+}
+
+// ---- what stands --------------------------------------------------------------------------------
+
+void Rows::Stepper::TraceWalls(size_t index, const RaysOfSensor& rays) {
+  const Sensor& sensor = scene_.sensors[index];
+  const sensing::Fan& fan = s_.fans[index];
+  const ray_grid_t view = scene_.grid.View(sensor.layer);
+  const ray_mask_t no_mask{};
+  for (uint32_t begin = 0; begin < sensor.rays; begin += sensing::RayGroup::kMaxRays) {
+    const uint32_t count = std::min(sensor.rays - begin, sensing::RayGroup::kMaxRays);
+    const sensing::FanSlice slice{&fan.record, rays.directions + begin, count, fan.leg_length,
+                                  nullptr};
+    const sensing::RayGroup group{.grid = &view,
+                                  .mask = &no_mask,
+                                  .slices = &slice,
+                                  .slice_count = 1,
+                                  .count = count,
+                                  .words_per_ray = 0,
+                                  .exact = sensor.exact};
+    s_.first.Walk(group, s_.walked);
+    if (sensor.exact)
+      TraceWallsExactly(index, rays, begin, group);
+    else
+      TraceWallsInCells(index, rays, begin, count);
+  }
+}
+
+void Rows::Stepper::TraceWallsInCells(size_t index, const RaysOfSensor& rays, uint32_t begin,
+                                      uint32_t count) {
+  const Sensor& sensor = scene_.sensors[index];
+  const sensing::Fan& fan = s_.fans[index];
+  for (uint32_t i = 0; i < count;) {
+    const uint32_t end = s_.first.EndOfInterval(i);
+    const grid::BodyList bodies = s_.first.Bodies(i);
+    for (; i < end; i++) {
+      if (bodies == sensing::FirstHits::kNothing) continue;
+      const size_t ray = sensor.first_ray + begin + i;
+      const uint32_t hit = s_.first.Packed(i);
+      if (AcceptBody(fan, bodies, ray)) {
+        c_.ranges[ray_ + ray] = s_.walked[i];
+        s_.places[ray] = ray_packed_u(hit) + ray_packed_v(hit);
+      } else {
+        FollowWall(index, rays, begin + i, hit);
+      }
+    }
+  }
+}
+
+/// Continues a ray behind a cell whose bodies it passes. See Tracer::Follow().
+void Rows::Stepper::FollowWall(size_t index, const RaysOfSensor& rays, uint32_t sample,
+                               uint32_t hit) {
+  const Sensor& sensor = scene_.sensors[index];
+  const sensing::Fan& fan = s_.fans[index];
+  const ray_grid_t view = scene_.grid.View(sensor.layer);
+  const ray_mask_t no_mask{};
+  ray_t ray;
+  sensing::BeginRay(view, fan.record, sensing::DisplacementOf(fan.record, rays.directions[sample]),
+                    &ray);
+  ray_resume(&ray, ray_packed_u(hit), ray_packed_v(hit));
+  while (ray_next(&view, &no_mask, &ray)) {
+    const size_t number = sensor.first_ray + sample;
+    const grid::CellRef cell = grid::Grid::CellAt(ray.region, ray.tile, ray.bit);
+    if (!AcceptBody(fan, scene_.grid.ListIn(cell), number)) continue;
+    c_.ranges[ray_ + number] = sensing::MiddleOf(sensing::PassageOf(ray)) * fan.leg_length;
+    s_.places[number] = ray.u + ray.v;
+    return;
+  }
+}
+
+/// Stores what the ray hits in a cell with these bodies; false if it passes all of them.
+bool Rows::Stepper::AcceptBody(const sensing::Fan& fan, grid::BodyList bodies, size_t ray) {
+  return scene_.grid.AnyOf(bodies, [&](grid::BodyId id) {
+    const grid::Body& body = scene_.grid.body(id);
+    if (sensing::PassesAboveOrBelow(fan, body) || !StopsRangers(body.model, nullptr, nullptr))
+      return false;
+    s_.keys[ray] = scene_.grid.Stamp(id);
+    c_.brightness[ray_ + ray] = BrightnessOf(*body.model);
+    return true;
+  });
+}
+
+void Rows::Stepper::TraceWallsExactly(size_t index, const RaysOfSensor& rays, uint32_t begin,
+                                      const sensing::RayGroup& group) {
+  const Sensor& sensor = scene_.sensors[index];
+  const sensing::ExactGroup::SliceData slice{&s_.fans[index], rays.unit_vectors + begin};
+  s_.exact.Trace(group, &slice, s_.first, s_.walked, &s_.counters);
+  for (uint32_t i = 0; i < group.count; i++) {
+    const size_t ray = sensor.first_ray + begin + i;
+    c_.ranges[ray_ + ray] = s_.walked[i];
+    const Model* const model = s_.exact.HitModel(i);
+    if (model == nullptr) continue;
+    s_.places[ray] = 0;
+    s_.keys[ray] = model->GetId();
+    c_.brightness[ray_ + ray] = BrightnessOf(*model);
+  }
+}
+
+uint8_t Rows::Stepper::BrightnessOf(const Model& model) const {
+  const std::vector<double>& values = scene_.brightness;
+  const auto found = std::ranges::find(values, model.vis.ranger_return);
+  STAGE_ASSERT(found != values.end());
+  return static_cast<uint8_t>(found - values.begin());
+}
+
+// ---- robots -------------------------------------------------------------------------------------
+
+void Rows::Stepper::TraceRobots(size_t index, const RaysOfSensor& rays) {
+  const Sensor& sensor = scene_.sensors[index];
+  const sensing::Fan& fan = s_.fans[index];
+  const double margin = 3 / scene_.cells_per_metre;
+  for (const uint32_t other : sensor.others) {
+    const Body& body = scene_.bodies[other];
+    const Planar& at = c_.pose[robot_ + body.robot];
+    const double dx = at.x - fan.x, dy = at.y - fan.y, far = fan.range + body.radius + margin;
+    if (dx * dx + dy * dy > far * far) continue;
+    if (sensor.exact)
+      MeetExactly(index, rays, body);
+    else
+      MeetInCells(index, rays, body, other);
+  }
+}
+
+void Rows::Stepper::MeetInCells(size_t index, const RaysOfSensor& rays, const Body& body,
+                                uint32_t number) {
+  const Sensor& sensor = scene_.sensors[index];
+  const sensing::Fan& fan = s_.fans[index];
+  const OutlineBox& box = c_.box[body_ + number];
+  if (box.height == 0) return;
+  const uint64_t* const rows = RowsOf(number);
+  const uint64_t stamp = c_.stamp[body_ + number];
+  const uint64_t key = stamp > 0 ? kMovedSinceLoading + stamp : body.loading_stamp;
+  // The body's circle in the frame of the fan, in cells. Single precision suffices to omit rays
+  // that pass it.
+  const Planar& at = c_.pose[robot_ + body.robot];
+  const auto cells = static_cast<float>(scene_.cells_per_metre);
+  const auto ax = static_cast<float>(at.x - fan.x) * cells;
+  const auto ay = static_cast<float>(at.y - fan.y) * cells;
+  const auto cosine = static_cast<float>(fan.heading.cosine);
+  const auto sine = static_cast<float>(fan.heading.sine);
+  const float ahead = cosine * ax + sine * ay, aside = cosine * ay - sine * ax;
+  const float margin = static_cast<float>(body.radius) * cells * 1.001f + 3.0f;
+  for (uint32_t i = 0; i < sensor.rays; i++) {
+    const float c = static_cast<float>(rays.unit_vectors[i].cosine);
+    const float s = static_cast<float>(rays.unit_vectors[i].sine);
+    if (std::fabs(c * aside - s * ahead) > margin || c * ahead + s * aside < -margin) continue;
+    const sensing::Displacement way = sensing::DisplacementOf(fan.record, rays.directions[i]);
+    const CellRay ray(fan.record.x, fan.record.y,
+                      static_cast<int32_t>(fan.record.fraction & 0xffff),
+                      static_cast<int32_t>(fan.record.fraction >> 16), way.x, way.y);
+    int32_t u, v;
+    if (!MeetOutline(box, rows, ray, &u, &v)) continue;
+    const size_t at_ray = sensor.first_ray + i;
+    const int32_t place = u + v;
+    if (place > s_.places[at_ray] || (place == s_.places[at_ray] && key > s_.keys[at_ray]))
+      continue;
+    s_.places[at_ray] = place;
+    s_.keys[at_ray] = key;
+    c_.brightness[ray_ + at_ray] = body.brightness;
+    const sensing::Passage passage{(u << 16) - ray.ox, (v << 16) - ray.oy, ray.adx, ray.ady};
+    c_.ranges[ray_ + at_ray] = sensing::MiddleOf(passage) * fan.leg_length;
+  }
+}
+
+/// Corners of all bodies in metres, for exact rays.
+void Rows::Stepper::PlaceCorners() {
+  for (const Body& body : scene_.bodies) {
+    const Pose frame = FrameOf(scene_.robots[body.robot], body.node, c_.pose[robot_ + body.robot]);
+    const SineCosine turn = SinCos(frame.a);
+    point_t* const points = &s_.points[body.first_point];
+    for (size_t i = 0; i < body.corners.size(); i++) {
+      const point_t& p = body.corners[i];
+      points[i] = point_t(frame.x + p.x * turn.cosine - p.y * turn.sine,
+                          frame.y + p.x * turn.sine + p.y * turn.cosine);
+    }
+    points[body.corners.size()] = points[0];
+  }
+}
+
+/// See ExactVisit.
+void Rows::Stepper::MeetExactly(size_t index, const RaysOfSensor& rays, const Body& body) {
+  constexpr uint32_t kEdges = 8;
+  const Sensor& sensor = scene_.sensors[index];
+  const sensing::Fan& fan = s_.fans[index];
+  const Planar& at = c_.pose[robot_ + body.robot];
+  const point_t* const points = &s_.points[body.first_point];
+  const auto edges = static_cast<uint32_t>(body.corners.size());
+  for (uint32_t i = 0; i < sensor.rays; i++) {
+    const size_t ray = sensor.first_ray + i;
+    const sensing::Line line = sensing::LineOf(fan, rays.unit_vectors[i]);
+    double* const range = &c_.ranges[ray_ + ray];
+    if (sensing::PassesBy(line, point_t(at.x, at.y), body.radius, *range)) continue;
+    double along = std::numeric_limits<double>::infinity();
+    for (uint32_t first = 0; first < edges; first += kEdges) {
+      const uint32_t count = std::min(kEdges, edges - first);
+      along = std::min(along, sensing::FirstCrossing(line, points + first, (1u << count) - 1));
+    }
+    const bool has_hit = s_.places[ray] != kNowhere;
+    const bool nearer =
+        has_hit ? along < *range || (along == *range && body.model->GetId() < s_.keys[ray])
+                : sensing::IsWithin(along, *range);
+    if (!nearer) continue;
+    *range = along;
+    s_.places[ray] = 0;
+    s_.keys[ray] = body.model->GetId();
+    c_.brightness[ray_ + ray] = body.brightness;
+  }
+}
+
+/// See ModelRanger::Sensor::AddRangeNoise().
+void Rows::Stepper::AddNoise(size_t index) {
+  const Sensor& sensor = scene_.sensors[index];
+  RowBridge::AddRangeNoise(sensor, &c_.noise[sensor_ + index], &c_.ranges[ray_ + sensor.first_ray]);
+}
+
+}  // namespace Stg::rows

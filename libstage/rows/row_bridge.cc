@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "rows/row_bridge.hh"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "messages/assert.hh"
+#include "models/body.hh"
+#include "models/model_seed.hh"
+#include "models/power_pack.hh"
+#include "random/fnv1a.hh"
+#include "world/engine.hh"
+#include "world/initial_state.hh"
+#include "world/rasterized_body.hh"
+
+namespace Stg {
+
+using rows::Body;
+using rows::Columns;
+using rows::Planar;
+using rows::Robot;
+using rows::Rows;
+using rows::Scene;
+using rows::Sensor;
+
+namespace {
+
+Planar PlanarOf(const Pose& pose) { return {pose.x, pose.y, pose.a}; }
+
+Pose PoseOf(const Planar& p, double z) { return Pose(p.x, p.y, z, p.a); }
+
+bool SameState(const RandomStream& a, RandomStream b) {
+  RandomStream copy = a;
+  for (int i = 0; i < 4; i++)
+    if (copy.Next() != b.Next()) return false;
+  return true;
+}
+
+}  // namespace
+
+// ---- seeds --------------------------------------------------------------------------------------
+
+uint64_t RowBridge::SeedOf(const Scene& scene, const Model& model, uint64_t seed) {
+  const std::vector<Model*>& models = scene.prototype->engine().models;
+  const auto place = std::ranges::lower_bound(models, model.GetId(), {}, &Model::GetId);
+  const unsigned index = scene.initial_state->indices[static_cast<size_t>(place - models.begin())];
+  const uint64_t above = model.Parent() ? SeedOf(scene, *model.Parent(), seed) : seed;
+  return SeedOfModel(above, model.GetModelType(), index);
+}
+
+uint64_t RowBridge::SeedOfRobot(const Scene& scene, size_t robot, uint64_t seed) {
+  return SeedOf(scene, *scene.robots[robot].model, seed);
+}
+
+uint64_t RowBridge::SeedOfNoise(const Scene& scene, size_t sensor, uint64_t seed) {
+  const Sensor& of = scene.sensors[sensor];
+  const ModelRanger& ranger = *of.ranger;
+  const uint64_t hash = Fnv1a(ranger.token + "/" + std::to_string(of.index));
+  return Stg::SeedOfNoise(seed, hash, ranger.shares_name_,
+                          ranger.shares_name_ ? SeedOf(scene, ranger, seed) : 0);
+}
+
+// ---- from a world to a row ----------------------------------------------------------------------
+
+void RowBridge::ReadStart(Rows* start) {
+  World& world = *start->scene_->prototype;
+  start->columns.seed[0] = world.seed();
+  ReadModels(world, start, 0);
+  ReadGrid(world, start, 0);
+}
+
+void RowBridge::ReadModels(const World& world, Rows* to, size_t row) {
+  const Scene& scene = to->scene();
+  Columns& c = to->columns;
+  c.time[row] = world.sim_time;
+  c.steps[row] = world.updates;
+  for (size_t k = 0; k < scene.robots.size(); k++) {
+    const auto& model =
+        static_cast<const ModelPosition&>(*world.FindModel(scene.robots[k].model->GetId()));
+    const size_t i = row * scene.robots.size() + k;
+    c.last_update[row] = model.last_update_;
+    c.pose[i] = PlanarOf(model.pose);
+    c.velocity[i] = PlanarOf(model.velocity);
+    c.command[i] = PlanarOf(model.goal);
+    c.mode[i] = static_cast<uint8_t>(model.control_mode);
+    c.stalled[i] = model.stall;
+    c.watts[i] = model.watts;
+    c.sensed[i] = PlanarOf(model.sensed_pose_);
+    if (!c.hindered.empty()) c.hindered[i] = model.is_hindered_;
+    if (!c.made.empty()) c.made[i] = PlanarOf(model.made_);
+    if (!c.steering.empty()) c.steering[i] = model.steering_;
+    if (c.estimate.empty()) continue;
+    c.estimate[i] = PlanarOf(model.est_pose);
+    c.driven[i] = PlanarOf(model.driven_);
+    c.error[i] = PlanarOf(model.integration_error);
+    if (!model.noisy_odometry_) continue;
+    c.noisy_odometry[i] = *model.noisy_odometry_;
+    c.random[i] = const_cast<ModelPosition&>(model).random_.Get();
+  }
+  const Model& first = *world.FindModel(scene.updating[0]->GetId());
+  c.next_update[row] = first.NextUpdateAfter(world.sim_time);
+}
+
+void RowBridge::ReadGrid(const World& world, Rows* to, size_t row) {
+  const Scene& scene = to->scene();
+  Columns& c = to->columns;
+  c.extent[row] = world.engine().scene.grid.extent();
+  rows::OutlineBox box;
+  for (size_t k = 0; k < scene.bodies.size(); k++) {
+    const Body& body = scene.bodies[k];
+    const Block& block = *world.FindModel(body.model->GetId())->body().blocks()[body.block];
+    const std::vector<point_int_t>& corners = block.corners();
+    uint64_t* const words = &c.rows[row * scene.word_count + body.first_word];
+    box = rows::OutlineBox();
+    if (!corners.empty())
+      rows::DrawOutline(corners.data(), static_cast<uint32_t>(corners.size()), &box, words);
+    c.box[row * scene.bodies.size() + k] = box;
+  }
+}
+
+// ---- from a row to a world ----------------------------------------------------------------------
+
+bool RowBridge::Write(const Rows& from, size_t row, World* world) {
+  const Scene& scene = from.scene();
+  const Columns& c = from.columns;
+  if (!world->Restore(scene.initial_state->state)) return false;
+  world->RestartRandomNumbers(*scene.initial_state, c.seed[row]);
+  world->sim_time = c.time[row];
+  world->updates = c.steps[row];
+  WriteRobots(from, row, world);
+  WriteSensors(from, row, world);
+  WriteSchedule(from, row, world);
+  WriteGrid(from, row, world);
+  return true;
+}
+
+void RowBridge::WriteRobots(const Rows& from, size_t row, World* world) {
+  const Scene& scene = from.scene();
+  const Columns& c = from.columns;
+  for (size_t k = 0; k < scene.robots.size(); k++) {
+    const Robot& robot = scene.robots[k];
+    auto& model = static_cast<ModelPosition&>(*world->FindModel(robot.model->GetId()));
+    const size_t i = row * scene.robots.size() + k;
+    model.pose = PoseOf(c.pose[i], robot.z);
+    model.velocity = Velocity(c.velocity[i].x, c.velocity[i].y, 0, c.velocity[i].a);
+    model.goal = PoseOf(c.command[i], 0);
+    model.control_mode = static_cast<ModelPosition::ControlMode>(c.mode[i]);
+    model.stall = c.stalled[i];
+    model.watts = c.watts[i];
+    model.last_update_ = c.last_update[row];
+    if (from.HasReadings(row)) {
+      model.sensed_pose_ = PoseOf(c.sensed[i], robot.z);
+      model.sensed_at_ = c.last_update[row];
+      if (!robot.has_odometry) model.est_pose = model.sensed_pose_;
+    }
+    if (!c.hindered.empty()) {
+      model.is_hindered_ = c.hindered[i];
+      model.made_ = Velocity(c.made[i].x, c.made[i].y, 0, c.made[i].a);
+    }
+    if (robot.steers) model.steering_ = c.steering[i];
+    if (!robot.has_odometry) continue;
+    model.est_pose = PoseOf(c.estimate[i], model.est_pose.z);
+    model.driven_ = PoseOf(c.driven[i], 0);
+    if (!robot.has_noisy_odometry) continue;
+    *model.noisy_odometry_ = c.noisy_odometry[i];
+    if (!SameState(c.random[i], RandomStream(model.random_.seed())))
+      model.random_.Get() = c.random[i];
+  }
+}
+
+void RowBridge::WriteSensors(const Rows& from, size_t row, World* world) {
+  const Scene& scene = from.scene();
+  const Columns& c = from.columns;
+  if (!from.HasReadings(row)) return;
+  for (const Model* updating : scene.updating)
+    world->FindModel(updating->GetId())->updated_at_ = c.last_update[row];
+  for (size_t k = 0; k < scene.sensors.size(); k++) {
+    const Sensor& of = scene.sensors[k];
+    auto& ranger = static_cast<ModelRanger&>(*world->FindModel(of.ranger->GetId()));
+    ModelRanger::Sensor& sensor = ranger.sensors_[of.index];
+    sensor.Resize();
+    const size_t first = row * scene.ray_count + of.first_ray;
+    for (uint32_t ray = 0; ray < of.rays; ray++) {
+      sensor.ranges[ray] = c.ranges[first + ray];
+      sensor.intensities[ray] = scene.brightness[c.brightness[first + ray]];
+    }
+    if (of.noisy)
+      sensor.random_ = c.noise[row * scene.sensors.size() + k];
+    else
+      sensor.random_.Seed(SeedOfNoise(scene, k, c.seed[row]));
+    sensor.seeded_ = true;
+    const Robot& robot = scene.robots[of.robot];
+    ranger.SetScanPose(robot.GlobalPoseOf(
+        of.node, PoseOf(c.sensed[row * scene.robots.size() + of.robot], robot.z)));
+  }
+}
+
+void RowBridge::WriteSchedule(const Rows& from, size_t row, World* world) {
+  Scheduler& scheduler = world->engine_->scheduler;
+  scheduler.Clear();
+  for (const Model* updating : from.scene().updating) {
+    Model* const model = world->FindModel(updating->GetId());
+    scheduler.Add(from.columns.next_update[row],
+                  {model, nullptr, nullptr, model->update_generation_});
+  }
+}
+
+/// Rasterizes the robots in the order in which they were last rasterized in the row.
+void RowBridge::WriteGrid(const Rows& from, size_t row, World* world) {
+  const Scene& scene = from.scene();
+  const Columns& c = from.columns;
+  const std::vector<Model*>& models = world->engine_->models;
+  for (const Robot& robot : scene.robots) world->FindModel(robot.model->GetId())->Map();
+  std::vector<std::pair<uint64_t, World::RasterizedBody>> recent;
+  for (size_t k = 0; k < scene.bodies.size(); k++) {
+    const uint64_t stamp = c.stamp[row * scene.bodies.size() + k];
+    if (stamp == 0) continue;
+    const auto place =
+        std::ranges::lower_bound(models, scene.bodies[k].model->GetId(), {}, &Model::GetId);
+    World::RasterizedBody body;
+    body.model = static_cast<uint32_t>(place - models.begin());
+    body.number = scene.bodies[k].block;
+    recent.emplace_back(stamp, body);
+  }
+  std::ranges::sort(recent, {}, [](const auto& entry) { return entry.first; });
+  std::vector<World::RasterizedBody> order;
+  for (const auto& [stamp, body] : recent) order.push_back(body);
+  [[maybe_unused]] const bool restored = world->RestoreOrder(models, &order);
+  STAGE_ASSERT(restored);
+  world->engine_->scene.grid.SetExtent(c.extent[row]);
+}
+
+}  // namespace Stg

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The way between worlds and rows: makes the scene of a closed world, reads a row from a world, and
+// writes a row into a world.
+
+#ifndef STAGE_ROWS_ROW_BRIDGE_HH
+#define STAGE_ROWS_ROW_BRIDGE_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "rows/rows.hh"
+#include "rows/scene.hh"
+
+namespace Stg {
+
+class RowBridge {
+ public:
+  /// Says what keeps a world from being closed, in words that follow "because"; empty if nothing
+  /// does.
+  static std::string WhyNotClosed(const World& world);
+  /// Takes over a world that has just been loaded, with all subscriptions. Returns null and the
+  /// reason if it is not closed.
+  static std::shared_ptr<const rows::Scene> MakeScene(std::unique_ptr<World> prototype,
+                                                      std::string* reason);
+
+  /// Reads the state after loading into row 0.
+  static void ReadStart(rows::Rows* start);
+  /// Reads the state of a world with the models of the scene. Returns false if the world is in a
+  /// state that a row cannot hold; the row is unchanged then.
+  static bool Read(World* world, rows::Rows* to, size_t row);
+  /// Brings a world with the models of the scene into the state of a row. Returns false, after a
+  /// message, if the world cannot be restored.
+  static bool Write(const rows::Rows& from, size_t row, World* world);
+
+  /// See ModelRanger::Sensor::AddRangeNoise().
+  static void AddRangeNoise(const rows::Sensor& sensor, RandomStream* random, double* ranges) {
+    sensor.settings->AddRangeNoise(random, ranges, sensor.rays);
+  }
+  static uint64_t SeedOfRobot(const rows::Scene& scene, size_t robot, uint64_t seed);
+  static uint64_t SeedOfNoise(const rows::Scene& scene, size_t sensor, uint64_t seed);
+
+ private:
+  class SceneMaker;
+  static std::string WhyNotModel(const Model& model);
+  static std::string WhyNotRobot(const ModelPosition& robot);
+  static std::string WhyNotRanger(const ModelRanger& ranger);
+  static std::string WhyNotSchedule(const World& world);
+  static uint64_t SeedOf(const rows::Scene& scene, const Model& model, uint64_t seed);
+  static void ReadModels(const World& world, rows::Rows* to, size_t row);
+  static void ReadGrid(const World& world, rows::Rows* to, size_t row);
+  static void WriteRobots(const rows::Rows& from, size_t row, World* world);
+  static void WriteSensors(const rows::Rows& from, size_t row, World* world);
+  static void WriteSchedule(const rows::Rows& from, size_t row, World* world);
+  static void WriteGrid(const rows::Rows& from, size_t row, World* world);
+};
+
+}  // namespace Stg
+
+#endif

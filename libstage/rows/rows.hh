@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Closed worlds as rows of columns. Row i holds what changes in world i; the scene holds the rest.
+// A step touches no model: it reads and writes the columns.
+//
+// The full World remains the truth. RowBridge writes a row into a World, which then has the state
+// hash of a World that made the same steps, and reads a row from a World.
+
+#ifndef STAGE_ROWS_ROWS_HH
+#define STAGE_ROWS_ROWS_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "motion/odometry.hh"
+#include "random/random.hh"
+#include "rows/outline_bits.hh"
+#include "rows/scene.hh"
+
+namespace Stg {
+class RowBridge;
+}
+
+namespace Stg::rows {
+
+/// A pose, velocity or command in the plane: m or m/s, rad or rad/s.
+struct Planar {
+  double x = 0, y = 0, a = 0;
+};
+
+/// The columns. All are in the order of the worlds; in a world, of the robots, bodies or rays.
+struct Columns {
+  // By world.
+  std::vector<uint64_t> seed;
+  std::vector<usec_t> time, next_update, last_update;
+  std::vector<uint64_t> steps;
+  std::vector<internal::grid::CellBox> extent;  ///< see Grid::extent()
+  std::vector<uint64_t> stamps;                 ///< number of rasterizations of bodies so far
+
+  // By robot.
+  std::vector<Planar> pose, velocity, command, sensed;
+  std::vector<uint8_t> mode;  ///< DriveInput::Mode
+  std::vector<uint8_t> stalled;
+  std::vector<double> watts;
+  std::vector<Planar> made;       ///< contacts of outlines: velocity of the last move
+  std::vector<uint8_t> hindered;  ///< contacts of outlines: whether that is not what was wanted
+  std::vector<double> steering;   ///< if any robot steers
+  // If any robot has odometry.
+  std::vector<Planar> estimate, driven, error;
+  std::vector<NoisyOdometry> noisy_odometry;  ///< if any has random errors
+  std::vector<RandomStream> random;
+
+  // By body.
+  std::vector<OutlineBox> box;
+  std::vector<uint64_t> stamp;  ///< of the last rasterization since loading; 0: none
+  std::vector<uint64_t> rows;   ///< of bits; Body::word_count for each body
+
+  // By sensor: streams of noise, if any sensor has noise.
+  std::vector<RandomStream> noise;
+
+  // By ray.
+  std::vector<double> ranges;       ///< m
+  std::vector<uint8_t> brightness;  ///< index in Scene::brightness of what was hit
+};
+
+class Rows {
+ public:
+  /// Makes rows in the state after loading with these seeds.
+  Rows(std::shared_ptr<const Scene> scene, std::span<const uint64_t> seeds);
+
+  size_t size() const { return columns.seed.size(); }
+  const Scene& scene() const { return *scene_; }
+  /// True if the world's sensors have readings.
+  bool HasReadings(size_t world) const { return columns.last_update[world] > 0; }
+
+  /// Resets a world to its state after loading with that seed.
+  void Reset(size_t world, uint64_t seed);
+  /// Copies the state of a world of rows of the same scene.
+  void Copy(size_t to, const Rows& other, size_t from);
+  /// Memory of a thread.
+  class Scratch;
+  std::shared_ptr<Scratch> MakeScratch() const;
+  /// Makes steps. Several threads may step different worlds, each with its own scratch.
+  void Step(size_t world, uint64_t steps, Scratch* scratch);
+  /// Bytes of a world.
+  size_t BytesPerWorld() const;
+
+  Columns columns;
+
+ private:
+  friend class Stg::RowBridge;
+  class Stepper;
+  explicit Rows(std::shared_ptr<const Scene> scene);
+  void Resize(size_t worlds);
+  void DrawErrors(size_t world);
+  void SeedNoise(size_t world);
+
+  std::shared_ptr<const Scene> scene_;
+  std::unique_ptr<Rows> start_;  ///< one row: the state after loading; null in that one
+};
+
+}  // namespace Stg::rows
+
+#endif

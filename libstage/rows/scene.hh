@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Everything about a closed world that does not change while it runs, shared by all rows: robots,
+// their bodies and sensors, and the cells and walls of what stands.
+//
+// A world is closed if a step can be made without its objects: all models are of types that rows
+// know, and nobody calls back. RowBridge makes scenes and names what keeps a world from being
+// closed.
+
+#ifndef STAGE_ROWS_SCENE_HH
+#define STAGE_ROWS_SCENE_HH
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "geometry/geometry.hh"
+#include "grid/grid.hh"
+#include "models/position.hh"
+#include "models/ranger.hh"
+#include "motion/columns.hh"
+#include "motion/walls.hh"
+#include "rows/cell_map.hh"
+#include "sensing/fan.hh"
+#include "world/world.hh"
+
+namespace Stg {
+struct InitialState;
+}
+
+namespace Stg::rows {
+
+/// A model in the tree of a robot.
+struct Node {
+  uint32_t parent;  ///< index in Robot::nodes; the root is its own parent
+  Pose local;       ///< in the frame of the parent, raised by its height if it stacks its children
+  Pose frame;       ///< Geom::pose
+};
+
+/// A polygon of a robot.
+struct Body {
+  uint32_t robot, node;
+  std::vector<point_t> corners;  ///< in the frame of the node
+  Bounds height;                 ///< m, global
+  bool obstacle;
+  uint8_t brightness;  ///< index in Scene::brightness
+  const Model* model;  ///< of the prototype
+  uint32_t block;      ///< index among the model's blocks
+  uint64_t loading_stamp;
+  double radius;                    ///< m: no corner is further from the robot's origin
+  uint32_t blocked;                 ///< index in Scene::blocked
+  uint32_t first_word, word_count;  ///< of its bits among those of a world
+  uint32_t first_point;             ///< of its corners among those of a world
+  std::vector<uint32_t> rivals;     ///< bodies of other robots that it may run into
+};
+
+/// A sensor of a ranger.
+struct Sensor {
+  uint32_t robot, node;
+  const ModelRanger* ranger;            ///< of the prototype
+  const ModelRanger::Sensor* settings;  ///< of the prototype
+  uint32_t index;                       ///< in the ranger
+  double reach;                         ///< m
+  double z;                             ///< m, of the rays
+  bool exact, noisy, turns_noisily;
+  std::vector<double> bearings;  ///< rad
+  double increment;              ///< rad
+  uint32_t first_ray, rays;      ///< among those of a world
+  uint32_t first_direction;      ///< in Scene::directions
+  internal::grid::LayerIndex layer;
+  uint32_t seen;                 ///< index in Scene::seen
+  std::vector<uint32_t> others;  ///< bodies of other robots that its rays may hit
+};
+
+struct Robot {
+  const ModelPosition* model;  ///< of the prototype
+  double z;                    ///< m
+  std::vector<Node> nodes;
+  uint32_t first_body, body_count, first_sensor, sensor_count;
+  DriveInput drive;  ///< what does not change; the bounds are those of the prototype
+  DriveFunction function;
+  double mass;
+  bool has_odometry;  ///< localization "odom"
+  bool has_noisy_odometry, errors_given, steers;
+  double wheel_slip;
+  double bottom;  ///< m, of its outline for contacts, above the pose
+
+  /// The global pose of a node while the robot is at `pose`, and the frame of its bodies.
+  Pose GlobalPoseOf(uint32_t node, const Pose& pose) const {
+    return node == 0 ? pose : GlobalPoseOf(nodes[node].parent, pose) + nodes[node].local;
+  }
+  Pose FrameOf(uint32_t node, const Pose& pose) const {
+    return GlobalPoseOf(node, pose) + nodes[node].frame;
+  }
+};
+
+/// A model that draws errors of odometry while it is loaded.
+struct ErrorSource {
+  static constexpr uint32_t kNone = UINT32_MAX;
+  uint32_t robot;  ///< kNone: of a model that is no robot of the scene
+};
+
+struct Scene {
+  /// The world that the scene was made from, in its state after loading.
+  std::unique_ptr<World> prototype;
+  std::shared_ptr<const InitialState> initial_state;
+
+  double cells_per_metre = 50;
+  usec_t step = 0;            ///< duration of a step, microseconds
+  bool outlines = true;       ///< contacts of outlines, otherwise of cells
+  std::vector<Robot> robots;  ///< in the order of creation
+  std::vector<Body> bodies;
+  std::vector<Sensor> sensors;
+  uint32_t ray_count = 0, word_count = 0, point_count = 0;  ///< of a world
+  std::vector<double> brightness;                           ///< values of ranger_return; 0: nothing
+  std::vector<ErrorSource> error_sources;                   ///< in the order of drawing
+  std::vector<const Model*> updating;                       ///< in the order of their updates
+
+  // What stands.
+  internal::grid::Grid grid;
+  std::vector<CellMap> blocked;  ///< obstacles in the height of a body
+  std::vector<CellMap> seen;     ///< bodies in the layer of a sensor
+  internal::sensing::DirectionTables directions;
+  motion::Shapes shapes;
+  motion::Walls walls;
+  motion::Columns columns;  ///< of the robots
+
+  usec_t NextUpdateAfter(usec_t now) const { return updating[0]->NextUpdateAfter(now); }
+};
+
+}  // namespace Stg::rows
+
+#endif

@@ -1,0 +1,423 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Makes the scene of a closed world, and says what keeps a world from being closed.
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "messages/report.hh"
+#include "models/body.hh"
+#include "models/model_type.hh"
+#include "models/power_pack.hh"
+#include "motion/drive_table.hh"
+#include "rows/row_bridge.hh"
+#include "rows/stepper.hh"
+#include "world/engine.hh"
+#include "world/initial_state.hh"
+#include "worldfile/worldfile.hh"
+
+namespace Stg {
+
+using rows::Body;
+using rows::Node;
+using rows::Robot;
+using rows::Scene;
+using rows::Sensor;
+namespace grid = internal::grid;
+
+namespace {
+
+constexpr size_t kMaxRobots = 256;  // more are faster as a world
+constexpr size_t kMaxBrightness = 256;
+
+std::string Named(const Model& model) { return messages::Quoted(model.TokenStr()); }
+
+/// True if the model is exactly of the type that the world file calls `name`.
+bool IsOfType(const Model& model, const char* name) {
+  const ModelType* const type = FindModelType(model);
+  return type && type->name == name;
+}
+
+bool IsRunning(const Model& model) { return model.HasSubscribers(); }
+
+bool IsRobot(const Model& model) { return IsOfType(model, "position"); }
+
+/// True if the model belongs to a robot.
+bool IsOfRobot(const Model& model) { return IsRobot(*model.Root()); }
+
+}  // namespace
+
+// ---- whether a world is closed ------------------------------------------------------------------
+
+/// Says why rows cannot hold a model; empty if they can.
+std::string RowBridge::WhyNotModel(const Model& model) {
+  const ModelType* const type = FindModelType(model);
+  if (!type) return Named(model) + " is of a class that rows do not know";
+  const bool known = type->name == "model" || type->name == "ranger" || IsRobot(model);
+  if (IsRunning(model) && !known) return Named(model) + " runs and is a " + type->name;
+  if (!IsRobot(model) && type->moves != ModelType::kStays)
+    return Named(model) + " is a " + type->name + ", which moves by itself";
+  if (IsRobot(model) && model.Parent()) return Named(model) + " is a robot on another model";
+  if (model.power_pack) return Named(model) + " has a power pack";
+  if (!model.Parent() && model.IsPushable()) return Named(model) + " is pushable";
+  if (model.blockgroup->IsUnrasterized()) return Named(model) + " is not in the grid";
+  if (IsRobot(model)) return WhyNotRobot(static_cast<const ModelPosition&>(model));
+  if (type->name == "ranger" && IsRunning(model))
+    return WhyNotRanger(static_cast<const ModelRanger&>(model));
+  return "";
+}
+
+std::string RowBridge::WhyNotRobot(const ModelPosition& robot) {
+  if (!IsRunning(robot)) return Named(robot) + " has no subscribers";
+  if (robot.disabled) return Named(robot) + " is disabled";
+  if (robot.drive_mode == ModelPosition::DRIVE_CUSTOM)
+    return Named(robot) + " has a drive of a plug-in";
+  if (robot.drive_mode == ModelPosition::DRIVE_CAR &&
+      robot.control_mode != ModelPosition::CONTROL_VELOCITY)
+    return Named(robot) + " is a car without a command of velocity";
+  if (robot.velocity.z != 0 || robot.goal.z != 0) return Named(robot) + " moves upwards";
+  return "";
+}
+
+std::string RowBridge::WhyNotRanger(const ModelRanger& ranger) {
+  if (!IsOfRobot(ranger)) return Named(ranger) + " runs and is on no robot";
+  for (const ModelRanger::Sensor& sensor : ranger.GetSensors())
+    if (sensor.Reach() * ranger.scene().cells_per_metre > RAY_LEG_CELLS)
+      return Named(ranger) + " has rays of more than " + std::to_string(RAY_LEG_CELLS) + " cells";
+  return "";
+}
+
+std::string RowBridge::WhyNotClosed(const World& world) {
+  const WorldEngine& engine = *world.engine_;
+  if (!world.wf) return "no world is loaded";
+  if (!engine.IsIdle()) return "a callback is running";
+  if (!world.wf->populations().empty()) return "the seed places populations";
+  if (world.options_.controllers && world.wf->TupleLength(0, "plugins") > 0)
+    return "the world uses plug-ins";
+  if (world.HasClients()) return "there are controllers or callbacks";
+  if (!const_cast<World&>(world).PendingCallback().empty()) return "a callback is pending";
+  if (!engine.metrics.Values().empty()) return "the world has metrics";
+  if (!engine.energy.empty()) return "there are power packs";
+  size_t robots = 0;
+  for (const Model* model : engine.models) {
+    if (std::string reason = WhyNotModel(*model); !reason.empty()) return reason;
+    robots += IsRobot(*model);
+  }
+  if (robots == 0) return "there are no robots";
+  if (robots > kMaxRobots) return "there are more than " + std::to_string(kMaxRobots) + " robots";
+  return WhyNotSchedule(world);
+}
+
+/// All running models must update at the same times.
+std::string RowBridge::WhyNotSchedule(const World& world) {
+  const Model* first = nullptr;
+  usec_t time_of_first = 0;
+  std::string reason;
+  world.engine_->scheduler.ForEach([&](usec_t time, const Scheduler::Event& event) {
+    if (!event.model || !event.model->ExpectsUpdate(event.generation)) return;
+    if (!first) {
+      first = event.model;
+      time_of_first = time;
+    }
+    if (time != time_of_first || event.model->GetUpdateInterval() != first->GetUpdateInterval())
+      reason = Named(*first) + " and " + Named(*event.model) + " update at different times";
+  });
+  return reason;
+}
+
+// ---- the scene ----------------------------------------------------------------------------------
+
+/// Fills in a scene. Its functions are called in the order of declaration.
+class RowBridge::SceneMaker {
+ public:
+  SceneMaker(World* world, Scene* scene) : world_(*world), scene_(*scene) {}
+
+  void AddRobots();
+  void AddSensors();
+  void FindUpdating();
+  void CopyGrid();
+  void MakeMaps();
+  void FindNeighbours();
+  void CopyContacts();
+  /// Why a row cannot hold the world; empty if it can.
+  const std::string& reason() const { return reason_; }
+
+ private:
+  void AddRobot(const ModelPosition& model);
+  void AddNode(const Model& model, uint32_t parent, Robot* robot);
+  void AddBodies(const Model& model, uint32_t node, Robot* robot);
+  void AddSensor(const ModelRanger& ranger, uint32_t node, uint32_t index);
+  uint8_t BrightnessOf(const Model& model);
+  template <typename F>
+  void ForEachStandingBody(F f) const;
+
+  World& world_;
+  Scene& scene_;
+  std::string reason_;
+};
+
+void RowBridge::SceneMaker::AddRobots() {
+  scene_.cells_per_metre = world_.engine_->scene.cells_per_metre;
+  scene_.step = world_.sim_interval;
+  scene_.outlines = world_.engine_->contact_model == ContactModel::kOutlines;
+  scene_.brightness = {0.0};
+  for (const Model* model : world_.engine_->models) BrightnessOf(*model);
+  for (const Model* model : world_.engine_->models) {
+    if (!IsRobot(*model)) continue;
+    scene_.error_sources.push_back({static_cast<uint32_t>(scene_.robots.size())});
+    AddRobot(static_cast<const ModelPosition&>(*model));
+  }
+  if (scene_.brightness.size() > kMaxBrightness)
+    reason_ = "there are too many values of ranger_return";
+}
+
+void RowBridge::SceneMaker::AddRobot(const ModelPosition& model) {
+  Robot robot{};
+  robot.model = &model;
+  robot.z = model.pose.z;
+  robot.first_body = static_cast<uint32_t>(scene_.bodies.size());
+  robot.drive = model.InputOfDrive(0);
+  robot.function = model.drive_->function;
+  robot.mass = model.mass;
+  robot.has_odometry = model.localization_mode == ModelPosition::LOCALIZATION_ODOM;
+  robot.has_noisy_odometry = model.noisy_odometry_ != nullptr;
+  robot.errors_given = model.errors_given_;
+  robot.steers = model.drive_mode == ModelPosition::DRIVE_CAR;
+  robot.wheel_slip = model.wheel_slip_;
+  AddNode(model, 0, &robot);
+  robot.body_count = static_cast<uint32_t>(scene_.bodies.size()) - robot.first_body;
+  if (robot.body_count > rows::kMaxBodies)
+    reason_ = Named(model) + " has more than " + std::to_string(rows::kMaxBodies) + " blocks";
+  scene_.robots.push_back(std::move(robot));
+}
+
+/// Adds a model of a robot's tree, with its bodies, and its children.
+void RowBridge::SceneMaker::AddNode(const Model& model, uint32_t parent, Robot* robot) {
+  const auto node = static_cast<uint32_t>(robot->nodes.size());
+  Pose local = model.pose;
+  if (model.parent && model.parent->stack_children) local.z += model.parent->geom.size.z;
+  robot->nodes.push_back({parent, local, model.geom.pose});
+  AddBodies(model, node, robot);
+  for (const Model* child : model.GetChildren()) AddNode(*child, node, robot);
+}
+
+void RowBridge::SceneMaker::AddBodies(const Model& model, uint32_t node, Robot* robot) {
+  const Pose global = robot->GlobalPoseOf(node, Pose(0, 0, robot->z, 0));
+  const Pose frame = robot->FrameOf(node, Pose(0, 0, robot->z, 0));
+  const double lift = global.z + model.geom.pose.z;
+  uint32_t index = 0;
+  for (const auto& block : model.body().blocks()) {
+    Body body{};
+    body.robot = static_cast<uint32_t>(scene_.robots.size());
+    body.node = node;
+    body.corners = block->points();
+    body.height = Bounds(block->z_range().min + lift, block->z_range().max + lift);
+    body.obstacle = model.vis.obstacle_return;
+    body.brightness = BrightnessOf(model);
+    body.model = &model;
+    body.block = index++;
+    body.loading_stamp = block->loading_stamp();
+    double longest = 0;
+    for (const point_t& p : body.corners) {
+      const Pose corner = frame + Pose(p.x, p.y, 0, 0);
+      body.radius = std::max(body.radius, std::hypot(corner.x, corner.y) * (1 + 1e-9));
+      for (const point_t& q : body.corners)
+        longest = std::max(longest, std::hypot(p.x - q.x, p.y - q.y));
+    }
+    const double side = std::ceil(longest * scene_.cells_per_metre) + 2;
+    if (side > rows::kMaxSide || body.corners.size() > rows::kMaxCorners || body.corners.empty()) {
+      reason_ = Named(model) + " has an outline of more than " + std::to_string(rows::kMaxSide) +
+                " cells or corners";
+      return;
+    }
+    body.first_word = scene_.word_count;
+    body.word_count = static_cast<uint32_t>(side);
+    body.first_point = scene_.point_count;
+    scene_.word_count += body.word_count;
+    scene_.point_count += static_cast<uint32_t>(body.corners.size()) + 1;
+    scene_.bodies.push_back(std::move(body));
+  }
+}
+
+/// The index of the model's ranger_return, which rangers report.
+uint8_t RowBridge::SceneMaker::BrightnessOf(const Model& model) {
+  std::vector<double>& values = scene_.brightness;
+  const auto found = std::ranges::find(values, model.vis.ranger_return);
+  if (found != values.end()) return static_cast<uint8_t>(found - values.begin());
+  values.push_back(model.vis.ranger_return);
+  return static_cast<uint8_t>(values.size() - 1);
+}
+
+void RowBridge::SceneMaker::AddSensors() {
+  for (uint32_t k = 0; k < scene_.robots.size(); k++) {
+    Robot& robot = scene_.robots[k];
+    robot.first_sensor = static_cast<uint32_t>(scene_.sensors.size());
+    uint32_t node = 0;
+    const auto visit = [&](const Model& model, const auto& self) -> void {
+      const uint32_t own = node++;
+      if (IsOfType(model, "ranger") && IsRunning(model)) {
+        const auto& ranger = static_cast<const ModelRanger&>(model);
+        for (uint32_t i = 0; i < ranger.GetSensors().size(); i++) {
+          if (ranger.GetSensors()[i].sample_count == 0) continue;
+          AddSensor(ranger, own, i);
+          scene_.sensors.back().robot = k;
+        }
+      }
+      for (const Model* child : model.GetChildren()) self(*child, self);
+    };
+    visit(*robot.model, visit);
+    robot.sensor_count = static_cast<uint32_t>(scene_.sensors.size()) - robot.first_sensor;
+  }
+}
+
+void RowBridge::SceneMaker::AddSensor(const ModelRanger& ranger, uint32_t node, uint32_t index) {
+  const ModelRanger::Sensor& settings = ranger.GetSensors()[index];
+  const double fov = std::isfinite(settings.fov) ? settings.fov : 0.0;
+  const uint32_t samples = settings.sample_count;
+  Sensor sensor{};
+  sensor.node = node;
+  sensor.ranger = &ranger;
+  sensor.settings = &settings;
+  sensor.index = index;
+  sensor.reach = settings.Reach();
+  sensor.exact = world_.engine_->IsExact(settings.ray_model);
+  sensor.first_ray = scene_.ray_count;
+  sensor.rays = samples;
+  sensor.increment = fov / (samples > 1 ? samples - 1 : 1);
+  sensor.turns_noisily =
+      settings.angle_noise != 0 && sensor.increment != 0 && std::isfinite(settings.angle_noise);
+  sensor.noisy =
+      sensor.turns_noisily || settings.range_noise != 0 || settings.range_noise_const != 0;
+  for (uint32_t i = 0; i < samples; i++)
+    sensor.bearings.push_back(internal::sensing::SampleBearing(fov, samples, i));
+  sensor.first_direction = scene_.directions.Find(fov, samples);
+  const Pose frame = ranger.SensorFrame(ranger.GetGlobalPose());
+  sensor.z = ModelRanger::OriginOf(settings, frame, SinCos(frame.a)).z;
+  scene_.ray_count += samples;
+  scene_.sensors.push_back(std::move(sensor));
+}
+
+void RowBridge::SceneMaker::FindUpdating() {
+  world_.engine_->scheduler.ForEach([&](usec_t, const Scheduler::Event& event) {
+    if (event.model && event.model->ExpectsUpdate(event.generation))
+      scene_.updating.push_back(event.model);
+  });
+}
+
+/// Copies the grid without the robots.
+void RowBridge::SceneMaker::CopyGrid() {
+  const bool exact = std::ranges::any_of(scene_.sensors, &Sensor::exact);
+  if (exact) world_.engine_->RasterizeForExactRays();
+  scene_.grid.AssignCopy(world_.engine_->scene.grid);
+  for (const Model* model : world_.engine_->models) {
+    if (!IsOfRobot(*model)) continue;
+    model->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::CellSet>& cells) {
+      scene_.grid.Rasterize(id, cells, {});
+      scene_.grid.RemoveBody(id);
+    });
+  }
+  for (Sensor& sensor : scene_.sensors)
+    sensor.layer = scene_.grid.RangerLayer(sensor.z, true, sensor.exact);
+}
+
+template <typename F>
+void RowBridge::SceneMaker::ForEachStandingBody(F f) const {
+  for (const Model* model : world_.engine_->models) {
+    if (IsOfRobot(*model)) continue;
+    model->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::CellSet>& cells) {
+      f(*model, world_.engine_->scene.grid.body(id), cells);
+    });
+  }
+}
+
+void RowBridge::SceneMaker::MakeMaps() {
+  std::map<std::pair<double, double>, uint32_t> known;
+  std::vector<grid::CellSet> all;
+  const auto append = [&](const std::vector<grid::CellSet>& cells) {
+    all.insert(all.end(), cells.begin(), cells.end());
+  };
+  const auto make = [&](std::vector<rows::CellMap>* maps, bool with_cells) {
+    maps->emplace_back();
+    if (!maps->back().Make(all, with_cells)) reason_ = "what stands covers too large an area";
+    all.clear();
+  };
+  for (Body& body : scene_.bodies) {
+    const auto [place, is_new] =
+        known.try_emplace({body.height.min, body.height.max}, scene_.blocked.size());
+    body.blocked = place->second;
+    if (!is_new) continue;
+    ForEachStandingBody([&](const Model& model, const grid::Body& other, const auto& cells) {
+      if (!other.exact() && model.vis.obstacle_return && other.z_min <= body.height.max &&
+          other.z_max >= body.height.min)
+        append(cells);
+    });
+    make(&scene_.blocked, true);
+  }
+  known.clear();
+  for (Sensor& sensor : scene_.sensors) {
+    const auto [place, is_new] = known.try_emplace({sensor.z, 0}, scene_.seen.size());
+    sensor.seen = place->second;
+    if (!is_new) continue;
+    ForEachStandingBody([&](const Model&, const grid::Body& other, const auto& cells) {
+      if (other.ranger_visible && other.z_min <= sensor.z && sensor.z <= other.z_max) append(cells);
+    });
+    make(&scene_.seen, false);
+  }
+}
+
+/// Finds the bodies of other robots that a body may run into, and that a sensor may see.
+void RowBridge::SceneMaker::FindNeighbours() {
+  for (uint32_t other = 0; other < scene_.bodies.size(); other++) {
+    const Body& there = scene_.bodies[other];
+    for (Body& body : scene_.bodies)
+      if (body.robot != there.robot && body.obstacle && there.obstacle &&
+          there.height.min <= body.height.max && there.height.max >= body.height.min)
+        body.rivals.push_back(other);
+    for (Sensor& sensor : scene_.sensors)
+      if (sensor.robot != there.robot && !(there.model->vis.ranger_return < 0) &&
+          there.height.min <= sensor.z && sensor.z <= there.height.max)
+        sensor.others.push_back(other);
+  }
+}
+
+void RowBridge::SceneMaker::CopyContacts() {
+  if (!scene_.outlines) return;
+  ContactPhase& contacts = world_.engine_->contacts;
+  contacts.Refresh(world_.engine_.get());
+  scene_.shapes = contacts.shapes();
+  scene_.walls = contacts.walls();
+  scene_.columns = contacts.columns();
+  STAGE_ASSERT(contacts.roots().size() == scene_.robots.size());
+  for (size_t k = 0; k < scene_.robots.size(); k++) {
+    STAGE_ASSERT(contacts.roots()[k] == scene_.robots[k].model);
+    scene_.robots[k].bottom = contacts.BottomOf(k);
+  }
+}
+
+std::shared_ptr<const Scene> RowBridge::MakeScene(std::unique_ptr<World> prototype,
+                                                  std::string* reason) {
+  *reason = WhyNotClosed(*prototype);
+  if (!reason->empty()) return nullptr;
+  auto scene = std::make_shared<Scene>();
+  scene->initial_state = prototype->CaptureInitialState();
+  if (!scene->initial_state) {
+    *reason = "the world cannot be restarted";
+    return nullptr;
+  }
+  SceneMaker maker(prototype.get(), scene.get());
+  maker.AddRobots();
+  maker.AddSensors();
+  maker.FindUpdating();
+  maker.CopyGrid();
+  maker.MakeMaps();
+  maker.FindNeighbours();
+  maker.CopyContacts();
+  *reason = maker.reason();
+  scene->prototype = std::move(prototype);
+  return reason->empty() ? scene : nullptr;
+}
+
+}  // namespace Stg

@@ -1,0 +1,360 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Steps of a row. The phases are those of World::Step(): commands, rays, sensed poses, moves. Each
+// phase computes what models do in that phase, with the same operations in the same order.
+
+#include "rows/stepper.hh"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "geometry/trigonometry.hh"
+#include "messages/assert.hh"
+#include "models/noise.hh"
+#include "models/property_checks.hh"
+#include "motion/contacts.hh"
+#include "motion/drive_table.hh"
+#include "rows/rows.hh"
+#include "sensing/crossing.hh"
+#include "sensing/middle.hh"
+
+namespace Stg::rows {
+
+namespace {
+
+constexpr double kSecond = 1e6;                          // microseconds
+constexpr double kHindered = 0.95;                       // see ContactPhase
+constexpr int32_t kSuperShift = RAY_TILE_SHIFT + 3 + 4;  // log2 of the side of a superregion
+
+Pose AddPlanar(const Planar& at, double z, const Pose& p) { return Pose(at.x, at.y, z, at.a) + p; }
+
+Planar PlanarOf(const Pose& pose) { return {pose.x, pose.y, pose.a}; }
+
+bool IsFinitePlanar(const Planar& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.a);
+}
+
+bool IsZero(const Planar& v) { return v.x == 0 && v.y == 0 && v.a == 0; }
+
+}  // namespace
+
+Rows::Scratch::Scratch(const Scene& scene)
+    : first(scene.grid), exact(scene.grid), columns(scene.columns) {
+  fans.resize(scene.sensors.size());
+  places.resize(scene.ray_count);
+  keys.resize(scene.ray_count);
+  points.resize(scene.point_count);
+  turns.resize(scene.robots.size());
+  contacts.tell = false;
+}
+
+std::shared_ptr<Rows::Scratch> Rows::MakeScratch() const {
+  return std::make_shared<Scratch>(*scene_);
+}
+
+void Rows::Step(size_t world, uint64_t steps, Scratch* scratch) {
+  Stepper stepper(this, world, scratch);
+  for (uint64_t i = 0; i < steps; i++) stepper.Step();
+}
+
+Rows::Stepper::Stepper(Rows* rows, size_t world, Scratch* scratch)
+    : scene_(*rows->scene_),
+      c_(rows->columns),
+      s_(*scratch),
+      world_(world),
+      robot_(world * scene_.robots.size()),
+      body_(world * scene_.bodies.size()),
+      word_(world * scene_.word_count),
+      ray_(world * scene_.ray_count),
+      sensor_(world * scene_.sensors.size()),
+      seconds_(static_cast<double>(scene_.step) / kSecond) {}
+
+void Rows::Stepper::Step() {
+  c_.time[world_] += scene_.step;
+  const usec_t now = c_.time[world_];
+  if (c_.next_update[world_] <= now) {
+    const double dt = static_cast<double>(now - c_.last_update[world_]) / kSecond;
+    c_.last_update[world_] = now;
+    c_.next_update[world_] = scene_.NextUpdateAfter(now);
+    for (size_t i = 0; i < scene_.robots.size(); i++) Drive(i, dt);
+    CastRays();
+    for (size_t i = 0; i < scene_.robots.size(); i++) StoreSensedPose(i);
+  }
+  if (scene_.outlines)
+    MoveOutlines();
+  else
+    for (size_t i = 0; i < scene_.robots.size(); i++) MoveCells(i);
+  c_.steps[world_]++;
+}
+
+// ---- commands -----------------------------------------------------------------------------------
+
+/// See ModelPosition::NextVelocity().
+void Rows::Stepper::Drive(size_t index, double dt) {
+  const Robot& robot = scene_.robots[index];
+  const size_t i = robot_ + index;
+  DriveInput input = robot.drive;
+  input.mode = static_cast<DriveInput::Mode>(c_.mode[i]);
+  input.command = Pose(c_.command[i].x, c_.command[i].y, 0, c_.command[i].a);
+  input.velocity = Velocity(c_.velocity[i].x, c_.velocity[i].y, 0, c_.velocity[i].a);
+  if (input.mode == DriveInput::kPosition) input.estimate = EstimateOf(index);
+  if (robot.steers) input.steering = c_.steering[i];
+  input.dt = dt;
+  const motion::Driven driven = motion::Drive(robot.function, input);
+  if (robot.steers) c_.steering[i] = driven.steering;
+  const auto power = [&](const Velocity& v) {
+    return 1.0 + 10.0 * robot.mass * (std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.a));
+  };
+  double watts = power(driven.wanted);
+  if (input.limits_acceleration || !std::isfinite(watts)) watts = power(driven.made);
+  if (std::isfinite(watts)) c_.watts[i] = watts;
+  c_.velocity[i] = PlanarOf(driven.made);
+}
+
+/// See ModelPosition::EstimateNow().
+Pose Rows::Stepper::EstimateOf(size_t index) const {
+  const size_t i = robot_ + index;
+  const Robot& robot = scene_.robots[index];
+  if (!robot.has_odometry) return Pose(c_.sensed[i].x, c_.sensed[i].y, robot.z, c_.sensed[i].a);
+  const Planar& driven = c_.driven[i];
+  const Pose next = AddPlanar(c_.estimate[i], 0, Pose(driven.x, driven.y, 0, driven.a));
+  if (IsFinite(next)) return next;
+  return Pose(c_.estimate[i].x, c_.estimate[i].y, 0, c_.estimate[i].a);
+}
+
+/// See ModelPosition::StoreSensedPose().
+void Rows::Stepper::StoreSensedPose(size_t index) {
+  const size_t i = robot_ + index;
+  const Robot& robot = scene_.robots[index];
+  c_.sensed[i] = c_.pose[i];
+  if (!robot.has_odometry) return;
+  if (robot.has_noisy_odometry) {
+    const Planar &estimate = c_.estimate[i], &driven = c_.driven[i];
+    c_.noisy_odometry[i].Refresh(Pose(estimate.x, estimate.y, 0, estimate.a),
+                                 Pose(driven.x, driven.y, 0, driven.a));
+  }
+  c_.estimate[i] = PlanarOf(EstimateOf(index));
+  c_.driven[i] = Planar();
+}
+
+// ---- moves --------------------------------------------------------------------------------------
+
+/// See ModelPosition::NoteMotion(). `made`: the velocity of the move in the body's frame.
+void Rows::Stepper::NoteMotion(size_t index, const Planar& made) {
+  const size_t i = robot_ + index;
+  const Robot& robot = scene_.robots[index];
+  const Planar& velocity = c_.velocity[i];
+  bool hindered = false;
+  if (scene_.outlines) {
+    const bool as_wanted = made.x == velocity.x && made.y == velocity.y && made.a == velocity.a;
+    hindered = !as_wanted && !(c_.stalled[i] && IsZero(made));
+    c_.hindered[i] = hindered;
+    if (hindered) c_.made[i] = made;
+  }
+  if (!robot.has_odometry) return;
+  const Velocity command(velocity.x, velocity.y, 0, velocity.a);
+  const Velocity actual = hindered        ? Velocity(made.x, made.y, 0, made.a)
+                          : c_.stalled[i] ? Velocity()
+                                          : command;
+  const Velocity wheels = motion::WheelVelocity(actual, command, robot.wheel_slip);
+  if (wheels.IsZero()) return;
+  const Planar& error = c_.error[i];
+  Velocity measured = motion::WithOdomError(wheels, Velocity(error.x, error.y, 0, error.a));
+  Planar& driven = c_.driven[i];
+  const Pose before(driven.x, driven.y, 0, driven.a);
+  if (robot.has_noisy_odometry) {
+    RandomStream* const stream = &c_.random[i];
+    const double normal[2] = {NormalError(stream), NormalError(stream)};
+    measured = c_.noisy_odometry[i].Measure(measured, seconds_, normal, before);
+  }
+  const Pose next = before + Pose(measured.x * seconds_, measured.y * seconds_,
+                                  measured.z * seconds_, normalize(measured.a * seconds_));
+  if (IsFinite(next)) driven = PlanarOf(next);
+}
+
+/// See ModelPosition::GetWantedMove(). Returns false if the robot stands.
+bool Rows::Stepper::WantedPose(size_t index, Planar* wanted) {
+  const size_t i = robot_ + index;
+  const Planar& v = c_.velocity[i];
+  if (IsZero(v)) return false;
+  const Robot& robot = scene_.robots[index];
+  *wanted = PlanarOf(AddPlanar(c_.pose[i], robot.z,
+                               Pose(v.x * seconds_, v.y * seconds_, 0, normalize(v.a * seconds_))));
+  if (IsFinitePlanar(*wanted)) return true;
+  c_.stalled[i] = true;
+  return false;
+}
+
+void Rows::Stepper::MoveCells(size_t index) {
+  Planar wanted;
+  if (!WantedPose(index, &wanted)) return;
+  const size_t i = robot_ + index;
+  DrawAt(index, wanted);
+  c_.stalled[i] = Collides(index);
+  if (!c_.stalled[i]) Commit(index, wanted);
+  NoteMotion(index, c_.stalled[i] ? Planar() : c_.velocity[i]);
+}
+
+/// Draws the outlines of a robot at a pose, for Collides() and Commit(). See
+/// Placement::AppendCorners().
+void Rows::Stepper::DrawAt(size_t index, const Planar& pose) {
+  const Robot& robot = scene_.robots[index];
+  for (uint32_t b = 0; b < robot.body_count; b++) {
+    const Body& body = scene_.bodies[robot.first_body + b];
+    OutlineBox* const box = &s_.boxes[b];
+    if (CornerCells(body, pose, s_.corners[0]))
+      DrawOutline(s_.corners[0], static_cast<uint32_t>(body.corners.size()), box, s_.rows[b]);
+    else
+      *box = OutlineBox();
+  }
+}
+
+/// The frame of a node of a robot that is at `pose`.
+Pose Rows::Stepper::FrameOf(const Robot& robot, uint32_t node, const Planar& pose) {
+  return robot.FrameOf(node, Pose(pose.x, pose.y, robot.z, pose.a));
+}
+
+/// The cells of a body's corners; false if it exceeds the grid.
+bool Rows::Stepper::CornerCells(const Body& body, const Planar& pose, point_int_t* to) const {
+  const Pose frame = FrameOf(scene_.robots[body.robot], body.node, pose);
+  const SineCosine turn = SinCos(frame.a);
+  for (const point_t& p : body.corners) {
+    const double x = frame.x + p.x * turn.cosine - p.y * turn.sine;
+    const double y = frame.y + p.x * turn.sine + p.y * turn.cosine;
+    const double cx = std::floor(x * scene_.cells_per_metre);
+    const double cy = std::floor(y * scene_.cells_per_metre);
+    if (!(std::fabs(cx) < internal::grid::kMaxCell && std::fabs(cy) < internal::grid::kMaxCell))
+      return false;
+    *to++ = point_int_t(static_cast<int>(cx), static_cast<int>(cy));
+  }
+  return true;
+}
+
+/// True if one of the drawn outlines shares a cell with an obstacle. See Placement::Collision().
+bool Rows::Stepper::Collides(size_t index) const {
+  const Robot& robot = scene_.robots[index];
+  for (uint32_t b = 0; b < robot.body_count; b++) {
+    const Body& body = scene_.bodies[robot.first_body + b];
+    if (!body.obstacle) continue;
+    if (body.height.min < 0) return true;
+    const OutlineBox& box = s_.boxes[b];
+    if (box.height == 0) continue;
+    for (const uint32_t rival : body.rivals)
+      if (Overlap(box, s_.rows[b], c_.box[body_ + rival], RowsOf(rival))) return true;
+    const CellMap& blocked = scene_.blocked[body.blocked];
+    if (!blocked.IsClear(box.x, box.y, std::max(box.width, box.height)) &&
+        blocked.Meets(box, s_.rows[b]))
+      return true;
+  }
+  return false;
+}
+
+/// Moves a robot to where it was drawn. See Placement::Commit().
+void Rows::Stepper::Commit(size_t index, const Planar& pose) {
+  const Robot& robot = scene_.robots[index];
+  const Planar before = c_.pose[robot_ + index];
+  c_.pose[robot_ + index] = pose;
+  for (uint32_t b = 0; b < robot.body_count; b++) {
+    const uint32_t number = robot.first_body + b;
+    if (!HasMoved(number, s_.boxes[b], s_.rows[b], before, pose)) continue;
+    c_.box[body_ + number] = s_.boxes[b];
+    std::copy_n(s_.rows[b], s_.boxes[b].height, RowsOf(number));
+    c_.stamp[body_ + number] = ++c_.stamps[world_];
+    WidenExtent(s_.boxes[b]);
+  }
+}
+
+/// True if a corner of the body is in another cell than before.
+bool Rows::Stepper::HasMoved(uint32_t number, const OutlineBox& box, const uint64_t* rows,
+                             const Planar& before, const Planar& now) {
+  if (!(box == c_.box[body_ + number]) || !std::equal(rows, rows + box.height, RowsOf(number)))
+    return true;
+  // Different corners may have the same outline.
+  const Body& body = scene_.bodies[number];
+  const bool was_in = CornerCells(body, before, s_.corners[0]);
+  const bool is_in = CornerCells(body, now, s_.corners[1]);
+  return was_in != is_in ||
+         (is_in && !std::equal(s_.corners[0], s_.corners[0] + body.corners.size(), s_.corners[1]));
+}
+
+void Rows::Stepper::WidenExtent(const OutlineBox& box) {
+  if (box.height == 0) return;
+  internal::grid::CellBox& extent = c_.extent[world_];
+  constexpr int32_t kLast = (1 << kSuperShift) - 1;
+  const int32_t min_x = box.x & ~kLast, max_x = (box.x + box.width - 1) | kLast;
+  const int32_t min_y = box.y & ~kLast, max_y = (box.y + box.height - 1) | kLast;
+  if (extent.empty()) extent = {min_x, min_y, max_x, max_y};
+  extent = {std::min(extent.min_x, min_x), std::min(extent.min_y, min_y),
+            std::max(extent.max_x, max_x), std::max(extent.max_y, max_y)};
+}
+
+/// See ContactPhase::Run().
+void Rows::Stepper::MoveOutlines() {
+  const size_t count = scene_.robots.size();
+  motion::Columns& columns = s_.columns;
+  s_.wanted.resize(count);
+  s_.asked.assign(count, 0);
+  for (size_t k = 0; k < count; k++) {
+    const Robot& robot = scene_.robots[k];
+    const size_t i = robot_ + k;
+    const Planar& pose = c_.pose[i];
+    columns.x[k] = columns.target_x[k] = pose.x;
+    columns.y[k] = columns.target_y[k] = pose.y;
+    columns.heading[k] = columns.target_heading[k] = pose.a;
+    columns.turn[k] = 0;
+    columns.elevation[k] = robot.z;
+    columns.made[k] = 1;
+    c_.hindered[i] = false;
+    s_.wanted[k] = pose;
+    if (!WantedPose(k, &s_.wanted[k])) {
+      s_.wanted[k] = pose;
+      continue;
+    }
+    s_.asked[k] = kAsked;
+    if (robot.bottom + robot.z < 0) {  // it would be in the floor
+      s_.asked[k] |= kInFloor;
+      continue;
+    }
+    columns.target_x[k] = s_.wanted[k].x;
+    columns.target_y[k] = s_.wanted[k].y;
+    columns.target_heading[k] = s_.wanted[k].a;
+    columns.turn[k] = c_.velocity[i].a * seconds_;
+  }
+  s_.contacts.Step(scene_.shapes, scene_.walls, &columns);
+  for (size_t k = 0; k < count; k++) EndMove(k);
+  for (size_t k = 0; k < count; k++) {
+    const Planar now{columns.x[k], columns.y[k], columns.heading[k]};
+    if (!(s_.asked[k] & kMoved)) continue;
+    DrawAt(k, now);
+    Commit(k, now);
+  }
+}
+
+/// See ContactPhase::WritePoses(). The pose itself is written when the robot is rasterized.
+void Rows::Stepper::EndMove(size_t k) {
+  const motion::Columns& columns = s_.columns;
+  const size_t i = robot_ + k;
+  const Planar before = c_.pose[i];
+  const Planar now{columns.x[k], columns.y[k], columns.heading[k]};
+  const auto equal = [](const Planar& a, const Planar& b) {
+    return a.x == b.x && a.y == b.y && a.a == b.a;
+  };
+  if (!equal(now, before)) s_.asked[k] |= kMoved;
+  if (s_.asked[k] & kAsked) c_.stalled[i] = columns.made[k] < kHindered || (s_.asked[k] & kInFloor);
+  Planar made;
+  if ((s_.asked[k] & kAsked) && equal(now, s_.wanted[k])) {
+    made = c_.velocity[i];
+  } else if (!equal(now, before)) {
+    const SineCosine turn = SinCos(-before.a);
+    const motion::Vector moved =
+        motion::Rotate({now.x - before.x, now.y - before.y}, turn.sine, turn.cosine);
+    made = {moved.x / seconds_, moved.y / seconds_, normalize(now.a - before.a) / seconds_};
+  }
+  if (IsZero(made) && IsZero(c_.velocity[i]))
+    c_.hindered[i] = false;
+  else
+    NoteMotion(k, made);
+}
+
+}  // namespace Stg::rows

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Rows against worlds: a row, written into a world, has the hash and the snapshot of a world that
+// made the same steps alone.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "rows/row_bridge.hh"
+#include "support/closed_world.hh"
+#include "support/model_testing.hh"
+#include "support/random_source.hh"
+#include "world/engine.hh"
+#include "world/snapshot.hh"
+
+namespace {
+
+using Stg::test::ClosedWorldKind;
+using Stg::test::RandomSource;
+
+std::unique_ptr<Stg::World> LoadSeeded(const std::string& text, uint64_t seed) {
+  Stg::InitLibrary();
+  Stg::RunOptions options;
+  options.seed = seed;
+  options.threads = 1;
+  options.listed = false;
+  auto world = std::make_unique<Stg::World>(options);
+  std::istringstream content(text);
+  EXPECT_TRUE(world->Load(content, "t.world")) << text;
+  Stg::test::SubscribeToAll(world.get());
+  return world;
+}
+
+std::vector<Stg::ModelPosition*> RobotsOf(Stg::World* world) {
+  std::vector<Stg::ModelPosition*> robots;
+  for (Stg::Model* model : world->engine().models)
+    if (auto* robot = dynamic_cast<Stg::ModelPosition*>(model)) robots.push_back(robot);
+
+  return robots;
+}
+
+/// Gives the same random command to a robot of a world and of a row.
+void Command(RandomSource* random, Stg::ModelPosition* robot, Stg::rows::Rows* rows, size_t i) {
+  const double x = random->Real(-1, 1), y = random->Real(-1, 1), a = random->Real(-2, 2);
+  const bool car = rows->scene().robots[i % rows->scene().robots.size()].steers;
+  int mode = car ? 1 : random->Int(0, 8);
+  if (mode > 2) mode = 1;
+  if (mode == 0) robot->SetAcceleration(x, y, a);
+  if (mode == 1) robot->SetSpeed(x, y, a);
+  if (mode == 2) robot->GoTo(x, y, a);
+  rows->columns.mode[i] = static_cast<uint8_t>(mode);
+  rows->columns.command[i] = {x, y, a};
+}
+
+/// Compares rows with worlds that are stepped alone.
+class Comparison {
+ public:
+  Comparison(const std::string& text, std::vector<uint64_t> seeds) : text_(text), seeds_(seeds) {
+    std::string reason;
+    scene_ = Stg::RowBridge::MakeScene(LoadSeeded(text, 77), &reason);
+    EXPECT_TRUE(scene_) << reason << "\n" << text;
+    if (!scene_) return;
+    rows_ = std::make_unique<Stg::rows::Rows>(scene_, seeds);
+    for (const uint64_t seed : seeds) worlds_.push_back(LoadSeeded(text, seed));
+    written_ = LoadSeeded(text, 5);
+  }
+
+  bool ready() const { return rows_ != nullptr; }
+  Stg::rows::Rows& rows() { return *rows_; }
+
+  void Step(RandomSource* random, int steps) {
+    const auto scratch = rows_->MakeScratch();
+    const size_t robots = scene_->robots.size();
+    for (int step = 0; step < steps; step++)
+      for (size_t i = 0; i < worlds_.size(); i++) {
+        const std::vector<Stg::ModelPosition*> models = RobotsOf(worlds_[i].get());
+        for (size_t k = 0; k < robots; k++)
+          if (random->OneIn(10)) Command(random, models[k], rows_.get(), i * robots + k);
+        worlds_[i]->Update();
+        rows_->Step(i, 1, scratch.get());
+      }
+  }
+  void Reset(size_t i, uint64_t seed) {
+    seeds_[i] = seed;
+    worlds_[i] = LoadSeeded(text_, seed);
+    rows_->Reset(i, seed);
+  }
+
+  /// Says what differs between row i and world i; empty if nothing does.
+  std::string Difference(size_t i) {
+    Stg::World& world = *worlds_[i];
+    if (!Stg::RowBridge::Write(*rows_, i, written_.get())) return "the row cannot be written";
+    if (world.StateHash() == written_->StateHash()) {
+      Stg::Snapshot of_world, of_row;
+      if (!world.Take(&of_world) || !written_->Take(&of_row)) return "no snapshot";
+      return of_world.hash() == of_row.hash() ? "" : "the snapshots differ";
+    }
+    std::string text = "at step " + std::to_string(world.GetUpdateCount()) + ":";
+    for (Stg::Model* model : world.engine().models) {
+      Stg::Model* const other = written_->FindModel(model->GetId());
+      Stg::StateExchange a(world.engine().models), b(written_->engine().models);
+      model->ExchangeState(a);
+      other->ExchangeState(b);
+      if (a.hash() != b.hash())
+        text += " " + model->TokenStr() + " " + model->GetPose().String() + " " +
+                other->GetPose().String() + (model->Stalled() ? " stalled" : "") +
+                (other->Stalled() ? " row stalled" : "");
+      if (auto* ranger = dynamic_cast<Stg::ModelRanger*>(model))
+        text += RangeDifference(*ranger, static_cast<Stg::ModelRanger&>(*other));
+    }
+    return text;
+  }
+
+ private:
+  static std::string RangeDifference(const Stg::ModelRanger& a, const Stg::ModelRanger& b) {
+    std::string text;
+    for (size_t s = 0; s < a.GetSensors().size(); s++)
+      for (size_t i = 0; i < a.GetSensors()[s].ranges.size(); i++) {
+        const double x = a.GetSensors()[s].ranges[i], y = b.GetSensors()[s].ranges[i];
+        const double p = a.GetSensors()[s].intensities[i], q = b.GetSensors()[s].intensities[i];
+        if (x != y || p != q)
+          text += " [" + std::to_string(s) + "," + std::to_string(i) + ": " + std::to_string(x) +
+                  "/" + std::to_string(y) + " " + std::to_string(p) + "/" + std::to_string(q) + "]";
+      }
+    return text;
+  }
+
+  std::string text_;
+  std::vector<uint64_t> seeds_;
+  std::shared_ptr<const Stg::rows::Scene> scene_;
+  std::unique_ptr<Stg::rows::Rows> rows_;
+  std::vector<std::unique_ptr<Stg::World>> worlds_;
+  std::unique_ptr<Stg::World> written_;
+};
+
+/// Number of random worlds of each kind; more for a long search.
+uint64_t Worlds() {
+  const char* const wanted = std::getenv("STAGE_RANDOM_WORLDS");
+  return wanted ? std::strtoull(wanted, nullptr, 10) : 60;
+}
+
+struct Case {
+  bool outlines, exact;
+};
+
+class RandomClosedWorlds : public testing::TestWithParam<Case> {};
+
+TEST_P(RandomClosedWorlds, RowsHaveTheStatesOfWorldsStepByStep) {
+  const auto [outlines, exact] = GetParam();
+  for (uint64_t seed = 1; seed <= Worlds(); seed++) {
+    RandomSource random(seed * 1000 + outlines * 10 + exact);
+    const ClosedWorldKind kind{outlines, exact, random.Int(1, 8), random.Real(1, 6)};
+    const std::string text = ClosedWorld(kind, &random);
+    Comparison comparison(text, {random.Next(), random.Next()});
+    if (!comparison.ready()) continue;
+    for (size_t i = 0; i < 2; i++) ASSERT_EQ(comparison.Difference(i), "") << seed << "\n" << text;
+    for (int round = 0; round < 12; round++) {
+      comparison.Step(&random, round < 4 ? 1 : 10);
+      for (size_t i = 0; i < 2; i++)
+        ASSERT_EQ(comparison.Difference(i), "") << seed << " round " << round << "\n" << text;
+      if (round == 6) comparison.Reset(0, random.Next());
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, RandomClosedWorlds,
+                         testing::Values(Case{false, false}, Case{false, true}, Case{true, false},
+                                         Case{true, true}));
+
+}  // namespace

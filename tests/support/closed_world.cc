@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "support/closed_world.hh"
+
+#include "stage.hh"
+#include "world/engine.hh"
+
+namespace Stg::test {
+
+namespace {
+
+std::string Number(double value) { return std::to_string(value); }
+
+std::string Pose2(double x, double y, double degrees) {
+  return " pose [" + Number(x) + " " + Number(y) + " 0 " + Number(degrees) + "]";
+}
+
+std::string SensorText(RandomSource* random) {
+  std::string text = " sensor( range [" + std::string(random->OneIn(4) ? "0.3 " : "0 ") +
+                     Number(random->Real(0.3, 6)) + "] fov " + Number(random->Real(0, 360)) +
+                     " samples " + std::to_string(random->Int(1, 40));
+  if (random->OneIn(2)) text += " size [0.1 0.1 " + Number(random->Real(0, 0.3)) + "]";
+  if (random->OneIn(2)) text += Pose2(random->Real(-0.1, 0.1), 0, random->Real(-180, 180));
+  if (random->OneIn(3)) text += " noise [0.01 0.05 " + Number(random->OneIn(2) ? 0 : 0.7) + "]";
+  if (random->OneIn(6))
+    text += R"( ray_model ")" + std::string(random->OneIn(2) ? "exact" : "cell") + "\"";
+  return text + " )";
+}
+
+std::string RangerText(RandomSource* random) {
+  std::string text = " ranger(" + Pose2(random->Real(-0.1, 0.1), random->Real(-0.1, 0.1),
+                                        random->OneIn(2) ? 0 : random->Real(-180, 180));
+  if (random->OneIn(3))
+    text +=
+        " block( points 4 point[0] [0 0] point[1] [0 1] point[2] [1 1] point[3] [1 0] z [0 0.1] )";
+  for (int i = random->Int(1, 2); i > 0; i--) text += SensorText(random);
+  return text + " )";
+}
+
+std::string ShapeText(RandomSource* random) {
+  switch (random->Int(0, 4)) {
+    case 0:
+      return "";
+    case 1:
+      return " round 1";
+    case 2:
+      return " block( points 3 point[0] [0 0] point[1] [2 1] point[2] [0 2] z [0 1] )";
+    case 3:
+      return " block( points 6 point[0] [0.75 0] point[1] [1 0.25] point[2] [1 0.75] point[3] "
+             "[0.75 1] "
+             "point[4] [0 1] point[5] [0 0] z [0 1] )";
+    default:
+      return " block( points 4 point[0] [0 0] point[1] [0 1] point[2] [1 1] point[3] [1 0] z [0 "
+             "0.5] )"
+             " block( points 4 point[0] [0.5 0] point[1] [0.5 2] point[2] [1 2] point[3] [1 0] z "
+             "[0.2 1] )";
+  }
+}
+
+std::string RobotText(RandomSource* random, double x, double y) {
+  const double size = random->Real(0.1, 0.5);
+  std::string text = "position( size [" + Number(size) + " " +
+                     Number(size * random->Real(0.6, 1.2)) + " " + Number(random->Real(0.2, 0.6)) +
+                     "]" + Pose2(x, y, random->Real(-180, 180)) + ShapeText(random);
+  const char* const drives[] = {"diff", "omni", "car"};
+  text += " drive \"" + std::string(drives[random->Int(0, 2)]) + "\"";
+  if (random->OneIn(2))
+    text += " origin [" + Number(random->Real(-0.1, 0.1)) + " 0 0 " +
+            Number(random->Real(-90, 90)) + "]";
+  if (random->OneIn(3)) text += " localization \"odom\" localization_origin [0 0 0 0]";
+  if (random->OneIn(4)) text += " odom_error [0.01 0.02 0 0.03]";
+  if (random->OneIn(4)) text += " odom_noise [0.02 0.01 0.03 0.02]";
+  if (random->OneIn(4)) text += " wheel_slip 0.5";
+  if (random->OneIn(4)) text += " ranger_return " + Number(random->Real(-1, 2));
+  if (random->OneIn(8)) text += " obstacle_return 0";
+  if (random->OneIn(4)) text += " mass " + Number(random->Real(1, 20));
+  for (int i = random->Int(0, 2); i > 0; i--) text += RangerText(random);
+  if (random->OneIn(6)) text += " model( size [0.1 0.1 0.4]" + Pose2(0.1, 0, 30) + " )";
+  return text + " )\n";
+}
+
+std::string SceneryText(RandomSource* random, double room) {
+  std::string text =
+      "model( size [" + Number(random->Real(0.05, 1.5)) + " " + Number(random->Real(0.05, 1.5)) +
+      " " + Number(random->Real(0.05, 1)) + "]" +
+      Pose2(random->Real(-room, room), random->Real(-room, room), random->Real(-180, 180)) +
+      ShapeText(random);
+  if (random->OneIn(4)) text += " ranger_return " + Number(random->Real(-1, 2));
+  if (random->OneIn(6)) text += " obstacle_return 0";
+  return text + " )\n";
+}
+
+}  // namespace
+
+std::string ClosedWorld(const ClosedWorldKind& kind, RandomSource* random) {
+  std::string text = "interval_sim " + std::to_string(random->Pick<int>({10, 100, 100, 250})) +
+                     "\nresolution " + Number(random->Pick<double>({0.02, 0.05, 0.1})) +
+                     "\ncontacts \"" + (kind.outlines ? "outlines" : "cells") + "\"\nray_model \"" +
+                     (kind.exact ? "exact" : "cell") + "\"\n";
+  for (int i = random->Int(0, 8); i > 0; i--) text += SceneryText(random, kind.room);
+  for (int i = 0; i < kind.robots; i++)
+    text += RobotText(random, random->Real(-kind.room / 2, kind.room / 2),
+                      random->Real(-kind.room / 2, kind.room / 2));
+  return text;
+}
+
+void SubscribeToAll(World* world) {
+  for (Model* model : world->engine().models)
+    if (model->GetModelType() == "position" || model->GetModelType() == "ranger")
+      model->Subscribe();
+}
+
+}  // namespace Stg::test
