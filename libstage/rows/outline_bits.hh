@@ -26,8 +26,62 @@ struct OutlineBox {
   bool operator==(const OutlineBox&) const = default;
 };
 
+/// The cells of all short edges, without their last ones, as 8 rows of 8 cells. Drawing them takes
+/// no branches, which would be unpredictable.
+class EdgePatterns {
+ public:
+  static constexpr int32_t kLongest = 7;  // cells on each axis
+
+  struct Pattern {
+    uint64_t cells;
+    int32_t x, y;  ///< first cell of the rows relative to the edge's first cell
+  };
+  constexpr EdgePatterns();
+  static bool Has(int32_t dx, int32_t dy) {
+    return static_cast<uint32_t>(dx + kLongest) < kSide &&
+           static_cast<uint32_t>(dy + kLongest) < kSide;
+  }
+  const Pattern& Of(int32_t dx, int32_t dy) const {
+    return patterns_[dy + kLongest][dx + kLongest];
+  }
+
+ private:
+  static constexpr uint32_t kSide = 2 * kLongest + 1;
+  Pattern patterns_[kSide][kSide];
+};
+/// Calls f(x, y) for the cells of an edge from (0, 0), without the last one. See
+/// grid::ForEachCellOfEdge().
+template <typename F>
+constexpr void ForEachCellOfEdge(int32_t dx, int32_t dy, F f) {
+  const int32_t sx = dx < 0 ? -1 : 1, sy = dy < 0 ? -1 : 1;
+  const int32_t ax = dx * sx, ay = dy * sy;
+  int32_t error = ay - ax, x = 0, y = 0;
+  for (int32_t n = ax + ay; n > 0; n--) {
+    f(x, y);
+    const int32_t goes_x = error >> 31;  // all ones, or 0
+    x += sx & goes_x;
+    y += sy & ~goes_x;
+    error += (2 * ay & goes_x) - (2 * ax & ~goes_x);
+  }
+}
+
+constexpr EdgePatterns::EdgePatterns() : patterns_{} {
+  for (int32_t dy = -kLongest; dy <= kLongest; dy++)
+    for (int32_t dx = -kLongest; dx <= kLongest; dx++) {
+      Pattern& pattern = patterns_[dy + kLongest][dx + kLongest];
+      pattern = {0, std::min(dx, 0), std::min(dy, 0)};
+      ForEachCellOfEdge(dx, dy, [&](int32_t x, int32_t y) {
+        pattern.cells |= uint64_t{1} << (8 * (y - pattern.y) + x - pattern.x);
+      });
+    }
+}
+inline constexpr EdgePatterns kEdgePatterns;
+
+/// Rows beyond the height of an outline that DrawOutline() may write zeros to.
+inline constexpr int32_t kSpareRows = 8;
+
 /// Draws the closed outline with these corner cells. `rows` has room for the height of the box,
-/// which is at most kMaxSide on each side.
+/// which is at most kMaxSide on each side, and for kSpareRows.
 inline void DrawOutline(const point_int_t* corners, uint32_t count, OutlineBox* box,
                         uint64_t* rows) {
   int32_t min_x = corners[0].x, max_x = min_x, min_y = corners[0].y, max_y = min_y;
@@ -38,24 +92,24 @@ inline void DrawOutline(const point_int_t* corners, uint32_t count, OutlineBox* 
     max_y = std::max(max_y, corners[i].y);
   }
   *box = {min_x, min_y, max_x - min_x + 1, max_y - min_y + 1};
-  std::fill(rows, rows + box->height, 0);
-  int32_t length = 0;
+  std::fill(rows, rows + box->height + kSpareRows, 0);
+  bool has_cells = false;
   for (uint32_t i = 0; i < count; i++) {
     const point_int_t &from = corners[i], &to = corners[i + 1 < count ? i + 1 : 0];
     const int32_t dx = to.x - from.x, dy = to.y - from.y;
-    const int32_t sx = dx < 0 ? -1 : 1, sy = dy < 0 ? -1 : 1;
-    const int32_t ax = std::abs(dx), ay = std::abs(dy);
-    int32_t error = ay - ax, x = from.x - min_x, y = from.y - min_y;
-    length += ax + ay;
-    for (int32_t n = ax + ay; n > 0; n--) {
-      rows[y] |= uint64_t{1} << x;
-      const int32_t goes_x = error >> 31;  // all ones, or 0
-      x += sx & goes_x;
-      y += sy & ~goes_x;
-      error += (2 * ay & goes_x) - (2 * ax & ~goes_x);
+    const int32_t x = from.x - min_x, y = from.y - min_y;
+    has_cells |= (dx | dy) != 0;
+    if (EdgePatterns::Has(dx, dy)) {
+      const EdgePatterns::Pattern& pattern = kEdgePatterns.Of(dx, dy);
+      uint64_t* const first = rows + y + pattern.y;
+      for (int32_t k = 0; k < 8; k++)
+        first[k] |= (pattern.cells >> (8 * k) & 0xff) << (x + pattern.x);
+    } else {
+      ForEachCellOfEdge(dx, dy,
+                        [&](int32_t u, int32_t v) { rows[y + v] |= uint64_t{1} << (x + u); });
     }
   }
-  if (length == 0 && count > 2) rows[0] |= 1;
+  if (!has_cells && count > 2) rows[0] |= 1;
 }
 
 /// True if two outlines share a cell.

@@ -32,12 +32,6 @@ bool StopsRangers(Model* candidate, const Model*, const void*) {
 
 }  // namespace
 
-/// The directions of a sensor's rays.
-struct Rows::Stepper::RaysOfSensor {
-  const sensing::Direction* directions;
-  const SineCosine* unit_vectors;
-};
-
 void Rows::Stepper::CastRays() {
   if (std::ranges::any_of(scene_.sensors, &Sensor::exact)) PlaceCorners();
   for (size_t k = 0; k < scene_.sensors.size(); k++) {
@@ -47,23 +41,24 @@ void Rows::Stepper::CastRays() {
     std::fill_n(&c_.ranges[ray_ + sensor.first_ray], sensor.rays, fan.range);
     std::fill_n(&c_.brightness[ray_ + sensor.first_ray], sensor.rays, uint8_t{0});
     std::fill_n(&s_.places[sensor.first_ray], sensor.rays, kNowhere);
-    const RaysOfSensor rays = DirectionsOf(k);
-    if (!fan.nothing) {
-      if (MayHitWalls(sensor, fan)) TraceWalls(k, rays);
-      TraceRobots(k, rays);
-    }
-    if (sensor.noisy) AddNoise(k);
+    s_.rays[k] = DirectionsOf(k);
+    if (!fan.nothing && MayHitWalls(sensor, fan)) AddToGroup(k);
+  }
+  TraceGroup();
+  for (size_t k = 0; k < scene_.sensors.size(); k++) {
+    if (!s_.fans[k].nothing) TraceRobots(k);
+    if (scene_.sensors[k].noisy) AddNoise(k);
   }
 }
 
 /// See ModelRanger::FanOf().
 void Rows::Stepper::PlaceFan(size_t index) {
   const Sensor& sensor = scene_.sensors[index];
-  const Pose frame =
-      FrameOf(scene_.robots[sensor.robot], sensor.node, c_.pose[robot_ + sensor.robot]);
+  const Placed frame = scene_.robots[sensor.robot].FrameOf(sensor.node, PlaceOf(sensor.robot));
+  const Placed origin = frame + sensor.settings->pose;
   sensing::Fan& fan = s_.fans[index];
-  sensing::PlaceFan(&fan, ModelRanger::OriginOf(*sensor.settings, frame, SinCos(frame.a)),
-                    sensor.reach, scene_.cells_per_metre);
+  sensing::PlaceFan(&fan, Pose(origin.x, origin.y, sensor.z, origin.a), origin.turn, sensor.reach,
+                    scene_.cells_per_metre);
   fan.exact = sensor.exact;
   fan.layer = sensor.layer;
   fan.predicate = StopsRangers;
@@ -78,81 +73,118 @@ bool Rows::Stepper::MayHitWalls(const Sensor& sensor, const sensing::Fan& fan) c
 }
 
 /// See ModelRanger::Gather().
-Rows::Stepper::RaysOfSensor Rows::Stepper::DirectionsOf(size_t index) {
+RaysOfSensor Rows::Stepper::DirectionsOf(size_t index) {
   const Sensor& sensor = scene_.sensors[index];
   if (!sensor.turns_noisily)
     return {scene_.directions.all().data() + sensor.first_direction,
             scene_.directions.unit_vectors().data() + sensor.first_direction};
   const ModelRanger::Sensor& settings = *sensor.settings;
   RandomStream* const stream = &c_.noise[sensor_ + index];
-  s_.own_directions.resize(sensor.rays);
-  s_.own_unit_vectors.resize(sensor.rays);
+  sensing::Direction* const directions = &s_.own_directions[sensor.first_ray];
+  SineCosine* const unit_vectors = &s_.own_unit_vectors[sensor.first_ray];
   for (uint32_t i = 0; i < sensor.rays; i++) {
     const double bearing =
         sensor.bearings[i] + sensor.increment * settings.angle_noise * 0.5 * UniformError(stream);
-    s_.own_unit_vectors[i] = sensing::UnitVectorOf(bearing);
-    s_.own_directions[i] = sensing::MakeDirection(s_.own_unit_vectors[i]);
+    unit_vectors[i] = sensing::UnitVectorOf(bearing);
+    directions[i] = sensing::MakeDirection(unit_vectors[i]);
   }
-  return {s_.own_directions.data(), s_.own_unit_vectors.data()};
+  return {directions, unit_vectors};
 }
 
 // ---- what stands --------------------------------------------------------------------------------
 
-void Rows::Stepper::TraceWalls(size_t index, const RaysOfSensor& rays) {
+/// Adds the rays of a sensor to the group that is traced next.
+void Rows::Stepper::AddToGroup(size_t index) {
   const Sensor& sensor = scene_.sensors[index];
   const sensing::Fan& fan = s_.fans[index];
-  const ray_grid_t view = scene_.grid.View(sensor.layer);
-  const ray_mask_t no_mask{};
-  for (uint32_t begin = 0; begin < sensor.rays; begin += sensing::RayGroup::kMaxRays) {
-    const uint32_t count = std::min(sensor.rays - begin, sensing::RayGroup::kMaxRays);
-    const sensing::FanSlice slice{&fan.record, rays.directions + begin, count, fan.leg_length,
-                                  nullptr};
-    const sensing::RayGroup group{.grid = &view,
-                                  .mask = &no_mask,
-                                  .slices = &slice,
-                                  .slice_count = 1,
-                                  .count = count,
-                                  .words_per_ray = 0,
-                                  .exact = sensor.exact};
-    s_.first.Walk(group, s_.walked);
-    if (sensor.exact)
-      TraceWallsExactly(index, rays, begin, group);
-    else
-      TraceWallsInCells(index, rays, begin, count);
+  if (s_.slice_count > 0) {
+    const Sensor& first = scene_.sensors[s_.parts[0].sensor];
+    if (first.layer != sensor.layer || first.exact != sensor.exact) TraceGroup();
+  }
+  for (uint32_t begin = 0; begin < sensor.rays;) {
+    if (s_.group_rays == sensing::RayGroup::kMaxRays) TraceGroup();
+    const uint32_t count =
+        std::min(sensor.rays - begin, sensing::RayGroup::kMaxRays - s_.group_rays);
+    const RaysOfSensor& rays = s_.rays[index];
+    s_.slices[s_.slice_count] = {&fan.record, rays.directions + begin, count, fan.leg_length,
+                                 nullptr};
+    s_.exact_slices[s_.slice_count] = {&fan, rays.unit_vectors + begin};
+    s_.parts[s_.slice_count] = {static_cast<uint32_t>(index), begin};
+    s_.slice_count++;
+    s_.group_rays += count;
+    begin += count;
   }
 }
 
-void Rows::Stepper::TraceWallsInCells(size_t index, const RaysOfSensor& rays, uint32_t begin,
-                                      uint32_t count) {
-  const Sensor& sensor = scene_.sensors[index];
-  const sensing::Fan& fan = s_.fans[index];
-  for (uint32_t i = 0; i < count;) {
+/// Traces the group among what stands.
+void Rows::Stepper::TraceGroup() {
+  if (s_.slice_count == 0) return;
+  const Sensor& first = scene_.sensors[s_.parts[0].sensor];
+  const ray_grid_t view = scene_.grid.View(first.layer);
+  const ray_mask_t no_mask{};
+  const sensing::RayGroup group{.grid = &view,
+                                .mask = &no_mask,
+                                .slices = s_.slices,
+                                .slice_count = s_.slice_count,
+                                .count = s_.group_rays,
+                                .words_per_ray = 0,
+                                .exact = first.exact};
+  s_.first.Walk(group, s_.walked);
+  if (first.exact) s_.exact.Trace(group, s_.exact_slices, s_.first, s_.walked, &s_.counters);
+  for (uint32_t slice = 0, ray = 0; slice < s_.slice_count; ray += s_.slices[slice++].count) {
+    if (first.exact)
+      StoreExactHits(s_.parts[slice], ray, s_.slices[slice].count);
+    else
+      StoreHits(s_.parts[slice], ray, s_.slices[slice].count);
+  }
+  s_.slice_count = s_.group_rays = 0;
+}
+
+/// Stores the hits of a part of a sensor's rays; `first` is the first of them in the group.
+void Rows::Stepper::StoreHits(const PartOfGroup& part, uint32_t first, uint32_t count) {
+  const Sensor& sensor = scene_.sensors[part.sensor];
+  const sensing::Fan& fan = s_.fans[part.sensor];
+  const size_t at = size_t{sensor.first_ray} + part.begin - first;  // wraps; added to rays
+  for (uint32_t i = first; i < first + count;) {
     const uint32_t end = s_.first.EndOfInterval(i);
     const grid::BodyList bodies = s_.first.Bodies(i);
+    if (bodies == sensing::FirstHits::kNothing) {
+      i = end;
+      continue;
+    }
     for (; i < end; i++) {
-      if (bodies == sensing::FirstHits::kNothing) continue;
-      const size_t ray = sensor.first_ray + begin + i;
       const uint32_t hit = s_.first.Packed(i);
-      if (AcceptBody(fan, bodies, ray)) {
-        c_.ranges[ray_ + ray] = s_.walked[i];
-        s_.places[ray] = ray_packed_u(hit) + ray_packed_v(hit);
+      if (AcceptBody(fan, bodies, at + i)) {
+        c_.ranges[ray_ + at + i] = s_.walked[i];
+        s_.places[at + i] = ray_packed_u(hit) + ray_packed_v(hit);
       } else {
-        FollowWall(index, rays, begin + i, hit);
+        FollowWall(part.sensor, part.begin + i - first, hit);
       }
     }
   }
 }
 
+void Rows::Stepper::StoreExactHits(const PartOfGroup& part, uint32_t first, uint32_t count) {
+  const size_t at = size_t{scene_.sensors[part.sensor].first_ray} + part.begin;
+  for (uint32_t i = 0; i < count; i++) {
+    c_.ranges[ray_ + at + i] = s_.walked[first + i];
+    const Model* const model = s_.exact.HitModel(first + i);
+    if (model == nullptr) continue;
+    s_.places[at + i] = 0;
+    s_.keys[at + i] = model->GetId();
+    c_.brightness[ray_ + at + i] = BrightnessOf(*model);
+  }
+}
+
 /// Continues a ray behind a cell whose bodies it passes. See Tracer::Follow().
-void Rows::Stepper::FollowWall(size_t index, const RaysOfSensor& rays, uint32_t sample,
-                               uint32_t hit) {
+void Rows::Stepper::FollowWall(size_t index, uint32_t sample, uint32_t hit) {
   const Sensor& sensor = scene_.sensors[index];
   const sensing::Fan& fan = s_.fans[index];
   const ray_grid_t view = scene_.grid.View(sensor.layer);
   const ray_mask_t no_mask{};
   ray_t ray;
-  sensing::BeginRay(view, fan.record, sensing::DisplacementOf(fan.record, rays.directions[sample]),
-                    &ray);
+  sensing::BeginRay(view, fan.record,
+                    sensing::DisplacementOf(fan.record, s_.rays[index].directions[sample]), &ray);
   ray_resume(&ray, ray_packed_u(hit), ray_packed_v(hit));
   while (ray_next(&view, &no_mask, &ray)) {
     const size_t number = sensor.first_ray + sample;
@@ -176,22 +208,6 @@ bool Rows::Stepper::AcceptBody(const sensing::Fan& fan, grid::BodyList bodies, s
   });
 }
 
-void Rows::Stepper::TraceWallsExactly(size_t index, const RaysOfSensor& rays, uint32_t begin,
-                                      const sensing::RayGroup& group) {
-  const Sensor& sensor = scene_.sensors[index];
-  const sensing::ExactGroup::SliceData slice{&s_.fans[index], rays.unit_vectors + begin};
-  s_.exact.Trace(group, &slice, s_.first, s_.walked, &s_.counters);
-  for (uint32_t i = 0; i < group.count; i++) {
-    const size_t ray = sensor.first_ray + begin + i;
-    c_.ranges[ray_ + ray] = s_.walked[i];
-    const Model* const model = s_.exact.HitModel(i);
-    if (model == nullptr) continue;
-    s_.places[ray] = 0;
-    s_.keys[ray] = model->GetId();
-    c_.brightness[ray_ + ray] = BrightnessOf(*model);
-  }
-}
-
 uint8_t Rows::Stepper::BrightnessOf(const Model& model) const {
   const std::vector<double>& values = scene_.brightness;
   const auto found = std::ranges::find(values, model.vis.ranger_return);
@@ -201,7 +217,7 @@ uint8_t Rows::Stepper::BrightnessOf(const Model& model) const {
 
 // ---- robots -------------------------------------------------------------------------------------
 
-void Rows::Stepper::TraceRobots(size_t index, const RaysOfSensor& rays) {
+void Rows::Stepper::TraceRobots(size_t index) {
   const Sensor& sensor = scene_.sensors[index];
   const sensing::Fan& fan = s_.fans[index];
   const double margin = 3 / scene_.cells_per_metre;
@@ -211,15 +227,15 @@ void Rows::Stepper::TraceRobots(size_t index, const RaysOfSensor& rays) {
     const double dx = at.x - fan.x, dy = at.y - fan.y, far = fan.range + body.radius + margin;
     if (dx * dx + dy * dy > far * far) continue;
     if (sensor.exact)
-      MeetExactly(index, rays, body);
+      MeetExactly(index, body);
     else
-      MeetInCells(index, rays, body, other);
+      MeetInCells(index, body, other);
   }
 }
 
-void Rows::Stepper::MeetInCells(size_t index, const RaysOfSensor& rays, const Body& body,
-                                uint32_t number) {
+void Rows::Stepper::MeetInCells(size_t index, const Body& body, uint32_t number) {
   const Sensor& sensor = scene_.sensors[index];
+  const RaysOfSensor& rays = s_.rays[index];
   const sensing::Fan& fan = s_.fans[index];
   const OutlineBox& box = c_.box[body_ + number];
   if (box.height == 0) return;
@@ -261,8 +277,8 @@ void Rows::Stepper::MeetInCells(size_t index, const RaysOfSensor& rays, const Bo
 /// Corners of all bodies in metres, for exact rays.
 void Rows::Stepper::PlaceCorners() {
   for (const Body& body : scene_.bodies) {
-    const Pose frame = FrameOf(scene_.robots[body.robot], body.node, c_.pose[robot_ + body.robot]);
-    const SineCosine turn = SinCos(frame.a);
+    const Placed frame = scene_.robots[body.robot].FrameOf(body.node, PlaceOf(body.robot));
+    const SineCosine& turn = frame.turn;
     point_t* const points = &s_.points[body.first_point];
     for (size_t i = 0; i < body.corners.size(); i++) {
       const point_t& p = body.corners[i];
@@ -274,8 +290,9 @@ void Rows::Stepper::PlaceCorners() {
 }
 
 /// See ExactVisit.
-void Rows::Stepper::MeetExactly(size_t index, const RaysOfSensor& rays, const Body& body) {
+void Rows::Stepper::MeetExactly(size_t index, const Body& body) {
   constexpr uint32_t kEdges = 8;
+  const RaysOfSensor& rays = s_.rays[index];
   const Sensor& sensor = scene_.sensors[index];
   const sensing::Fan& fan = s_.fans[index];
   const Planar& at = c_.pose[robot_ + body.robot];

@@ -82,6 +82,7 @@ void RowBridge::ReadModels(const World& world, Rows* to, size_t row) {
     const size_t i = row * scene.robots.size() + k;
     c.last_update[row] = model.last_update_;
     c.pose[i] = PlanarOf(model.pose);
+    c.turn[i] = SinCos(model.pose.a);
     c.velocity[i] = PlanarOf(model.velocity);
     c.command[i] = PlanarOf(model.goal);
     c.mode[i] = static_cast<uint8_t>(model.control_mode);
@@ -108,6 +109,7 @@ void RowBridge::ReadGrid(const World& world, Rows* to, size_t row) {
   Columns& c = to->columns;
   c.extent[row] = world.engine().scene.grid.extent();
   rows::OutlineBox box;
+  uint64_t drawn[rows::kMaxSide + rows::kSpareRows];
   for (size_t k = 0; k < scene.bodies.size(); k++) {
     const Body& body = scene.bodies[k];
     const Block& block = *world.FindModel(body.model->GetId())->body().blocks()[body.block];
@@ -115,7 +117,8 @@ void RowBridge::ReadGrid(const World& world, Rows* to, size_t row) {
     uint64_t* const words = &c.rows[row * scene.word_count + body.first_word];
     box = rows::OutlineBox();
     if (!corners.empty())
-      rows::DrawOutline(corners.data(), static_cast<uint32_t>(corners.size()), &box, words);
+      rows::DrawOutline(corners.data(), static_cast<uint32_t>(corners.size()), &box, drawn);
+    std::copy_n(drawn, box.height, words);
     c.box[row * scene.bodies.size() + k] = box;
   }
 }

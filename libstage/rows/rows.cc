@@ -30,6 +30,7 @@ void ForEachColumn(const Scene& scene, Columns* c, F f) {
   f(&c->extent, 1);
   f(&c->stamps, 1);
   f(&c->pose, robots);
+  f(&c->turn, robots);
   f(&c->velocity, robots);
   f(&c->command, robots);
   f(&c->sensed, robots);

@@ -42,7 +42,8 @@ struct Columns {
 
   // By robot.
   std::vector<Planar> pose, velocity, command, sensed;
-  std::vector<uint8_t> mode;  ///< DriveInput::Mode
+  std::vector<SineCosine> turn;  ///< of the heading
+  std::vector<uint8_t> mode;     ///< DriveInput::Mode
   std::vector<uint8_t> stalled;
   std::vector<double> watts;
   std::vector<Planar> made;       ///< contacts of outlines: velocity of the last move

@@ -85,11 +85,14 @@ struct Robot {
   double wheel_slip;
   double bottom;  ///< m, of its outline for contacts, above the pose
 
-  /// The global pose of a node while the robot is at `pose`, and the frame of its bodies.
-  Pose GlobalPoseOf(uint32_t node, const Pose& pose) const {
+  /// The global pose of a node while the robot is at `pose`, and the frame of its bodies. `P` is a
+  /// class of poses.
+  template <class P>
+  P GlobalPoseOf(uint32_t node, const P& pose) const {
     return node == 0 ? pose : GlobalPoseOf(nodes[node].parent, pose) + nodes[node].local;
   }
-  Pose FrameOf(uint32_t node, const Pose& pose) const {
+  template <class P>
+  P FrameOf(uint32_t node, const P& pose) const {
     return GlobalPoseOf(node, pose) + nodes[node].frame;
   }
 };

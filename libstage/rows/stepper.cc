@@ -6,9 +6,11 @@
 #include "rows/stepper.hh"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <span>
 
+#include "geometry/floor.hh"
 #include "geometry/trigonometry.hh"
 #include "messages/assert.hh"
 #include "models/noise.hh"
@@ -31,10 +33,6 @@ Pose AddPlanar(const Planar& at, double z, const Pose& p) { return Pose(at.x, at
 
 Planar PlanarOf(const Pose& pose) { return {pose.x, pose.y, pose.a}; }
 
-bool IsFinitePlanar(const Planar& p) {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.a);
-}
-
 bool IsZero(const Planar& v) { return v.x == 0 && v.y == 0 && v.a == 0; }
 
 }  // namespace
@@ -44,8 +42,10 @@ Rows::Scratch::Scratch(const Scene& scene)
   fans.resize(scene.sensors.size());
   places.resize(scene.ray_count);
   keys.resize(scene.ray_count);
+  rays.resize(scene.sensors.size());
+  own_directions.resize(scene.ray_count);
+  own_unit_vectors.resize(scene.ray_count);
   points.resize(scene.point_count);
-  turns.resize(scene.robots.size());
   contacts.tell = false;
 }
 
@@ -174,21 +174,19 @@ void Rows::Stepper::NoteMotion(size_t index, const Planar& made) {
 }
 
 /// See ModelPosition::GetWantedMove(). Returns false if the robot stands.
-bool Rows::Stepper::WantedPose(size_t index, Planar* wanted) {
+bool Rows::Stepper::FindWanted(size_t index, Placed* wanted) {
   const size_t i = robot_ + index;
   const Planar& v = c_.velocity[i];
   if (IsZero(v)) return false;
-  const Robot& robot = scene_.robots[index];
-  *wanted = PlanarOf(AddPlanar(c_.pose[i], robot.z,
-                               Pose(v.x * seconds_, v.y * seconds_, 0, normalize(v.a * seconds_))));
-  if (IsFinitePlanar(*wanted)) return true;
+  *wanted = PlaceOf(index) + Pose(v.x * seconds_, v.y * seconds_, 0, normalize(v.a * seconds_));
+  if (std::isfinite(wanted->x) && std::isfinite(wanted->y) && std::isfinite(wanted->a)) return true;
   c_.stalled[i] = true;
   return false;
 }
 
 void Rows::Stepper::MoveCells(size_t index) {
-  Planar wanted;
-  if (!WantedPose(index, &wanted)) return;
+  Placed wanted;
+  if (!FindWanted(index, &wanted)) return;
   const size_t i = robot_ + index;
   DrawAt(index, wanted);
   c_.stalled[i] = Collides(index);
@@ -196,37 +194,32 @@ void Rows::Stepper::MoveCells(size_t index) {
   NoteMotion(index, c_.stalled[i] ? Planar() : c_.velocity[i]);
 }
 
-/// Draws the outlines of a robot at a pose, for Collides() and Commit(). See
+/// Draws the outlines of a robot at a place, for Collides() and Commit(). See
 /// Placement::AppendCorners().
-void Rows::Stepper::DrawAt(size_t index, const Planar& pose) {
+void Rows::Stepper::DrawAt(size_t index, const Placed& place) {
   const Robot& robot = scene_.robots[index];
   for (uint32_t b = 0; b < robot.body_count; b++) {
     const Body& body = scene_.bodies[robot.first_body + b];
     OutlineBox* const box = &s_.boxes[b];
-    if (CornerCells(body, pose, s_.corners[0]))
+    if (CornerCells(body, place, s_.corners[0]))
       DrawOutline(s_.corners[0], static_cast<uint32_t>(body.corners.size()), box, s_.rows[b]);
     else
       *box = OutlineBox();
   }
 }
 
-/// The frame of a node of a robot that is at `pose`.
-Pose Rows::Stepper::FrameOf(const Robot& robot, uint32_t node, const Planar& pose) {
-  return robot.FrameOf(node, Pose(pose.x, pose.y, robot.z, pose.a));
-}
-
 /// The cells of a body's corners; false if it exceeds the grid.
-bool Rows::Stepper::CornerCells(const Body& body, const Planar& pose, point_int_t* to) const {
-  const Pose frame = FrameOf(scene_.robots[body.robot], body.node, pose);
-  const SineCosine turn = SinCos(frame.a);
+bool Rows::Stepper::CornerCells(const Body& body, const Placed& place, point_int_t* to) const {
+  const Placed frame = scene_.robots[body.robot].FrameOf(body.node, place);
+  const double cells = scene_.cells_per_metre;
+  bool fits = true;
   for (const point_t& p : body.corners) {
-    const double x = frame.x + p.x * turn.cosine - p.y * turn.sine;
-    const double y = frame.y + p.x * turn.sine + p.y * turn.cosine;
-    const double cx = std::floor(x * scene_.cells_per_metre);
-    const double cy = std::floor(y * scene_.cells_per_metre);
-    if (!(std::fabs(cx) < internal::grid::kMaxCell && std::fabs(cy) < internal::grid::kMaxCell))
-      return false;
-    *to++ = point_int_t(static_cast<int>(cx), static_cast<int>(cy));
+    const double x = (frame.x + p.x * frame.turn.cosine - p.y * frame.turn.sine) * cells;
+    const double y = (frame.y + p.x * frame.turn.sine + p.y * frame.turn.cosine) * cells;
+    fits &=
+        FloorIsWithin(x, internal::grid::kMaxCell) && FloorIsWithin(y, internal::grid::kMaxCell);
+    if (!fits) return false;
+    *to++ = point_int_t(FloorToInt(x), FloorToInt(y));
   }
   return true;
 }
@@ -251,13 +244,14 @@ bool Rows::Stepper::Collides(size_t index) const {
 }
 
 /// Moves a robot to where it was drawn. See Placement::Commit().
-void Rows::Stepper::Commit(size_t index, const Planar& pose) {
+void Rows::Stepper::Commit(size_t index, const Placed& place) {
   const Robot& robot = scene_.robots[index];
-  const Planar before = c_.pose[robot_ + index];
-  c_.pose[robot_ + index] = pose;
+  const Placed before = PlaceOf(index);
+  c_.pose[robot_ + index] = {place.x, place.y, place.a};
+  c_.turn[robot_ + index] = place.turn;
   for (uint32_t b = 0; b < robot.body_count; b++) {
     const uint32_t number = robot.first_body + b;
-    if (!HasMoved(number, s_.boxes[b], s_.rows[b], before, pose)) continue;
+    if (!HasMoved(number, s_.boxes[b], s_.rows[b], before, place)) continue;
     c_.box[body_ + number] = s_.boxes[b];
     std::copy_n(s_.rows[b], s_.boxes[b].height, RowsOf(number));
     c_.stamp[body_ + number] = ++c_.stamps[world_];
@@ -267,7 +261,7 @@ void Rows::Stepper::Commit(size_t index, const Planar& pose) {
 
 /// True if a corner of the body is in another cell than before.
 bool Rows::Stepper::HasMoved(uint32_t number, const OutlineBox& box, const uint64_t* rows,
-                             const Planar& before, const Planar& now) {
+                             const Placed& before, const Placed& now) {
   if (!(box == c_.box[body_ + number]) || !std::equal(rows, rows + box.height, RowsOf(number)))
     return true;
   // Different corners may have the same outline.
@@ -306,11 +300,7 @@ void Rows::Stepper::MoveOutlines() {
     columns.elevation[k] = robot.z;
     columns.made[k] = 1;
     c_.hindered[i] = false;
-    s_.wanted[k] = pose;
-    if (!WantedPose(k, &s_.wanted[k])) {
-      s_.wanted[k] = pose;
-      continue;
-    }
+    if (!FindWanted(k, &s_.wanted[k])) continue;
     s_.asked[k] = kAsked;
     if (robot.bottom + robot.z < 0) {  // it would be in the floor
       s_.asked[k] |= kInFloor;
@@ -326,9 +316,20 @@ void Rows::Stepper::MoveOutlines() {
   for (size_t k = 0; k < count; k++) {
     const Planar now{columns.x[k], columns.y[k], columns.heading[k]};
     if (!(s_.asked[k] & kMoved)) continue;
-    DrawAt(k, now);
-    Commit(k, now);
+    const Placed place{now.x, now.y, now.a, TurnAfter(k, now.a)};
+    DrawAt(k, place);
+    Commit(k, place);
   }
+}
+
+/// Sine and cosine of a robot's new heading, which often is the wanted or the present one.
+SineCosine Rows::Stepper::TurnAfter(size_t index, double heading) const {
+  const auto same = [&](double a) {
+    return std::bit_cast<uint64_t>(a) == std::bit_cast<uint64_t>(heading);
+  };
+  if ((s_.asked[index] & kAsked) && same(s_.wanted[index].a)) return s_.wanted[index].turn;
+  if (same(c_.pose[robot_ + index].a)) return c_.turn[robot_ + index];
+  return SinCos(heading);
 }
 
 /// See ContactPhase::WritePoses(). The pose itself is written when the robot is rasterized.
@@ -337,7 +338,7 @@ void Rows::Stepper::EndMove(size_t k) {
   const size_t i = robot_ + k;
   const Planar before = c_.pose[i];
   const Planar now{columns.x[k], columns.y[k], columns.heading[k]};
-  const auto equal = [](const Planar& a, const Planar& b) {
+  const auto equal = [](const Planar& a, const auto& b) {
     return a.x == b.x && a.y == b.y && a.a == b.a;
   };
   if (!equal(now, before)) s_.asked[k] |= kMoved;

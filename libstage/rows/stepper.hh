@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "motion/contacts.hh"
+#include "rows/placed.hh"
 #include "rows/rows.hh"
 #include "sensing/exact_group.hh"
 #include "sensing/first_hits.hh"
@@ -19,6 +20,17 @@ namespace Stg::rows {
 
 inline constexpr uint32_t kMaxCorners = 64;  ///< of a body
 inline constexpr uint32_t kMaxBodies = 16;   ///< of a robot
+
+/// The directions of a sensor's rays.
+struct RaysOfSensor {
+  const internal::sensing::Direction* directions;
+  const SineCosine* unit_vectors;
+};
+
+/// Rays of a sensor in a group, from sample `begin` on.
+struct PartOfGroup {
+  uint32_t sensor, begin;
+};
 
 class Rows::Scratch {
  public:
@@ -32,22 +44,27 @@ class Rows::Scratch {
   internal::sensing::FirstHits first;
   internal::sensing::ExactGroup exact;
   internal::sensing::TraceCounters counters;
-  std::vector<Fan> fans;          // by sensor
-  std::vector<int32_t> places;    // by ray: number of borders up to the hit
-  std::vector<uint64_t> keys;     // by ray: which of several bodies in a cell is hit first
-  std::vector<point_t> points;    // corners of all bodies, closed, m
-  std::vector<SineCosine> turns;  // by robot: of its heading
-  std::vector<internal::sensing::Direction> own_directions;
+  std::vector<Fan> fans;           // by sensor
+  std::vector<int32_t> places;     // by ray: number of borders up to the hit
+  std::vector<uint64_t> keys;      // by ray: which of several bodies in a cell is hit first
+  std::vector<point_t> points;     // corners of all bodies, closed, m
+  std::vector<RaysOfSensor> rays;  // by sensor
+  std::vector<internal::sensing::Direction> own_directions;  // by ray, of sensors that turn noisily
   std::vector<SineCosine> own_unit_vectors;
+  // The group of rays that is traced next.
+  uint32_t slice_count = 0, group_rays = 0;
+  internal::sensing::FanSlice slices[internal::sensing::RayGroup::kMaxRays];
+  internal::sensing::ExactGroup::SliceData exact_slices[internal::sensing::RayGroup::kMaxRays];
+  PartOfGroup parts[internal::sensing::RayGroup::kMaxRays];
   double walked[internal::sensing::WideHits::kCapacity];
 
   // Moves.
   point_int_t corners[2][kMaxCorners];
   OutlineBox boxes[kMaxBodies];
-  uint64_t rows[kMaxBodies][kMaxSide];
+  uint64_t rows[kMaxBodies][kMaxSide + kSpareRows];
   motion::Contacts contacts;
   motion::Columns columns;
-  std::vector<Planar> wanted;
+  std::vector<Placed> wanted;
   std::vector<uint8_t> asked;
 };
 
@@ -58,8 +75,6 @@ class Rows::Stepper {
 
  private:
   static constexpr uint8_t kAsked = 1, kMoved = 2, kInFloor = 4;
-  struct RaysOfSensor;
-
   void Drive(size_t index, double dt);
   Pose EstimateOf(size_t index) const;
   void StoreSensedPose(size_t index);
@@ -68,31 +83,35 @@ class Rows::Stepper {
   void PlaceFan(size_t index);
   bool MayHitWalls(const Sensor& sensor, const internal::sensing::Fan& fan) const;
   RaysOfSensor DirectionsOf(size_t index);
-  void TraceWalls(size_t index, const RaysOfSensor& rays);
-  void TraceWallsInCells(size_t index, const RaysOfSensor& rays, uint32_t begin, uint32_t count);
-  void TraceWallsExactly(size_t index, const RaysOfSensor& rays, uint32_t begin,
-                         const internal::sensing::RayGroup& group);
-  void FollowWall(size_t index, const RaysOfSensor& rays, uint32_t sample, uint32_t hit);
+  void AddToGroup(size_t index);
+  void TraceGroup();
+  void StoreHits(const PartOfGroup& part, uint32_t first, uint32_t count);
+  void StoreExactHits(const PartOfGroup& part, uint32_t first, uint32_t count);
+  void FollowWall(size_t index, uint32_t sample, uint32_t hit);
   bool AcceptBody(const internal::sensing::Fan& fan, internal::grid::BodyList bodies, size_t ray);
-  void TraceRobots(size_t index, const RaysOfSensor& rays);
-  void MeetInCells(size_t index, const RaysOfSensor& rays, const Body& body, uint32_t number);
-  void MeetExactly(size_t index, const RaysOfSensor& rays, const Body& body);
+  void TraceRobots(size_t index);
+  void MeetInCells(size_t index, const Body& body, uint32_t number);
+  void MeetExactly(size_t index, const Body& body);
   void AddNoise(size_t index);
   void PlaceCorners();
   uint8_t BrightnessOf(const Model& model) const;
 
   void NoteMotion(size_t index, const Planar& made);
-  bool WantedPose(size_t index, Planar* wanted);
+  bool FindWanted(size_t index, Placed* wanted);
   void MoveCells(size_t index);
-  void DrawAt(size_t index, const Planar& pose);
-  static Pose FrameOf(const Robot& robot, uint32_t node, const Planar& pose);
-  bool CornerCells(const Body& body, const Planar& pose, point_int_t* to) const;
+  void DrawAt(size_t index, const Placed& place);
+  Placed PlaceOf(size_t robot) const {
+    const Planar& pose = c_.pose[robot_ + robot];
+    return {pose.x, pose.y, pose.a, c_.turn[robot_ + robot]};
+  }
+  bool CornerCells(const Body& body, const Placed& place, point_int_t* to) const;
   bool Collides(size_t index) const;
-  void Commit(size_t index, const Planar& pose);
-  bool HasMoved(uint32_t number, const OutlineBox& box, const uint64_t* rows, const Planar& before,
-                const Planar& now);
+  void Commit(size_t index, const Placed& place);
+  bool HasMoved(uint32_t number, const OutlineBox& box, const uint64_t* rows, const Placed& before,
+                const Placed& now);
   void WidenExtent(const OutlineBox& box);
   void MoveOutlines();
+  SineCosine TurnAfter(size_t index, double heading) const;
   void EndMove(size_t index);
 
   uint64_t* RowsOf(uint32_t body) const { return &c_.rows[word_ + scene_.bodies[body].first_word]; }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "geometry/floor.hh"
 #include "geometry/trigonometry.hh"
 #include "grid/grid.hh"
 #include "messages/assert.hh"
@@ -19,16 +20,15 @@ constexpr double kQ30 = 1073741824.0;
 
 /// Rounds to the nearest integer, ties away from zero, in any rounding mode.
 int32_t Rounded(double value) {
-  return static_cast<int32_t>(value < 0 ? -std::floor(0.5 - value) : std::floor(value + 0.5));
+  return value < 0 ? -FloorToInt(0.5 - value) : FloorToInt(value + 0.5);
 }
 
 }  // namespace
 
 bool SplitCell(double coordinate, int32_t* cell, uint32_t* fraction) {
-  const double whole = std::floor(coordinate);
-  if (!(std::fabs(whole) < grid::kMaxCell)) return false;  // NaN too
-  *cell = static_cast<int32_t>(whole);
-  *fraction = static_cast<uint32_t>((coordinate - whole) * kQ16);
+  if (!FloorIsWithin(coordinate, grid::kMaxCell)) return false;  // NaN too
+  *cell = FloorToInt(coordinate);
+  *fraction = static_cast<uint32_t>((coordinate - *cell) * kQ16);
   if (*fraction > 65535) *fraction = 65535;
   return true;
 }
@@ -96,6 +96,11 @@ uint32_t DirectionTables::Append(uint32_t count, BearingOf bearing_of) {
 }
 
 void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre) {
+  PlaceFan(fan, origin, SinCos(origin.a), range, cells_per_metre);
+}
+
+void PlaceFan(Fan* fan, const Pose& origin, const SineCosine& turn, double range,
+              double cells_per_metre) {
   FanRecord& record = fan->record;
   STAGE_ASSERT(cells_per_metre > 0);
   uint32_t fx = 0, fy = 0;
@@ -118,7 +123,7 @@ void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre
   }
   STAGE_ASSERT(cells >= 0 && cells <= RAY_LEG_CELLS && fan->legs >= 1);
   fan->leg_cells = cells;
-  fan->heading = SinCos(origin.a);
+  fan->heading = turn;
   record.fraction = fx | fy << 16;
   record.cosine = Rounded(fan->heading.cosine * cells * kQ16);
   record.sine = Rounded(fan->heading.sine * cells * kQ16);
