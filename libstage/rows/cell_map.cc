@@ -60,23 +60,4 @@ void CellMap::MeasureDistances() {
       lower(x, y, {at(x + 1, y), at(x + 1, y + 1), at(x, y + 1), at(x - 1, y + 1)});
 }
 
-/// The 64 cells from x on in a row, both relative to the map's first cell.
-uint64_t CellMap::WordAt(int64_t x, int64_t y) const {
-  if (y < 0 || y >= int64_t{height_} * 8) return 0;
-  const int64_t word = x >> 6, bit = x & 63;
-  const auto part = [&](int64_t i) {
-    return i < 0 || i >= words_ ? 0 : bits_[static_cast<size_t>(y * words_ + i)];
-  };
-  return bit == 0 ? part(word) : part(word) >> bit | part(word + 1) << (64 - bit);
-}
-
-bool CellMap::Meets(const OutlineBox& box, const uint64_t* rows) const {
-  if (width_ == 0 || box.height == 0) return false;
-  STAGE_ASSERT(!bits_.empty());
-  const int64_t x = int64_t{box.x} - int64_t{x_} * 8, y = int64_t{box.y} - int64_t{y_} * 8;
-  for (int32_t i = 0; i < box.height; i++)
-    if (rows[i] & WordAt(x, y + i)) return true;
-  return false;
-}
-
 }  // namespace Stg::rows

@@ -6,11 +6,13 @@
 #ifndef STAGE_ROWS_CELL_MAP_HH
 #define STAGE_ROWS_CELL_MAP_HH
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "grid/grid.hh"
+#include "messages/assert.hh"
 #include "rows/outline_bits.hh"
 
 namespace Stg::rows {
@@ -30,7 +32,8 @@ class CellMap {
     return (int64_t{DistanceOf(x >> 3, y >> 3)} - 1) * 8 >= cells;
   }
   /// True if the outline has an occupied cell. The map has cells.
-  bool Meets(const OutlineBox& box, const uint64_t* rows) const;
+  template <class Word>
+  bool Meets(const OutlineBox& box, const Word* rows) const;
 
  private:
   void MeasureDistances();
@@ -55,6 +58,26 @@ inline int32_t CellMap::DistanceOf(int32_t tile_x, int32_t tile_y) const {
       std::max<int64_t>({int64_t{x_} - tile_x, int64_t{tile_x} - x_ - width_ + 1,
                          int64_t{y_} - tile_y, int64_t{tile_y} - y_ - height_ + 1});
   return static_cast<int32_t>(std::min<int64_t>(beside, INT32_MAX / 16));
+}
+
+/// The 64 cells from x on in a row, both relative to the map's first cell.
+inline uint64_t CellMap::WordAt(int64_t x, int64_t y) const {
+  if (y < 0 || y >= int64_t{height_} * 8) return 0;
+  const int64_t word = x >> 6, bit = x & 63;
+  const auto part = [&](int64_t i) {
+    return i < 0 || i >= words_ ? 0 : bits_[static_cast<size_t>(y * words_ + i)];
+  };
+  return bit == 0 ? part(word) : part(word) >> bit | part(word + 1) << (64 - bit);
+}
+
+template <class Word>
+bool CellMap::Meets(const OutlineBox& box, const Word* rows) const {
+  if (width_ == 0 || box.height == 0) return false;
+  STAGE_ASSERT(!bits_.empty());
+  const int64_t x = int64_t{box.x} - int64_t{x_} * 8, y = int64_t{box.y} - int64_t{y_} * 8;
+  for (int32_t i = 0; i < box.height; i++)
+    if (rows[i] & WordAt(x, y + i)) return true;
+  return false;
 }
 
 }  // namespace Stg::rows

@@ -9,14 +9,20 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 
 #include "geometry/geometry.hh"
 #include "kernels/ray_walk.h"
 
 namespace Stg::rows {
 
-/// Longest side of an outline, in cells.
-inline constexpr int32_t kMaxSide = 64;
+/// Longest side of an outline, in cells, and of a narrow outline.
+inline constexpr int32_t kMaxSide = 64, kNarrowSide = 16;
+
+/// Bits of a row of cells: those of narrow outlines, and of others. All outlines of a scene have
+/// words of one type.
+using NarrowWord = uint16_t;
+using WideWord = uint64_t;
 
 /// The bounding box of an outline. Its rows of bits are stored elsewhere.
 struct OutlineBox {
@@ -26,29 +32,12 @@ struct OutlineBox {
   bool operator==(const OutlineBox&) const = default;
 };
 
-/// The cells of all short edges, without their last ones, as 8 rows of 8 cells. Drawing them takes
-/// no branches, which would be unpredictable.
-class EdgePatterns {
- public:
-  static constexpr int32_t kLongest = 7;  // cells on each axis
-
-  struct Pattern {
-    uint64_t cells;
-    int32_t x, y;  ///< first cell of the rows relative to the edge's first cell
-  };
-  constexpr EdgePatterns();
-  static bool Has(int32_t dx, int32_t dy) {
-    return static_cast<uint32_t>(dx + kLongest) < kSide &&
-           static_cast<uint32_t>(dy + kLongest) < kSide;
-  }
-  const Pattern& Of(int32_t dx, int32_t dy) const {
-    return patterns_[dy + kLongest][dx + kLongest];
-  }
-
- private:
-  static constexpr uint32_t kSide = 2 * kLongest + 1;
-  Pattern patterns_[kSide][kSide];
+/// Cells of the corners of an outline.
+struct CornerCells {
+  static constexpr uint32_t kMax = 64;
+  int32_t x[kMax], y[kMax];
 };
+
 /// Calls f(x, y) for the cells of an edge from (0, 0), without the last one. See
 /// grid::ForEachCellOfEdge().
 template <typename F>
@@ -65,56 +54,103 @@ constexpr void ForEachCellOfEdge(int32_t dx, int32_t dy, F f) {
   }
 }
 
-constexpr EdgePatterns::EdgePatterns() : patterns_{} {
-  for (int32_t dy = -kLongest; dy <= kLongest; dy++)
-    for (int32_t dx = -kLongest; dx <= kLongest; dx++) {
-      Pattern& pattern = patterns_[dy + kLongest][dx + kLongest];
-      pattern = {0, std::min(dx, 0), std::min(dy, 0)};
-      ForEachCellOfEdge(dx, dy, [&](int32_t x, int32_t y) {
-        pattern.cells |= uint64_t{1} << (8 * (y - pattern.y) + x - pattern.x);
-      });
-    }
-}
+/// The cells of all short edges, without their last ones, as 8 rows among empty ones. Reading from
+/// an earlier row shifts a pattern, so drawing takes no branches, which would be unpredictable.
+class EdgePatterns {
+ public:
+  static constexpr int32_t kLongest = 7;  // cells on each axis
+
+  constexpr EdgePatterns() : rows_{} {
+    for (int32_t dy = -kLongest; dy <= kLongest; dy++)
+      for (int32_t dx = -kLongest; dx <= kLongest; dx++)
+        ForEachCellOfEdge(dx, dy, [&](int32_t x, int32_t y) {
+          const int32_t row = kFirst + y - std::min(dy, 0), column = x - std::min(dx, 0);
+          rows_[dy + kLongest][dx + kLongest][row] |= static_cast<NarrowWord>(1 << column);
+        });
+  }
+  static bool Has(int32_t dx, int32_t dy) {
+    return static_cast<uint32_t>(dx + kLongest) < 2 * kLongest + 1 &&
+           static_cast<uint32_t>(dy + kLongest) < 2 * kLongest + 1;
+  }
+  /// kNarrowSide rows, of which the pattern begins at `row`.
+  const NarrowWord* At(int32_t dx, int32_t dy, int32_t row) const {
+    return &rows_[dy + kLongest][dx + kLongest][kFirst - row];
+  }
+
+ private:
+  static constexpr int32_t kSide = 16, kFirst = kNarrowSide - 1;
+  NarrowWord rows_[kSide][kSide][2 * kNarrowSide];
+};
 inline constexpr EdgePatterns kEdgePatterns;
 
-/// Rows beyond the height of an outline that DrawOutline() may write zeros to.
-inline constexpr int32_t kSpareRows = 8;
-
-/// Draws the closed outline with these corner cells. `rows` has room for the height of the box,
-/// which is at most kMaxSide on each side, and for kSpareRows.
-inline void DrawOutline(const point_int_t* corners, uint32_t count, OutlineBox* box,
-                        uint64_t* rows) {
-  int32_t min_x = corners[0].x, max_x = min_x, min_y = corners[0].y, max_y = min_y;
+/// Sets the box to that of the corners.
+inline void FindBox(const CornerCells& corners, uint32_t count, OutlineBox* box) {
+  int32_t min_x = corners.x[0], max_x = min_x, min_y = corners.y[0], max_y = min_y;
   for (uint32_t i = 1; i < count; i++) {
-    min_x = std::min(min_x, corners[i].x);
-    max_x = std::max(max_x, corners[i].x);
-    min_y = std::min(min_y, corners[i].y);
-    max_y = std::max(max_y, corners[i].y);
+    min_x = std::min(min_x, corners.x[i]);
+    max_x = std::max(max_x, corners.x[i]);
+    min_y = std::min(min_y, corners.y[i]);
+    max_y = std::max(max_y, corners.y[i]);
   }
   *box = {min_x, min_y, max_x - min_x + 1, max_y - min_y + 1};
-  std::fill(rows, rows + box->height + kSpareRows, 0);
-  bool has_cells = false;
-  for (uint32_t i = 0; i < count; i++) {
-    const point_int_t &from = corners[i], &to = corners[i + 1 < count ? i + 1 : 0];
-    const int32_t dx = to.x - from.x, dy = to.y - from.y;
-    const int32_t x = from.x - min_x, y = from.y - min_y;
-    has_cells |= (dx | dy) != 0;
-    if (EdgePatterns::Has(dx, dy)) {
-      const EdgePatterns::Pattern& pattern = kEdgePatterns.Of(dx, dy);
-      uint64_t* const first = rows + y + pattern.y;
-      for (int32_t k = 0; k < 8; k++)
-        first[k] |= (pattern.cells >> (8 * k) & 0xff) << (x + pattern.x);
-    } else {
-      ForEachCellOfEdge(dx, dy,
-                        [&](int32_t u, int32_t v) { rows[y + v] |= uint64_t{1} << (x + u); });
-    }
+}
+
+/// Draws the closed outline with these corners edge by edge. Returns false if all corners are in
+/// one cell. `rows` has room for the height of the box and is all 0.
+template <class Word>
+bool DrawEdges(const CornerCells& corners, uint32_t count, const OutlineBox& box, Word* rows) {
+  bool any = false;
+  for (uint32_t i = 0, k = count - 1; i < count; k = i++) {
+    const int32_t dx = corners.x[i] - corners.x[k], dy = corners.y[i] - corners.y[k];
+    any |= (dx | dy) != 0;
+    ForEachCellOfEdge(dx, dy, [&](int32_t x, int32_t y) {
+      rows[corners.y[k] - box.y + y] |= static_cast<Word>(Word{1} << (corners.x[k] - box.x + x));
+    });
   }
-  if (!has_cells && count > 2) rows[0] |= 1;
+  return any;
+}
+
+/// Draws the closed outline with these corner cells, as grid::AppendOutline() does. `rows` has room
+/// for kMaxSide words.
+inline void DrawOutline(const CornerCells& corners, uint32_t count, OutlineBox* box,
+                        WideWord* rows) {
+  FindBox(corners, count, box);
+  std::fill(rows, rows + box->height, 0);
+  if (!DrawEdges(corners, count, *box, rows) && count > 2) rows[0] = 1;
+}
+
+/// DrawOutline() for narrow outlines. `rows` has room for kNarrowSide words; all are written.
+inline void DrawOutline(const CornerCells& corners, uint32_t count, OutlineBox* box,
+                        NarrowWord* rows) {
+  typedef NarrowWord Rows __attribute__((vector_size(kNarrowSide * sizeof(NarrowWord))));
+  FindBox(corners, count, box);
+  Rows drawn = {};
+  bool any = false, all_short = true;
+  for (uint32_t i = 0, k = count - 1; i < count; k = i++) {
+    const int32_t dx = corners.x[i] - corners.x[k], dy = corners.y[i] - corners.y[k];
+    any |= (dx | dy) != 0;
+    if (!EdgePatterns::Has(dx, dy)) {
+      all_short = false;
+      break;
+    }
+    Rows pattern;
+    std::memcpy(&pattern, kEdgePatterns.At(dx, dy, std::min(corners.y[i], corners.y[k]) - box->y),
+                sizeof pattern);
+    drawn |= pattern << static_cast<NarrowWord>(std::min(corners.x[i], corners.x[k]) - box->x);
+  }
+  if (all_short) {
+    std::memcpy(rows, &drawn, sizeof drawn);
+  } else {
+    std::fill(rows, rows + kNarrowSide, 0);
+    any = DrawEdges(corners, count, *box, rows);
+  }
+  if (!any && count > 2) rows[0] = 1;
 }
 
 /// True if two outlines share a cell.
-inline bool Overlap(const OutlineBox& a, const uint64_t* rows_of_a, const OutlineBox& b,
-                    const uint64_t* rows_of_b) {
+template <class Word>
+bool Overlap(const OutlineBox& a, const Word* rows_of_a, const OutlineBox& b,
+             const Word* rows_of_b) {
   const int64_t shift = int64_t{b.x} - a.x, up = int64_t{b.y} - a.y;
   if (shift >= a.width || -shift >= b.width || up >= a.height || -up >= b.height) return false;
   const auto begin = static_cast<int32_t>(std::max<int64_t>(0, up));
@@ -154,8 +190,9 @@ inline int32_t LandAt(int32_t to, int32_t offset, int32_t across, int32_t other_
 
 /// Finds the first cell of the outline on the ray: the numbers of borders crossed. Returns false if
 /// there is none before the ray's end.
-inline bool MeetOutline(const OutlineBox& box, const uint64_t* rows, const CellRay& ray,
-                        int32_t* borders_x, int32_t* borders_y) {
+template <class Word>
+bool MeetOutline(const OutlineBox& box, const Word* rows, const CellRay& ray, int32_t* borders_x,
+                 int32_t* borders_y) {
   // In borders from the start, in the direction of travel.
   const int64_t near_x =
       ray.sx > 0 ? int64_t{box.x} - ray.x : int64_t{ray.x} - box.x - box.width + 1;

@@ -217,29 +217,14 @@ uint8_t Rows::Stepper::BrightnessOf(const Model& model) const {
 
 // ---- robots -------------------------------------------------------------------------------------
 
-void Rows::Stepper::TraceRobots(size_t index) {
-  const Sensor& sensor = scene_.sensors[index];
-  const sensing::Fan& fan = s_.fans[index];
-  const double margin = 3 / scene_.cells_per_metre;
-  for (const uint32_t other : sensor.others) {
-    const Body& body = scene_.bodies[other];
-    const Planar& at = c_.pose[robot_ + body.robot];
-    const double dx = at.x - fan.x, dy = at.y - fan.y, far = fan.range + body.radius + margin;
-    if (dx * dx + dy * dy > far * far) continue;
-    if (sensor.exact)
-      MeetExactly(index, body);
-    else
-      MeetInCells(index, body, other);
-  }
-}
-
+template <class Word>
 void Rows::Stepper::MeetInCells(size_t index, const Body& body, uint32_t number) {
   const Sensor& sensor = scene_.sensors[index];
   const RaysOfSensor& rays = s_.rays[index];
   const sensing::Fan& fan = s_.fans[index];
   const OutlineBox& box = c_.box[body_ + number];
   if (box.height == 0) return;
-  const uint64_t* const rows = RowsOf(number);
+  const Word* const rows = BitsOf<Word>(number);
   const uint64_t stamp = c_.stamp[body_ + number];
   const uint64_t key = stamp > 0 ? kMovedSinceLoading + stamp : body.loading_stamp;
   // The body's circle in the frame of the fan, in cells. Single precision suffices to omit rays
@@ -271,6 +256,24 @@ void Rows::Stepper::MeetInCells(size_t index, const Body& body, uint32_t number)
     c_.brightness[ray_ + at_ray] = body.brightness;
     const sensing::Passage passage{(u << 16) - ray.ox, (v << 16) - ray.oy, ray.adx, ray.ady};
     c_.ranges[ray_ + at_ray] = sensing::MiddleOf(passage) * fan.leg_length;
+  }
+}
+
+void Rows::Stepper::TraceRobots(size_t index) {
+  const Sensor& sensor = scene_.sensors[index];
+  const sensing::Fan& fan = s_.fans[index];
+  const double margin = 3 / scene_.cells_per_metre;
+  for (const uint32_t other : sensor.others) {
+    const Body& body = scene_.bodies[other];
+    const Planar& at = c_.pose[robot_ + body.robot];
+    const double dx = at.x - fan.x, dy = at.y - fan.y, far = fan.range + body.radius + margin;
+    if (dx * dx + dy * dy > far * far) continue;
+    if (sensor.exact)
+      MeetExactly(index, body);
+    else if (scene_.narrow)
+      MeetInCells<NarrowWord>(index, body, other);
+    else
+      MeetInCells<WideWord>(index, body, other);
   }
 }
 

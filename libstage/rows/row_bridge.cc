@@ -108,18 +108,16 @@ void RowBridge::ReadGrid(const World& world, Rows* to, size_t row) {
   const Scene& scene = to->scene();
   Columns& c = to->columns;
   c.extent[row] = world.engine().scene.grid.extent();
-  rows::OutlineBox box;
-  uint64_t drawn[rows::kMaxSide + rows::kSpareRows];
   for (size_t k = 0; k < scene.bodies.size(); k++) {
     const Body& body = scene.bodies[k];
     const Block& block = *world.FindModel(body.model->GetId())->body().blocks()[body.block];
-    const std::vector<point_int_t>& corners = block.corners();
-    uint64_t* const words = &c.rows[row * scene.word_count + body.first_word];
-    box = rows::OutlineBox();
-    if (!corners.empty())
-      rows::DrawOutline(corners.data(), static_cast<uint32_t>(corners.size()), &box, drawn);
-    std::copy_n(drawn, box.height, words);
-    c.box[row * scene.bodies.size() + k] = box;
+    const std::vector<point_int_t>& cells = block.corners();
+    rows::CornerCells corners;
+    for (size_t i = 0; i < cells.size(); i++) {
+      corners.x[i] = cells[i].x;
+      corners.y[i] = cells[i].y;
+    }
+    to->SetOutline(row, k, corners, static_cast<uint32_t>(cells.size()));
   }
 }
 

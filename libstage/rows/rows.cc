@@ -47,7 +47,7 @@ void ForEachColumn(const Scene& scene, Columns* c, F f) {
   f(&c->random, noisy ? robots : 0);
   f(&c->box, bodies);
   f(&c->stamp, bodies);
-  f(&c->rows, scene.word_count);
+  f(&c->bits, scene.byte_count);
   f(&c->noise, noise ? scene.sensors.size() : 0);
   f(&c->ranges, scene.ray_count);
   f(&c->brightness, scene.ray_count);
@@ -103,6 +103,17 @@ void Rows::Reset(size_t world, uint64_t seed) {
   columns.seed[world] = seed;
   if (!columns.error.empty() || !columns.random.empty()) DrawErrors(world);
   if (!columns.noise.empty()) SeedNoise(world);
+}
+
+/// Draws the outline of a body; without corners it is not in the grid.
+void Rows::SetOutline(size_t world, size_t body, const CornerCells& corners, uint32_t count) {
+  OutlineBox& box = columns.box[world * scene_->bodies.size() + body];
+  box = OutlineBox();
+  if (count == 0) return;
+  if (scene_->narrow) return DrawOutline(corners, count, &box, BitsOf<NarrowWord>(world, body));
+  WideWord rows[kMaxSide];
+  DrawOutline(corners, count, &box, rows);
+  std::copy_n(rows, box.height, BitsOf<WideWord>(world, body));
 }
 
 /// Draws the errors of odometry in the order in which loading draws them.

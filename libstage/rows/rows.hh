@@ -57,7 +57,7 @@ struct Columns {
   // By body.
   std::vector<OutlineBox> box;
   std::vector<uint64_t> stamp;  ///< of the last rasterization since loading; 0: none
-  std::vector<uint64_t> rows;   ///< of bits; Body::word_count for each body
+  std::vector<std::byte> bits;  ///< rows of words, see Body::first_byte
 
   // By sensor: streams of noise, if any sensor has noise.
   std::vector<RandomStream> noise;
@@ -74,6 +74,13 @@ class Rows {
 
   size_t size() const { return columns.seed.size(); }
   const Scene& scene() const { return *scene_; }
+  /// The rows of bits of a body's outline. `Word` is NarrowWord if the scene is narrow, otherwise
+  /// WideWord.
+  template <class Word>
+  Word* BitsOf(size_t world, size_t body) {
+    return reinterpret_cast<Word*>(
+        &columns.bits[world * scene_->byte_count + scene_->bodies[body].first_byte]);
+  }
   /// True if the world's sensors have readings.
   bool HasReadings(size_t world) const { return columns.last_update[world] > 0; }
 
@@ -96,6 +103,7 @@ class Rows {
   class Stepper;
   explicit Rows(std::shared_ptr<const Scene> scene);
   void Resize(size_t worlds);
+  void SetOutline(size_t world, size_t body, const CornerCells& corners, uint32_t count);
   void DrawErrors(size_t world);
   void SeedNoise(size_t world);
 

@@ -40,18 +40,20 @@ struct Node {
 /// A polygon of a robot.
 struct Body {
   uint32_t robot, node;
-  std::vector<point_t> corners;  ///< in the frame of the node
-  Bounds height;                 ///< m, global
+  std::vector<point_t> corners;              ///< in the frame of the node
+  std::vector<double> corners_x, corners_y;  ///< the same, padded for vectors
+  Bounds height;                             ///< m, global
   bool obstacle;
   uint8_t brightness;  ///< index in Scene::brightness
   const Model* model;  ///< of the prototype
   uint32_t block;      ///< index among the model's blocks
   uint64_t loading_stamp;
-  double radius;                    ///< m: no corner is further from the robot's origin
-  uint32_t blocked;                 ///< index in Scene::blocked
-  uint32_t first_word, word_count;  ///< of its bits among those of a world
-  uint32_t first_point;             ///< of its corners among those of a world
-  std::vector<uint32_t> rivals;     ///< bodies of other robots that it may run into
+  double radius;                 ///< m: no corner is further from the robot's origin
+  uint32_t blocked;              ///< index in Scene::blocked
+  uint32_t rows;                 ///< most rows of cells that it can cover
+  uint32_t first_byte;           ///< of its bits among those of a world
+  uint32_t first_point;          ///< of its corners among those of a world
+  std::vector<uint32_t> rivals;  ///< bodies of other robots that it may run into
 };
 
 /// A sensor of a ranger.
@@ -110,11 +112,12 @@ struct Scene {
 
   double cells_per_metre = 50;
   usec_t step = 0;            ///< duration of a step, microseconds
+  bool narrow = true;         ///< all outlines are narrow
   bool outlines = true;       ///< contacts of outlines, otherwise of cells
   std::vector<Robot> robots;  ///< in the order of creation
   std::vector<Body> bodies;
   std::vector<Sensor> sensors;
-  uint32_t ray_count = 0, word_count = 0, point_count = 0;  ///< of a world
+  uint32_t ray_count = 0, byte_count = 0, point_count = 0;  ///< of a world
   std::vector<double> brightness;                           ///< values of ranger_return; 0: nothing
   std::vector<ErrorSource> error_sources;                   ///< in the order of drawing
   std::vector<const Model*> updating;                       ///< in the order of their updates

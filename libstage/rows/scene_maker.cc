@@ -136,6 +136,7 @@ class RowBridge::SceneMaker {
   SceneMaker(World* world, Scene* scene) : world_(*world), scene_(*scene) {}
 
   void AddRobots();
+  void PlaceBits();
   void AddSensors();
   void FindUpdating();
   void CopyGrid();
@@ -172,6 +173,16 @@ void RowBridge::SceneMaker::AddRobots() {
   }
   if (scene_.brightness.size() > kMaxBrightness)
     reason_ = "there are too many values of ranger_return";
+}
+
+/// Reserves memory for the bits of all outlines.
+void RowBridge::SceneMaker::PlaceBits() {
+  for (Body& body : scene_.bodies) {
+    body.first_byte = scene_.byte_count;
+    scene_.byte_count +=
+        static_cast<uint32_t>(scene_.narrow ? rows::kNarrowSide * sizeof(rows::NarrowWord)
+                                            : body.rows * sizeof(rows::WideWord));
+  }
 }
 
 void RowBridge::SceneMaker::AddRobot(const ModelPosition& model) {
@@ -214,6 +225,11 @@ void RowBridge::SceneMaker::AddBodies(const Model& model, uint32_t node, Robot* 
     body.robot = static_cast<uint32_t>(scene_.robots.size());
     body.node = node;
     body.corners = block->points();
+    for (size_t i = 0; i < (body.corners.size() + 7) / 8 * 8; i++) {
+      const point_t& p = body.corners[std::min(i, body.corners.size() - 1)];
+      body.corners_x.push_back(p.x);
+      body.corners_y.push_back(p.y);
+    }
     body.height = Bounds(block->z_range().min + lift, block->z_range().max + lift);
     body.obstacle = model.vis.obstacle_return;
     body.brightness = BrightnessOf(model);
@@ -228,16 +244,16 @@ void RowBridge::SceneMaker::AddBodies(const Model& model, uint32_t node, Robot* 
         longest = std::max(longest, std::hypot(p.x - q.x, p.y - q.y));
     }
     const double side = std::ceil(longest * scene_.cells_per_metre) + 2;
-    if (side > rows::kMaxSide || body.corners.size() > rows::kMaxCorners || body.corners.empty()) {
+    if (side > rows::kMaxSide || body.corners.size() > rows::CornerCells::kMax ||
+        body.corners.empty()) {
       reason_ = Named(model) + " has an outline of more than " + std::to_string(rows::kMaxSide) +
                 " cells or corners";
       return;
     }
-    body.first_word = scene_.word_count;
-    body.word_count = static_cast<uint32_t>(side);
     body.first_point = scene_.point_count;
-    scene_.word_count += body.word_count;
     scene_.point_count += static_cast<uint32_t>(body.corners.size()) + 1;
+    scene_.narrow = scene_.narrow && side <= rows::kNarrowSide;
+    body.rows = static_cast<uint32_t>(side);
     scene_.bodies.push_back(std::move(body));
   }
 }
@@ -409,6 +425,7 @@ std::shared_ptr<const Scene> RowBridge::MakeScene(std::unique_ptr<World> prototy
   }
   SceneMaker maker(prototype.get(), scene.get());
   maker.AddRobots();
+  maker.PlaceBits();
   maker.AddSensors();
   maker.FindUpdating();
   maker.CopyGrid();

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <span>
 
 #include "geometry/floor.hh"
@@ -17,6 +18,7 @@
 #include "models/property_checks.hh"
 #include "motion/contacts.hh"
 #include "motion/drive_table.hh"
+#include "rows/clones.hh"
 #include "rows/rows.hh"
 #include "sensing/crossing.hh"
 #include "sensing/middle.hh"
@@ -65,7 +67,7 @@ Rows::Stepper::Stepper(Rows* rows, size_t world, Scratch* scratch)
       world_(world),
       robot_(world * scene_.robots.size()),
       body_(world * scene_.bodies.size()),
-      word_(world * scene_.word_count),
+      byte_(world * scene_.byte_count),
       ray_(world * scene_.ray_count),
       sensor_(world * scene_.sensors.size()),
       seconds_(static_cast<double>(scene_.step) / kSecond) {}
@@ -189,9 +191,10 @@ void Rows::Stepper::MoveCells(size_t index) {
   if (!FindWanted(index, &wanted)) return;
   const size_t i = robot_ + index;
   DrawAt(index, wanted);
-  c_.stalled[i] = Collides(index);
-  if (!c_.stalled[i]) Commit(index, wanted);
-  NoteMotion(index, c_.stalled[i] ? Planar() : c_.velocity[i]);
+  const bool collides = scene_.narrow ? Collides<NarrowWord>(index) : Collides<WideWord>(index);
+  c_.stalled[i] = collides;
+  if (!collides) CommitAt(index, wanted);
+  NoteMotion(index, collides ? Planar() : c_.velocity[i]);
 }
 
 /// Draws the outlines of a robot at a place, for Collides() and Commit(). See
@@ -200,31 +203,47 @@ void Rows::Stepper::DrawAt(size_t index, const Placed& place) {
   const Robot& robot = scene_.robots[index];
   for (uint32_t b = 0; b < robot.body_count; b++) {
     const Body& body = scene_.bodies[robot.first_body + b];
-    OutlineBox* const box = &s_.boxes[b];
-    if (CornerCells(body, place, s_.corners[0]))
-      DrawOutline(s_.corners[0], static_cast<uint32_t>(body.corners.size()), box, s_.rows[b]);
+    const auto count = static_cast<uint32_t>(body.corners.size());
+    if (!FindCorners(body, place, &s_.corners[0]))
+      s_.boxes[b] = OutlineBox();
+    else if (scene_.narrow)
+      DrawOutline(s_.corners[0], count, &s_.boxes[b], s_.bits[b].narrow);
     else
-      *box = OutlineBox();
+      DrawOutline(s_.corners[0], count, &s_.boxes[b], s_.bits[b].wide);
   }
 }
 
-/// The cells of a body's corners; false if it exceeds the grid.
-bool Rows::Stepper::CornerCells(const Body& body, const Placed& place, point_int_t* to) const {
-  const Placed frame = scene_.robots[body.robot].FrameOf(body.node, place);
-  const double cells = scene_.cells_per_metre;
-  bool fits = true;
-  for (const point_t& p : body.corners) {
-    const double x = (frame.x + p.x * frame.turn.cosine - p.y * frame.turn.sine) * cells;
-    const double y = (frame.y + p.x * frame.turn.sine + p.y * frame.turn.cosine) * cells;
-    fits &=
-        FloorIsWithin(x, internal::grid::kMaxCell) && FloorIsWithin(y, internal::grid::kMaxCell);
-    if (!fits) return false;
-    *to++ = point_int_t(FloorToInt(x), FloorToInt(y));
+namespace {
+
+/// Finds the cells of `count` corners, a multiple of 8. Returns false if one exceeds the grid.
+STAGE_CLONES bool FindCells(const double* x, const double* y, size_t count, const Placed& frame,
+                            double cells_per_metre, CornerCells* to) {
+  constexpr double kLow = 1.0 - internal::grid::kMaxCell, kHigh = internal::grid::kMaxCell;
+  const double sine = frame.turn.sine, cosine = frame.turn.cosine;
+  const double at_x = frame.x, at_y = frame.y;
+  int outside = 0;
+  for (size_t i = 0; i < count; i++) {
+    const double cx = (at_x + x[i] * cosine - y[i] * sine) * cells_per_metre;
+    const double cy = (at_y + x[i] * sine + y[i] * cosine) * cells_per_metre;
+    const bool fits = (cx >= kLow) & (cx < kHigh) & (cy >= kLow) & (cy < kHigh);
+    outside |= !fits;
+    to->x[i] = FloorToInt(fits ? cx : 0.0);
+    to->y[i] = FloorToInt(fits ? cy : 0.0);
   }
-  return true;
+  return outside == 0;
+}
+
+}  // namespace
+
+/// The cells of a body's corners; false if it exceeds the grid.
+bool Rows::Stepper::FindCorners(const Body& body, const Placed& place, CornerCells* to) const {
+  const Placed frame = scene_.robots[body.robot].FrameOf(body.node, place);
+  return FindCells(body.corners_x.data(), body.corners_y.data(), body.corners_x.size(), frame,
+                   scene_.cells_per_metre, to);
 }
 
 /// True if one of the drawn outlines shares a cell with an obstacle. See Placement::Collision().
+template <class Word>
 bool Rows::Stepper::Collides(size_t index) const {
   const Robot& robot = scene_.robots[index];
   for (uint32_t b = 0; b < robot.body_count; b++) {
@@ -234,16 +253,24 @@ bool Rows::Stepper::Collides(size_t index) const {
     const OutlineBox& box = s_.boxes[b];
     if (box.height == 0) continue;
     for (const uint32_t rival : body.rivals)
-      if (Overlap(box, s_.rows[b], c_.box[body_ + rival], RowsOf(rival))) return true;
+      if (Overlap(box, DrawnBits<Word>(b), c_.box[body_ + rival], BitsOf<Word>(rival))) return true;
     const CellMap& blocked = scene_.blocked[body.blocked];
     if (!blocked.IsClear(box.x, box.y, std::max(box.width, box.height)) &&
-        blocked.Meets(box, s_.rows[b]))
+        blocked.Meets(box, DrawnBits<Word>(b)))
       return true;
   }
   return false;
 }
 
+void Rows::Stepper::CommitAt(size_t index, const Placed& place) {
+  if (scene_.narrow)
+    Commit<NarrowWord>(index, place);
+  else
+    Commit<WideWord>(index, place);
+}
+
 /// Moves a robot to where it was drawn. See Placement::Commit().
+template <class Word>
 void Rows::Stepper::Commit(size_t index, const Placed& place) {
   const Robot& robot = scene_.robots[index];
   const Placed before = PlaceOf(index);
@@ -251,25 +278,33 @@ void Rows::Stepper::Commit(size_t index, const Placed& place) {
   c_.turn[robot_ + index] = place.turn;
   for (uint32_t b = 0; b < robot.body_count; b++) {
     const uint32_t number = robot.first_body + b;
-    if (!HasMoved(number, s_.boxes[b], s_.rows[b], before, place)) continue;
+    if (!HasMoved<Word>(number, b, before, place)) continue;
     c_.box[body_ + number] = s_.boxes[b];
-    std::copy_n(s_.rows[b], s_.boxes[b].height, RowsOf(number));
+    const auto height = static_cast<size_t>(s_.boxes[b].height);
+    const size_t rows = std::is_same_v<Word, NarrowWord> ? size_t{kNarrowSide} : height;
+    std::memcpy(BitsOf<Word>(number), DrawnBits<Word>(b), rows * sizeof(Word));
     c_.stamp[body_ + number] = ++c_.stamps[world_];
     WidenExtent(s_.boxes[b]);
   }
 }
 
-/// True if a corner of the body is in another cell than before.
-bool Rows::Stepper::HasMoved(uint32_t number, const OutlineBox& box, const uint64_t* rows,
-                             const Placed& before, const Placed& now) {
-  if (!(box == c_.box[body_ + number]) || !std::equal(rows, rows + box.height, RowsOf(number)))
-    return true;
+/// True if a corner of the body is in another cell than before. The body was drawn as number
+/// `drawn` of its robot.
+template <class Word>
+bool Rows::Stepper::HasMoved(uint32_t number, uint32_t drawn, const Placed& before,
+                             const Placed& now) {
+  const OutlineBox& box = s_.boxes[drawn];
+  if (!(box == c_.box[body_ + number])) return true;
+  const Word* const rows = DrawnBits<Word>(drawn);
+  if (!std::equal(rows, rows + box.height, BitsOf<Word>(number))) return true;
   // Different corners may have the same outline.
   const Body& body = scene_.bodies[number];
-  const bool was_in = CornerCells(body, before, s_.corners[0]);
-  const bool is_in = CornerCells(body, now, s_.corners[1]);
+  const bool was_in = FindCorners(body, before, &s_.corners[0]);
+  const bool is_in = FindCorners(body, now, &s_.corners[1]);
+  const size_t count = body.corners.size();
   return was_in != is_in ||
-         (is_in && !std::equal(s_.corners[0], s_.corners[0] + body.corners.size(), s_.corners[1]));
+         (is_in && !(std::equal(s_.corners[0].x, s_.corners[0].x + count, s_.corners[1].x) &&
+                     std::equal(s_.corners[0].y, s_.corners[0].y + count, s_.corners[1].y)));
 }
 
 void Rows::Stepper::WidenExtent(const OutlineBox& box) {
@@ -318,7 +353,7 @@ void Rows::Stepper::MoveOutlines() {
     if (!(s_.asked[k] & kMoved)) continue;
     const Placed place{now.x, now.y, now.a, TurnAfter(k, now.a)};
     DrawAt(k, place);
-    Commit(k, place);
+    CommitAt(k, place);
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include "motion/contacts.hh"
@@ -18,8 +19,7 @@
 
 namespace Stg::rows {
 
-inline constexpr uint32_t kMaxCorners = 64;  ///< of a body
-inline constexpr uint32_t kMaxBodies = 16;   ///< of a robot
+inline constexpr uint32_t kMaxBodies = 16;  ///< of a robot
 
 /// The directions of a sensor's rays.
 struct RaysOfSensor {
@@ -59,9 +59,12 @@ class Rows::Scratch {
   double walked[internal::sensing::WideHits::kCapacity];
 
   // Moves.
-  point_int_t corners[2][kMaxCorners];
+  CornerCells corners[2];
   OutlineBox boxes[kMaxBodies];
-  uint64_t rows[kMaxBodies][kMaxSide + kSpareRows];
+  union {
+    NarrowWord narrow[kNarrowSide];
+    WideWord wide[kMaxSide];
+  } bits[kMaxBodies];
   motion::Contacts contacts;
   motion::Columns columns;
   std::vector<Placed> wanted;
@@ -90,6 +93,7 @@ class Rows::Stepper {
   void FollowWall(size_t index, uint32_t sample, uint32_t hit);
   bool AcceptBody(const internal::sensing::Fan& fan, internal::grid::BodyList bodies, size_t ray);
   void TraceRobots(size_t index);
+  template <class Word>
   void MeetInCells(size_t index, const Body& body, uint32_t number);
   void MeetExactly(size_t index, const Body& body);
   void AddNoise(size_t index);
@@ -104,23 +108,37 @@ class Rows::Stepper {
     const Planar& pose = c_.pose[robot_ + robot];
     return {pose.x, pose.y, pose.a, c_.turn[robot_ + robot]};
   }
-  bool CornerCells(const Body& body, const Placed& place, point_int_t* to) const;
+  bool FindCorners(const Body& body, const Placed& place, CornerCells* to) const;
+  template <class Word>
   bool Collides(size_t index) const;
+  void CommitAt(size_t index, const Placed& place);
+  template <class Word>
   void Commit(size_t index, const Placed& place);
-  bool HasMoved(uint32_t number, const OutlineBox& box, const uint64_t* rows, const Placed& before,
-                const Placed& now);
+  template <class Word>
+  bool HasMoved(uint32_t number, uint32_t drawn, const Placed& before, const Placed& now);
   void WidenExtent(const OutlineBox& box);
   void MoveOutlines();
   SineCosine TurnAfter(size_t index, double heading) const;
   void EndMove(size_t index);
 
-  uint64_t* RowsOf(uint32_t body) const { return &c_.rows[word_ + scene_.bodies[body].first_word]; }
+  template <class Word>
+  Word* BitsOf(uint32_t body) const {
+    return reinterpret_cast<Word*>(&c_.bits[byte_ + scene_.bodies[body].first_byte]);
+  }
+  /// The bits of body `b` of the robot that was drawn last.
+  template <class Word>
+  Word* DrawnBits(uint32_t b) const {
+    if constexpr (std::is_same_v<Word, NarrowWord>)
+      return s_.bits[b].narrow;
+    else
+      return s_.bits[b].wide;
+  }
 
   const Scene& scene_;
   Columns& c_;
   Scratch& s_;
   // The world, and its first elements in the columns.
-  const size_t world_, robot_, body_, word_, ray_, sensor_;
+  const size_t world_, robot_, body_, byte_, ray_, sensor_;
   const double seconds_;  // of a step
 };
 
