@@ -13,4 +13,11 @@
 #define STAGE_CLONES
 #endif
 
+/// For functions that are part of such a function.
+#if defined(__GNUC__)
+#define STAGE_INLINE inline __attribute__((always_inline))
+#else
+#define STAGE_INLINE inline
+#endif
+
 #endif

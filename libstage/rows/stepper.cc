@@ -197,27 +197,13 @@ void Rows::Stepper::MoveCells(size_t index) {
   NoteMotion(index, collides ? Planar() : c_.velocity[i]);
 }
 
-/// Draws the outlines of a robot at a place, for Collides() and Commit(). See
-/// Placement::AppendCorners().
-void Rows::Stepper::DrawAt(size_t index, const Placed& place) {
-  const Robot& robot = scene_.robots[index];
-  for (uint32_t b = 0; b < robot.body_count; b++) {
-    const Body& body = scene_.bodies[robot.first_body + b];
-    const auto count = static_cast<uint32_t>(body.corners.size());
-    if (!FindCorners(body, place, &s_.corners[0]))
-      s_.boxes[b] = OutlineBox();
-    else if (scene_.narrow)
-      DrawOutline(s_.corners[0], count, &s_.boxes[b], s_.bits[b].narrow);
-    else
-      DrawOutline(s_.corners[0], count, &s_.boxes[b], s_.bits[b].wide);
-  }
-}
-
 namespace {
 
-/// Finds the cells of `count` corners, a multiple of 8. Returns false if one exceeds the grid.
-STAGE_CLONES bool FindCells(const double* x, const double* y, size_t count, const Placed& frame,
-                            double cells_per_metre, CornerCells* to) {
+/// Finds the cells of a body's corners. Returns false if one exceeds the grid.
+STAGE_INLINE bool FindCells(const Body& body, const Placed& frame, double cells_per_metre,
+                            CornerCells* to) {
+  const double *const x = body.corners_x.data(), *const y = body.corners_y.data();
+  const size_t count = body.corners_x.size();
   constexpr double kLow = 1.0 - internal::grid::kMaxCell, kHigh = internal::grid::kMaxCell;
   const double sine = frame.turn.sine, cosine = frame.turn.cosine;
   const double at_x = frame.x, at_y = frame.y;
@@ -236,10 +222,27 @@ STAGE_CLONES bool FindCells(const double* x, const double* y, size_t count, cons
 }  // namespace
 
 /// The cells of a body's corners; false if it exceeds the grid.
-bool Rows::Stepper::FindCorners(const Body& body, const Placed& place, CornerCells* to) const {
+inline bool Rows::Stepper::FindCorners(const Body& body, const Placed& place,
+                                       CornerCells* to) const {
   const Placed frame = scene_.robots[body.robot].FrameOf(body.node, place);
-  return FindCells(body.corners_x.data(), body.corners_y.data(), body.corners_x.size(), frame,
-                   scene_.cells_per_metre, to);
+  return FindCells(body, frame, scene_.cells_per_metre, to);
+}
+
+/// Draws the outlines of a robot at a place, for Collides() and Commit(). See
+/// Placement::AppendCorners().
+STAGE_CLONES void Rows::Stepper::DrawAt(size_t index, const Placed& place) {
+  const Robot& robot = scene_.robots[index];
+  for (uint32_t b = 0; b < robot.body_count; b++) {
+    const Body& body = scene_.bodies[robot.first_body + b];
+    const auto count = static_cast<uint32_t>(body.corners.size());
+    const Placed frame = robot.FrameOf(body.node, place);
+    if (!FindCells(body, frame, scene_.cells_per_metre, &s_.corners[0]))
+      s_.boxes[b] = OutlineBox();
+    else if (scene_.narrow)
+      DrawOutline(s_.corners[0], count, &s_.boxes[b], s_.bits[b].narrow);
+    else
+      DrawOutline(s_.corners[0], count, &s_.boxes[b], s_.bits[b].wide);
+  }
 }
 
 /// True if one of the drawn outlines shares a cell with an obstacle. See Placement::Collision().
