@@ -33,7 +33,7 @@ std::string DriveNames();
 /// them no faster than that.
 Velocity Bounded(const DriveInput& input, const DriveOutput& output);
 
-/// What a drive makes of a command. All numbers are finite or infinite, not NaN.
+/// The result of a drive for a command. All numbers are finite or infinite, not NaN.
 struct Driven {
   Velocity wanted;  ///< before the bounds
   Velocity made;    ///< within the bounds

@@ -122,7 +122,7 @@ struct Scene {
   std::vector<ErrorSource> error_sources;                   ///< in the order of drawing
   std::vector<const Model*> updating;                       ///< in the order of their updates
 
-  // What stands.
+  // Everything that stands.
   internal::grid::Grid grid;
   std::vector<CellMap> blocked;  ///< obstacles in the height of a body
   std::vector<CellMap> seen;     ///< bodies in the layer of a sensor

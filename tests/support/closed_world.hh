@@ -16,7 +16,7 @@ class World;
 
 namespace Stg::test {
 
-/// What all worlds of a test have in common.
+/// Properties that all worlds of a test have in common.
 struct ClosedWorldKind {
   bool outlines = true;
   bool exact = false;

@@ -44,7 +44,7 @@ class ContactPhase {
   /// See Host::ForEachContact(). Call FindContacts() before.
   void ForEachContact(const Model* root, const std::function<void(const ContactPoint&)>& f) const;
 
-  // What Refresh() has found; the columns are in the order of creation of the roots.
+  // Results of Refresh(). The columns are in the order of creation of the roots.
   const motion::Shapes& shapes() const { return shapes_; }
   const motion::Walls& walls() const { return walls_; }
   const motion::Columns& columns() const { return columns_; }
