@@ -111,7 +111,7 @@ void Compare(const std::string& text, const std::shared_ptr<const Stg::rows::Sce
   const std::vector<uint64_t> seeds = {3, 4};
   Stg::rows::Rows rows(scene, seeds);
   const auto scratch = rows.MakeScratch();
-  const size_t robots = scene->robots.size();
+  const size_t robots = scene->movers.size();
   const std::unique_ptr<Stg::World> written = Load(text, 1);
   for (size_t i = 0; i < seeds.size(); i++) {
     const std::unique_ptr<Stg::World> world = Load(text, seeds[i]);
@@ -120,7 +120,7 @@ void Compare(const std::string& text, const std::shared_ptr<const Stg::rows::Sce
         const Stg::rows::Planar command = Command(i * robots + k, step);
         rows.columns.command[i * robots + k] = command;
         auto* const model = static_cast<Stg::ModelPosition*>(
-            world->FindModel(scene->robots[k].model->GetId()));
+            world->FindModel(scene->movers[k].model->GetId()));
         model->SetSpeed(command.x, command.y, command.a);
       }
       world->Update();

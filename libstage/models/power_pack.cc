@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "models/energy_charts.hh"
+#include "models/energy_supply.hh"
 #include "models/host.hh"
 #include "models/model.hh"
 #include "models/state_exchange.hh"
@@ -26,9 +27,6 @@ namespace {
 void AddTo(joules_t* total, joules_t change) {
   if (change != 0) std::atomic_ref<joules_t>(*total).fetch_add(change, std::memory_order_relaxed);
 }
-
-/// An amount's contribution to a total; 0 if it is infinite or negative.
-joules_t Countable(joules_t amount) { return amount > 0 && std::isfinite(amount) ? amount : 0; }
 
 }  // namespace
 

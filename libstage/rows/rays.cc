@@ -54,7 +54,7 @@ void Rows::Stepper::CastRays() {
 /// See ModelRanger::FanOf().
 void Rows::Stepper::PlaceFan(size_t index) {
   const Sensor& sensor = scene_.sensors[index];
-  const Placed frame = scene_.robots[sensor.robot].FrameOf(sensor.node, PlaceOf(sensor.robot));
+  const Placed frame = scene_.movers[sensor.mover].FrameOf(sensor.node, PlaceOf(sensor.mover));
   const Placed origin = frame + sensor.settings->pose;
   sensing::Fan& fan = s_.fans[index];
   sensing::PlaceFan(&fan, Pose(origin.x, origin.y, sensor.z, origin.a), origin.turn, sensor.reach,
@@ -229,7 +229,7 @@ void Rows::Stepper::MeetInCells(size_t index, const Body& body, uint32_t number)
   const uint64_t key = stamp > 0 ? kMovedSinceLoading + stamp : body.loading_stamp;
   // The body's circle in the frame of the fan, in cells. Single precision suffices to omit rays
   // that pass it.
-  const Planar& at = c_.pose[robot_ + body.robot];
+  const Planar& at = c_.pose[mover_ + body.mover];
   const auto cells = static_cast<float>(scene_.cells_per_metre);
   const auto ax = static_cast<float>(at.x - fan.x) * cells;
   const auto ay = static_cast<float>(at.y - fan.y) * cells;
@@ -265,7 +265,7 @@ void Rows::Stepper::TraceRobots(size_t index) {
   const double margin = 3 / scene_.cells_per_metre;
   for (const uint32_t other : sensor.others) {
     const Body& body = scene_.bodies[other];
-    const Planar& at = c_.pose[robot_ + body.robot];
+    const Planar& at = c_.pose[mover_ + body.mover];
     const double dx = at.x - fan.x, dy = at.y - fan.y, far = fan.range + body.radius + margin;
     if (dx * dx + dy * dy > far * far) continue;
     if (sensor.exact)
@@ -280,7 +280,7 @@ void Rows::Stepper::TraceRobots(size_t index) {
 /// Corners of all bodies in metres, for exact rays.
 void Rows::Stepper::PlaceCorners() {
   for (const Body& body : scene_.bodies) {
-    const Placed frame = scene_.robots[body.robot].FrameOf(body.node, PlaceOf(body.robot));
+    const Placed frame = scene_.movers[body.mover].FrameOf(body.node, PlaceOf(body.mover));
     const SineCosine& turn = frame.turn;
     point_t* const points = &s_.points[body.first_point];
     for (size_t i = 0; i < body.corners.size(); i++) {
@@ -298,7 +298,7 @@ void Rows::Stepper::MeetExactly(size_t index, const Body& body) {
   const RaysOfSensor& rays = s_.rays[index];
   const Sensor& sensor = scene_.sensors[index];
   const sensing::Fan& fan = s_.fans[index];
-  const Planar& at = c_.pose[robot_ + body.robot];
+  const Planar& at = c_.pose[mover_ + body.mover];
   const point_t* const points = &s_.points[body.first_point];
   const auto edges = static_cast<uint32_t>(body.corners.size());
   for (uint32_t i = 0; i < sensor.rays; i++) {

@@ -19,8 +19,8 @@ namespace Stg {
 
 using rows::Body;
 using rows::Columns;
+using rows::Mover;
 using rows::Planar;
-using rows::Robot;
 using rows::Rows;
 using rows::Scene;
 using rows::Sensor;
@@ -50,8 +50,8 @@ uint64_t RowBridge::SeedOf(const Scene& scene, const Model& model, uint64_t seed
   return SeedOfModel(above, model.GetModelType(), index);
 }
 
-uint64_t RowBridge::SeedOfRobot(const Scene& scene, size_t robot, uint64_t seed) {
-  return SeedOf(scene, *scene.robots[robot].model, seed);
+uint64_t RowBridge::SeedOfMover(const Scene& scene, size_t mover, uint64_t seed) {
+  return SeedOf(scene, *scene.movers[mover].model, seed);
 }
 
 uint64_t RowBridge::SeedOfNoise(const Scene& scene, size_t sensor, uint64_t seed) {
@@ -76,32 +76,42 @@ void RowBridge::ReadModels(const World& world, Rows* to, size_t row) {
   Columns& c = to->columns;
   c.time[row] = world.sim_time;
   c.steps[row] = world.updates;
-  for (size_t k = 0; k < scene.robots.size(); k++) {
-    const auto& model =
-        static_cast<const ModelPosition&>(*world.FindModel(scene.robots[k].model->GetId()));
-    const size_t i = row * scene.robots.size() + k;
-    c.last_update[row] = model.last_update_;
-    c.pose[i] = PlanarOf(model.pose);
+  for (size_t k = 0; k < scene.movers.size(); k++) {
+    const Model& model = *world.FindModel(scene.movers[k].model->GetId());
+    const size_t i = row * scene.movers.size() + k;
+    c.pose[i] = c.sensed[i] = PlanarOf(model.pose);
     c.turn[i] = SinCos(model.pose.a);
-    c.velocity[i] = PlanarOf(model.velocity);
-    c.command[i] = PlanarOf(model.goal);
-    c.mode[i] = static_cast<uint8_t>(model.control_mode);
     c.stalled[i] = model.stall;
-    c.watts[i] = model.watts;
-    c.sensed[i] = PlanarOf(model.sensed_pose_);
-    if (!c.hindered.empty()) c.hindered[i] = model.is_hindered_;
-    if (!c.made.empty()) c.made[i] = PlanarOf(model.made_);
-    if (!c.steering.empty()) c.steering[i] = model.steering_;
-    if (c.estimate.empty()) continue;
-    c.estimate[i] = PlanarOf(model.est_pose);
-    c.driven[i] = PlanarOf(model.driven_);
-    c.error[i] = PlanarOf(model.integration_error);
-    if (!model.noisy_odometry_) continue;
-    c.noisy_odometry[i] = *model.noisy_odometry_;
-    c.random[i] = const_cast<ModelPosition&>(model).random_.Get();
+    if (scene.movers[k].robot) ReadRobot(static_cast<const ModelPosition&>(model), to, row, i);
+  }
+  for (size_t k = 0; k < scene.packs.size(); k++) {
+    const PowerPack& pack = *world.FindModel(scene.packs[k].model->GetId())->power_pack;
+    c.stored[row * scene.packs.size() + k] = pack.GetStored();
+    c.dissipated[row * scene.packs.size() + k] = pack.GetDissipated();
+    c.energy[row] = world.engine().energy_totals;
   }
   const Model& first = *world.FindModel(scene.updating[0]->GetId());
   c.next_update[row] = first.NextUpdateAfter(world.sim_time);
+}
+
+void RowBridge::ReadRobot(const ModelPosition& model, Rows* to, size_t row, size_t i) {
+  Columns& c = to->columns;
+  c.last_update[row] = model.last_update_;
+  c.velocity[i] = PlanarOf(model.velocity);
+  c.command[i] = PlanarOf(model.goal);
+  c.mode[i] = static_cast<uint8_t>(model.control_mode);
+  c.watts[i] = model.watts;
+  c.sensed[i] = PlanarOf(model.sensed_pose_);
+  if (!c.hindered.empty()) c.hindered[i] = model.is_hindered_;
+  if (!c.made.empty()) c.made[i] = PlanarOf(model.made_);
+  if (!c.steering.empty()) c.steering[i] = model.steering_;
+  if (c.estimate.empty()) return;
+  c.estimate[i] = PlanarOf(model.est_pose);
+  c.driven[i] = PlanarOf(model.driven_);
+  c.error[i] = PlanarOf(model.integration_error);
+  if (!model.noisy_odometry_) return;
+  c.noisy_odometry[i] = *model.noisy_odometry_;
+  c.random[i] = const_cast<ModelPosition&>(model).random_.Get();
 }
 
 void RowBridge::ReadGrid(const World& world, Rows* to, size_t row) {
@@ -130,45 +140,70 @@ bool RowBridge::Write(const Rows& from, size_t row, World* world) {
   world->RestartRandomNumbers(*scene.initial_state, c.seed[row]);
   world->sim_time = c.time[row];
   world->updates = c.steps[row];
-  WriteRobots(from, row, world);
+  WriteMovers(from, row, world);
+  WriteEnergy(from, row, world);
   WriteSensors(from, row, world);
   WriteSchedule(from, row, world);
   WriteGrid(from, row, world);
   return true;
 }
 
-void RowBridge::WriteRobots(const Rows& from, size_t row, World* world) {
+void RowBridge::WriteMovers(const Rows& from, size_t row, World* world) {
   const Scene& scene = from.scene();
   const Columns& c = from.columns;
-  for (size_t k = 0; k < scene.robots.size(); k++) {
-    const Robot& robot = scene.robots[k];
-    auto& model = static_cast<ModelPosition&>(*world->FindModel(robot.model->GetId()));
-    const size_t i = row * scene.robots.size() + k;
-    model.pose = PoseOf(c.pose[i], robot.z);
-    model.velocity = Velocity(c.velocity[i].x, c.velocity[i].y, 0, c.velocity[i].a);
-    model.goal = PoseOf(c.command[i], 0);
-    model.control_mode = static_cast<ModelPosition::ControlMode>(c.mode[i]);
+  for (size_t k = 0; k < scene.movers.size(); k++) {
+    const Mover& mover = scene.movers[k];
+    Model& model = *world->FindModel(mover.model->GetId());
+    const size_t i = row * scene.movers.size() + k;
+    model.pose = PoseOf(c.pose[i], mover.z);
     model.stall = c.stalled[i];
-    model.watts = c.watts[i];
-    model.last_update_ = c.last_update[row];
-    if (from.HasReadings(row)) {
-      model.sensed_pose_ = PoseOf(c.sensed[i], robot.z);
-      model.sensed_at_ = c.last_update[row];
-      if (!robot.has_odometry) model.est_pose = model.sensed_pose_;
-    }
-    if (!c.hindered.empty()) {
-      model.is_hindered_ = c.hindered[i];
-      model.made_ = Velocity(c.made[i].x, c.made[i].y, 0, c.made[i].a);
-    }
-    if (robot.steers) model.steering_ = c.steering[i];
-    if (!robot.has_odometry) continue;
-    model.est_pose = PoseOf(c.estimate[i], model.est_pose.z);
-    model.driven_ = PoseOf(c.driven[i], 0);
-    if (!robot.has_noisy_odometry) continue;
-    *model.noisy_odometry_ = c.noisy_odometry[i];
-    if (!SameState(c.random[i], RandomStream(model.random_.seed())))
-      model.random_.Get() = c.random[i];
+    if (mover.robot)
+      WriteRobot(from, row, k, static_cast<ModelPosition*>(&model));
+    else if (c.steps[row] > 0 && mover.is_pushed)
+      model.pose_before_push_ = std::make_unique<Pose>(PoseOf(c.before[i], mover.z));
   }
+}
+
+void RowBridge::WriteRobot(const Rows& from, size_t row, size_t k, ModelPosition* to) {
+  const Columns& c = from.columns;
+  const Mover& mover = from.scene().movers[k];
+  const size_t i = row * from.scene().movers.size() + k;
+  ModelPosition& model = *to;
+  model.velocity = Velocity(c.velocity[i].x, c.velocity[i].y, 0, c.velocity[i].a);
+  model.goal = PoseOf(c.command[i], 0);
+  model.control_mode = static_cast<ModelPosition::ControlMode>(c.mode[i]);
+  model.watts = c.watts[i];
+  model.last_update_ = c.last_update[row];
+  if (from.HasReadings(row)) {
+    model.sensed_pose_ = PoseOf(c.sensed[i], mover.z);
+    model.sensed_at_ = c.last_update[row];
+    if (!mover.has_odometry) model.est_pose = model.sensed_pose_;
+  }
+  if (!c.hindered.empty()) {
+    model.is_hindered_ = c.hindered[i];
+    model.made_ = Velocity(c.made[i].x, c.made[i].y, 0, c.made[i].a);
+  }
+  if (mover.steers) model.steering_ = c.steering[i];
+  if (!mover.has_odometry) return;
+  model.est_pose = PoseOf(c.estimate[i], model.est_pose.z);
+  model.driven_ = PoseOf(c.driven[i], 0);
+  if (!mover.has_noisy_odometry) return;
+  *model.noisy_odometry_ = c.noisy_odometry[i];
+  if (!SameState(c.random[i], RandomStream(model.random_.seed())))
+    model.random_.Get() = c.random[i];
+}
+
+/// Sets the totals last, because packs change them.
+void RowBridge::WriteEnergy(const Rows& from, size_t row, World* world) {
+  const Scene& scene = from.scene();
+  const Columns& c = from.columns;
+  if (scene.packs.empty()) return;
+  for (size_t k = 0; k < scene.packs.size(); k++) {
+    PowerPack& pack = *world->FindModel(scene.packs[k].model->GetId())->power_pack;
+    pack.SetStored(c.stored[row * scene.packs.size() + k]);
+    pack.dissipated_ = c.dissipated[row * scene.packs.size() + k];
+  }
+  world->engine_->energy_totals = c.energy[row];
 }
 
 void RowBridge::WriteSensors(const Rows& from, size_t row, World* world) {
@@ -192,9 +227,9 @@ void RowBridge::WriteSensors(const Rows& from, size_t row, World* world) {
     else
       sensor.random_.Seed(SeedOfNoise(scene, k, c.seed[row]));
     sensor.seeded_ = true;
-    const Robot& robot = scene.robots[of.robot];
-    ranger.SetScanPose(robot.GlobalPoseOf(
-        of.node, PoseOf(c.sensed[row * scene.robots.size() + of.robot], robot.z)));
+    const Mover& mover = scene.movers[of.mover];
+    ranger.SetScanPose(mover.GlobalPoseOf(
+        of.node, PoseOf(c.sensed[row * scene.movers.size() + of.mover], mover.z)));
   }
 }
 
@@ -213,7 +248,7 @@ void RowBridge::WriteGrid(const Rows& from, size_t row, World* world) {
   const Scene& scene = from.scene();
   const Columns& c = from.columns;
   const std::vector<Model*>& models = world->engine_->models;
-  for (const Robot& robot : scene.robots) world->FindModel(robot.model->GetId())->Map();
+  for (const Mover& mover : scene.movers) world->FindModel(mover.model->GetId())->Map();
   std::vector<std::pair<uint64_t, World::RasterizedBody>> recent;
   for (size_t k = 0; k < scene.bodies.size(); k++) {
     const uint64_t stamp = c.stamp[row * scene.bodies.size() + k];

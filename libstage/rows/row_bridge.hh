@@ -39,7 +39,7 @@ class RowBridge {
   static void AddRangeNoise(const rows::Sensor& sensor, RandomStream* random, double* ranges) {
     sensor.settings->AddRangeNoise(random, ranges, sensor.rays);
   }
-  static uint64_t SeedOfRobot(const rows::Scene& scene, size_t robot, uint64_t seed);
+  static uint64_t SeedOfMover(const rows::Scene& scene, size_t mover, uint64_t seed);
   static uint64_t SeedOfNoise(const rows::Scene& scene, size_t sensor, uint64_t seed);
 
  private:
@@ -50,8 +50,11 @@ class RowBridge {
   static std::string WhyNotSchedule(const World& world);
   static uint64_t SeedOf(const rows::Scene& scene, const Model& model, uint64_t seed);
   static void ReadModels(const World& world, rows::Rows* to, size_t row);
+  static void ReadRobot(const ModelPosition& model, rows::Rows* to, size_t row, size_t i);
   static void ReadGrid(const World& world, rows::Rows* to, size_t row);
-  static void WriteRobots(const rows::Rows& from, size_t row, World* world);
+  static void WriteMovers(const rows::Rows& from, size_t row, World* world);
+  static void WriteRobot(const rows::Rows& from, size_t row, size_t mover, ModelPosition* to);
+  static void WriteEnergy(const rows::Rows& from, size_t row, World* world);
   static void WriteSensors(const rows::Rows& from, size_t row, World* world);
   static void WriteSchedule(const rows::Rows& from, size_t row, World* world);
   static void WriteGrid(const rows::Rows& from, size_t row, World* world);

@@ -15,11 +15,12 @@ namespace {
 /// Calls f(column, elements per world) for each column.
 template <typename F>
 void ForEachColumn(const Scene& scene, Columns* c, F f) {
-  const size_t robots = scene.robots.size(), bodies = scene.bodies.size();
-  const auto any = [&](auto is) { return std::ranges::any_of(scene.robots, is); };
-  const bool odometry = any([](const Robot& robot) { return robot.has_odometry; });
-  const bool noisy = odometry && any([](const Robot& robot) { return robot.has_noisy_odometry; });
-  const bool steers = any([](const Robot& robot) { return robot.steers; });
+  const size_t robots = scene.movers.size(), bodies = scene.bodies.size();
+  const auto any = [&](auto is) { return std::ranges::any_of(scene.movers, is); };
+  const bool odometry = any([](const Mover& m) { return m.has_odometry; });
+  const bool noisy = odometry && any([](const Mover& m) { return m.has_noisy_odometry; });
+  const bool things = any([](const Mover& m) { return m.is_pushed; });
+  const bool steers = any([](const Mover& m) { return m.steers; });
   const bool noise =
       std::ranges::any_of(scene.sensors, [](const Sensor& sensor) { return sensor.noisy; });
   f(&c->seed, 1);
@@ -40,6 +41,10 @@ void ForEachColumn(const Scene& scene, Columns* c, F f) {
   f(&c->made, scene.outlines ? robots : 0);
   f(&c->hindered, scene.outlines ? robots : 0);
   f(&c->steering, steers ? robots : 0);
+  f(&c->before, things ? robots : 0);
+  f(&c->stored, scene.packs.size());
+  f(&c->dissipated, scene.packs.size());
+  f(&c->energy, scene.packs.empty() ? 0 : 1);
   f(&c->estimate, odometry ? robots : 0);
   f(&c->driven, odometry ? robots : 0);
   f(&c->error, odometry ? robots : 0);
@@ -119,16 +124,16 @@ void Rows::SetOutline(size_t world, size_t body, const CornerCells& corners, uin
 /// Draws the errors of odometry in the order in which loading draws them.
 void Rows::DrawErrors(size_t world) {
   RandomStream random(columns.seed[world]);
-  const size_t first = world * scene_->robots.size();
+  const size_t first = world * scene_->movers.size();
   for (const ErrorSource& source : scene_->error_sources) {
     const Velocity error = DrawOdomError(&random);
-    if (source.robot == ErrorSource::kNone) continue;
-    const size_t i = first + source.robot;
-    if (!scene_->robots[source.robot].errors_given) columns.error[i] = {error.x, error.y, error.a};
+    if (source.mover == ErrorSource::kNone) continue;
+    const size_t i = first + source.mover;
+    if (!scene_->movers[source.mover].errors_given) columns.error[i] = {error.x, error.y, error.a};
   }
   if (columns.random.empty()) return;
-  for (size_t i = 0; i < scene_->robots.size(); i++)
-    columns.random[first + i].Seed(RowBridge::SeedOfRobot(*scene_, i, columns.seed[world]));
+  for (size_t i = 0; i < scene_->movers.size(); i++)
+    columns.random[first + i].Seed(RowBridge::SeedOfMover(*scene_, i, columns.seed[world]));
 }
 
 void Rows::SeedNoise(size_t world) {

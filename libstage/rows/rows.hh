@@ -15,6 +15,7 @@
 #include <span>
 #include <vector>
 
+#include "models/power_pack.hh"
 #include "motion/odometry.hh"
 #include "random/random.hh"
 #include "rows/outline_bits.hh"
@@ -40,7 +41,7 @@ struct Columns {
   std::vector<internal::grid::CellBox> extent;  ///< see Grid::extent()
   std::vector<uint64_t> stamps;                 ///< number of rasterizations of bodies so far
 
-  // By robot.
+  // By mover.
   std::vector<Planar> pose, velocity, command, sensed;
   std::vector<SineCosine> turn;  ///< of the heading
   std::vector<uint8_t> mode;     ///< DriveInput::Mode
@@ -49,10 +50,15 @@ struct Columns {
   std::vector<Planar> made;       ///< contacts of outlines: velocity of the last move
   std::vector<uint8_t> hindered;  ///< contacts of outlines: whether that is not what was wanted
   std::vector<double> steering;   ///< if any robot steers
+  std::vector<Planar> before;     ///< if things can be pushed: the pose before the last step
   // If any robot has odometry.
   std::vector<Planar> estimate, driven, error;
   std::vector<NoisyOdometry> noisy_odometry;  ///< if any has random errors
   std::vector<RandomStream> random;
+
+  // By power pack, joules; and by world.
+  std::vector<double> stored, dissipated;
+  std::vector<EnergyTotals> energy;  ///< if there are packs
 
   // By body.
   std::vector<OutlineBox> box;

@@ -30,16 +30,16 @@ struct InitialState;
 
 namespace Stg::rows {
 
-/// A model in the tree of a robot.
+/// A model in the tree of a mover.
 struct Node {
-  uint32_t parent;  ///< index in Robot::nodes; the root is its own parent
+  uint32_t parent;  ///< index in Mover::nodes; the root is its own parent
   Pose local;       ///< in the frame of the parent, raised by its height if it stacks its children
   Pose frame;       ///< Geom::pose
 };
 
-/// A polygon of a robot.
+/// A polygon of a mover.
 struct Body {
-  uint32_t robot, node;
+  uint32_t mover, node;
   std::vector<point_t> corners;              ///< in the frame of the node
   std::vector<double> corners_x, corners_y;  ///< the same, padded for vectors
   Bounds height;                             ///< m, global
@@ -58,7 +58,7 @@ struct Body {
 
 /// A sensor of a ranger.
 struct Sensor {
-  uint32_t robot, node;
+  uint32_t mover, node;
   const ModelRanger* ranger;            ///< of the prototype
   const ModelRanger::Sensor* settings;  ///< of the prototype
   uint32_t index;                       ///< in the ranger
@@ -74,8 +74,12 @@ struct Sensor {
   std::vector<uint32_t> others;  ///< bodies of other robots that its rays may hit
 };
 
-struct Robot {
-  const ModelPosition* model;  ///< of the prototype
+/// A tree of models that moves as a whole: a robot, or a thing that robots push. A tree that stands
+/// but has sensors is one, too.
+struct Mover {
+  static constexpr uint32_t kNoRow = UINT32_MAX;
+  const Model* model;          ///< of the prototype
+  const ModelPosition* robot;  ///< the same model; null: a thing
   double z;                    ///< m
   std::vector<Node> nodes;
   uint32_t first_body, body_count, first_sensor, sensor_count;
@@ -85,7 +89,10 @@ struct Robot {
   bool has_odometry;  ///< localization "odom"
   bool has_noisy_odometry, errors_given, steers;
   double wheel_slip;
-  double bottom;  ///< m, of its outline for contacts, above the pose
+  uint32_t pack;   ///< in Scene::packs, if it stops when this is empty; otherwise Consumer::kNone
+  bool is_pushed;  ///< a thing that can be pushed
+  uint32_t row;    ///< in the columns of contacts of outlines; kNoRow: it stands
+  double bottom;   ///< m, of its outline for contacts, above the pose
 
   /// The global pose of a node while the robot is at `pose`, and the frame of its bodies. `P` is a
   /// class of poses.
@@ -99,10 +106,23 @@ struct Robot {
   }
 };
 
+/// A power pack of a model of a mover.
+struct Pack {
+  const Model* model;  ///< of the prototype
+};
+
+/// A running model that draws energy, in the order of drawing.
+struct Consumer {
+  static constexpr uint32_t kNone = UINT32_MAX;
+  uint32_t pack;
+  uint32_t mover;  ///< the robot whose power it is; kNone: `watts`
+  double watts;
+};
+
 /// A model that draws errors of odometry while it is loaded.
 struct ErrorSource {
   static constexpr uint32_t kNone = UINT32_MAX;
-  uint32_t robot;  ///< kNone: of a model that is no robot of the scene
+  uint32_t mover;  ///< kNone: of a model that is no robot of the scene
 };
 
 struct Scene {
@@ -114,13 +134,15 @@ struct Scene {
   usec_t step = 0;            ///< duration of a step, microseconds
   bool narrow = true;         ///< all outlines are narrow
   bool outlines = true;       ///< contacts of outlines, otherwise of cells
-  std::vector<Robot> robots;  ///< in the order of creation
+  std::vector<Mover> movers;  ///< in the order of creation
   std::vector<Body> bodies;
   std::vector<Sensor> sensors;
   uint32_t ray_count = 0, byte_count = 0, point_count = 0;  ///< of a world
   std::vector<double> brightness;                           ///< values of ranger_return; 0: nothing
-  std::vector<ErrorSource> error_sources;                   ///< in the order of drawing
-  std::vector<const Model*> updating;                       ///< in the order of their updates
+  std::vector<Pack> packs;
+  std::vector<Consumer> consumers;
+  std::vector<ErrorSource> error_sources;  ///< in the order of drawing
+  std::vector<const Model*> updating;      ///< in the order of their updates
 
   // Everything that stands.
   internal::grid::Grid grid;

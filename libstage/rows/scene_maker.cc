@@ -22,8 +22,9 @@
 namespace Stg {
 
 using rows::Body;
+using rows::Consumer;
+using rows::Mover;
 using rows::Node;
-using rows::Robot;
 using rows::Scene;
 using rows::Sensor;
 namespace grid = internal::grid;
@@ -45,8 +46,22 @@ bool IsRunning(const Model& model) { return model.HasSubscribers(); }
 
 bool IsRobot(const Model& model) { return IsOfType(model, "position"); }
 
-/// True if the model belongs to a robot.
-bool IsOfRobot(const Model& model) { return IsRobot(*model.Root()); }
+bool IsPushed(const Model& root) {
+  return root.IsPushable() && root.host().contact_model == ContactModel::kOutlines;
+}
+
+/// True if a ranger in the tree is running.
+bool Senses(const Model& model) {
+  return (IsOfType(model, "ranger") && IsRunning(model)) ||
+         std::ranges::any_of(model.GetChildren(),
+                             [](const Model* child) { return Senses(*child); });
+}
+
+/// True if the model belongs to a mover.
+bool IsOfMover(const Model& model) {
+  const Model& root = *model.Root();
+  return IsRobot(root) || IsPushed(root) || Senses(root);
+}
 
 }  // namespace
 
@@ -61,8 +76,8 @@ std::string RowBridge::WhyNotModel(const Model& model) {
   if (!IsRobot(model) && type->moves != ModelType::kStays)
     return Named(model) + " is a " + type->name + ", which moves by itself";
   if (IsRobot(model) && model.Parent()) return Named(model) + " is a robot on another model";
-  if (model.power_pack) return Named(model) + " has a power pack";
-  if (!model.Parent() && model.IsPushable()) return Named(model) + " is pushable";
+  if (model.watts_give > 0 && model.FindPowerPack()) return Named(model) + " charges others";
+  if (model.power_pack && !IsOfMover(model)) return Named(model) + " has a power pack and stands";
   if (model.blockgroup->IsUnrasterized()) return Named(model) + " is not in the grid";
   if (IsRobot(model)) return WhyNotRobot(static_cast<const ModelPosition&>(model));
   if (type->name == "ranger" && IsRunning(model))
@@ -83,7 +98,6 @@ std::string RowBridge::WhyNotRobot(const ModelPosition& robot) {
 }
 
 std::string RowBridge::WhyNotRanger(const ModelRanger& ranger) {
-  if (!IsOfRobot(ranger)) return Named(ranger) + " runs and is on no robot";
   for (const ModelRanger::Sensor& sensor : ranger.GetSensors())
     if (sensor.Reach() * ranger.scene().cells_per_metre > RAY_LEG_CELLS)
       return Named(ranger) + " has rays of more than " + std::to_string(RAY_LEG_CELLS) + " cells";
@@ -100,7 +114,6 @@ std::string RowBridge::WhyNotClosed(const World& world) {
   if (world.HasClients()) return "there are controllers or callbacks";
   if (!const_cast<World&>(world).PendingCallback().empty()) return "a callback is pending";
   if (!engine.metrics.Values().empty()) return "the world has metrics";
-  if (!engine.energy.empty()) return "there are power packs";
   size_t robots = 0;
   for (const Model* model : engine.models) {
     if (std::string reason = WhyNotModel(*model); !reason.empty()) return reason;
@@ -135,9 +148,10 @@ class RowBridge::SceneMaker {
  public:
   SceneMaker(World* world, Scene* scene) : world_(*world), scene_(*scene) {}
 
-  void AddRobots();
+  void AddMovers();
   void PlaceBits();
   void AddSensors();
+  void AddPacks();
   void FindUpdating();
   void CopyGrid();
   void MakeMaps();
@@ -147,9 +161,10 @@ class RowBridge::SceneMaker {
   const std::string& reason() const { return reason_; }
 
  private:
-  void AddRobot(const ModelPosition& model);
-  void AddNode(const Model& model, uint32_t parent, Robot* robot);
-  void AddBodies(const Model& model, uint32_t node, Robot* robot);
+  void AddMover(const Model& model);
+  static void SetRobot(const ModelPosition& model, Mover* to);
+  void AddNode(const Model& model, uint32_t parent, Mover* mover);
+  void AddBodies(const Model& model, uint32_t node, Mover* mover);
   void AddSensor(const ModelRanger& ranger, uint32_t node, uint32_t index);
   uint8_t BrightnessOf(const Model& model);
   template <typename F>
@@ -160,16 +175,17 @@ class RowBridge::SceneMaker {
   std::string reason_;
 };
 
-void RowBridge::SceneMaker::AddRobots() {
+void RowBridge::SceneMaker::AddMovers() {
   scene_.cells_per_metre = world_.engine_->scene.cells_per_metre;
   scene_.step = world_.sim_interval;
   scene_.outlines = world_.engine_->contact_model == ContactModel::kOutlines;
   scene_.brightness = {0.0};
   for (const Model* model : world_.engine_->models) BrightnessOf(*model);
   for (const Model* model : world_.engine_->models) {
-    if (!IsRobot(*model)) continue;
-    scene_.error_sources.push_back({static_cast<uint32_t>(scene_.robots.size())});
-    AddRobot(static_cast<const ModelPosition&>(*model));
+    if (model->Parent() || !IsOfMover(*model)) continue;
+    if (IsRobot(*model))
+      scene_.error_sources.push_back({static_cast<uint32_t>(scene_.movers.size())});
+    AddMover(*model);
   }
   if (scene_.brightness.size() > kMaxBrightness)
     reason_ = "there are too many values of ranger_return";
@@ -185,44 +201,53 @@ void RowBridge::SceneMaker::PlaceBits() {
   }
 }
 
-void RowBridge::SceneMaker::AddRobot(const ModelPosition& model) {
-  Robot robot{};
-  robot.model = &model;
-  robot.z = model.pose.z;
-  robot.first_body = static_cast<uint32_t>(scene_.bodies.size());
-  robot.drive = model.InputOfDrive(0);
-  robot.function = model.drive_->function;
-  robot.mass = model.mass;
-  robot.has_odometry = model.localization_mode == ModelPosition::LOCALIZATION_ODOM;
-  robot.has_noisy_odometry = model.noisy_odometry_ != nullptr;
-  robot.errors_given = model.errors_given_;
-  robot.steers = model.drive_mode == ModelPosition::DRIVE_CAR;
-  robot.wheel_slip = model.wheel_slip_;
-  AddNode(model, 0, &robot);
-  robot.body_count = static_cast<uint32_t>(scene_.bodies.size()) - robot.first_body;
-  if (robot.body_count > rows::kMaxBodies)
+void RowBridge::SceneMaker::AddMover(const Model& model) {
+  Mover mover{};
+  mover.model = &model;
+  mover.z = model.pose.z;
+  mover.first_body = static_cast<uint32_t>(scene_.bodies.size());
+  mover.pack = Consumer::kNone;
+  mover.row = Mover::kNoRow;
+  mover.is_pushed = IsPushed(model) && !IsRobot(model);
+  if (IsRobot(model)) SetRobot(static_cast<const ModelPosition&>(model), &mover);
+  AddNode(model, 0, &mover);
+  mover.body_count = static_cast<uint32_t>(scene_.bodies.size()) - mover.first_body;
+  if (mover.body_count > rows::kMaxBodies)
     reason_ = Named(model) + " has more than " + std::to_string(rows::kMaxBodies) + " blocks";
-  scene_.robots.push_back(std::move(robot));
+  scene_.movers.push_back(std::move(mover));
 }
 
-/// Adds a model of a robot's tree, with its bodies, and its children.
-void RowBridge::SceneMaker::AddNode(const Model& model, uint32_t parent, Robot* robot) {
-  const auto node = static_cast<uint32_t>(robot->nodes.size());
+void RowBridge::SceneMaker::SetRobot(const ModelPosition& model, Mover* to) {
+  Mover& mover = *to;
+  mover.robot = &model;
+  mover.drive = model.InputOfDrive(0);
+  mover.function = model.drive_->function;
+  mover.mass = model.mass;
+  mover.has_odometry = model.localization_mode == ModelPosition::LOCALIZATION_ODOM;
+  mover.has_noisy_odometry = model.noisy_odometry_ != nullptr;
+  mover.errors_given = model.errors_given_;
+  mover.steers = model.drive_mode == ModelPosition::DRIVE_CAR;
+  mover.wheel_slip = model.wheel_slip_;
+}
+
+/// Adds a model of a mover's tree, with its bodies, and its children.
+void RowBridge::SceneMaker::AddNode(const Model& model, uint32_t parent, Mover* mover) {
+  const auto node = static_cast<uint32_t>(mover->nodes.size());
   Pose local = model.pose;
   if (model.parent && model.parent->stack_children) local.z += model.parent->geom.size.z;
-  robot->nodes.push_back({parent, local, model.geom.pose});
-  AddBodies(model, node, robot);
-  for (const Model* child : model.GetChildren()) AddNode(*child, node, robot);
+  mover->nodes.push_back({parent, local, model.geom.pose});
+  AddBodies(model, node, mover);
+  for (const Model* child : model.GetChildren()) AddNode(*child, node, mover);
 }
 
-void RowBridge::SceneMaker::AddBodies(const Model& model, uint32_t node, Robot* robot) {
-  const Pose global = robot->GlobalPoseOf(node, Pose(0, 0, robot->z, 0));
-  const Pose frame = robot->FrameOf(node, Pose(0, 0, robot->z, 0));
+void RowBridge::SceneMaker::AddBodies(const Model& model, uint32_t node, Mover* mover) {
+  const Pose global = mover->GlobalPoseOf(node, Pose(0, 0, mover->z, 0));
+  const Pose frame = mover->FrameOf(node, Pose(0, 0, mover->z, 0));
   const double lift = global.z + model.geom.pose.z;
   uint32_t index = 0;
   for (const auto& block : model.body().blocks()) {
     Body body{};
-    body.robot = static_cast<uint32_t>(scene_.robots.size());
+    body.mover = static_cast<uint32_t>(scene_.movers.size());
     body.node = node;
     body.corners = block->points();
     for (size_t i = 0; i < (body.corners.size() + 7) / 8 * 8; i++) {
@@ -268,9 +293,9 @@ uint8_t RowBridge::SceneMaker::BrightnessOf(const Model& model) {
 }
 
 void RowBridge::SceneMaker::AddSensors() {
-  for (uint32_t k = 0; k < scene_.robots.size(); k++) {
-    Robot& robot = scene_.robots[k];
-    robot.first_sensor = static_cast<uint32_t>(scene_.sensors.size());
+  for (uint32_t k = 0; k < scene_.movers.size(); k++) {
+    Mover& mover = scene_.movers[k];
+    mover.first_sensor = static_cast<uint32_t>(scene_.sensors.size());
     uint32_t node = 0;
     const auto visit = [&](const Model& model, const auto& self) -> void {
       const uint32_t own = node++;
@@ -279,13 +304,13 @@ void RowBridge::SceneMaker::AddSensors() {
         for (uint32_t i = 0; i < ranger.GetSensors().size(); i++) {
           if (ranger.GetSensors()[i].sample_count == 0) continue;
           AddSensor(ranger, own, i);
-          scene_.sensors.back().robot = k;
+          scene_.sensors.back().mover = k;
         }
       }
       for (const Model* child : model.GetChildren()) self(*child, self);
     };
-    visit(*robot.model, visit);
-    robot.sensor_count = static_cast<uint32_t>(scene_.sensors.size()) - robot.first_sensor;
+    visit(*mover.model, visit);
+    mover.sensor_count = static_cast<uint32_t>(scene_.sensors.size()) - mover.first_sensor;
   }
 }
 
@@ -316,6 +341,25 @@ void RowBridge::SceneMaker::AddSensor(const ModelRanger& ranger, uint32_t node, 
   scene_.sensors.push_back(std::move(sensor));
 }
 
+/// Finds the power packs and what draws energy from them. See Model::UpdateCharge().
+void RowBridge::SceneMaker::AddPacks() {
+  std::map<const PowerPack*, uint32_t> numbers;
+  for (const Model* model : world_.engine_->models) {
+    if (!model->power_pack) continue;
+    numbers[model->power_pack.get()] = static_cast<uint32_t>(scene_.packs.size());
+    scene_.packs.push_back({model});
+  }
+  for (const Model* model : world_.engine_->energy) {
+    Consumer consumer{numbers.at(model->FindPowerPack()), Consumer::kNone, model->watts};
+    for (uint32_t k = 0; k < scene_.movers.size(); k++)
+      if (scene_.movers[k].robot == model) consumer.mover = k;
+    scene_.consumers.push_back(consumer);
+  }
+  for (Mover& mover : scene_.movers)
+    if (mover.robot && mover.robot->stops_when_empty_ && mover.robot->FindPowerPack())
+      mover.pack = numbers.at(mover.robot->FindPowerPack());
+}
+
 void RowBridge::SceneMaker::FindUpdating() {
   world_.engine_->scheduler.ForEach([&](usec_t, const Scheduler::Event& event) {
     if (event.model && event.model->ExpectsUpdate(event.generation))
@@ -329,7 +373,7 @@ void RowBridge::SceneMaker::CopyGrid() {
   if (exact) world_.engine_->RasterizeForExactRays();
   scene_.grid.AssignCopy(world_.engine_->scene.grid);
   for (const Model* model : world_.engine_->models) {
-    if (!IsOfRobot(*model)) continue;
+    if (!IsOfMover(*model)) continue;
     model->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::CellSet>& cells) {
       scene_.grid.Rasterize(id, cells, {});
       scene_.grid.RemoveBody(id);
@@ -342,7 +386,7 @@ void RowBridge::SceneMaker::CopyGrid() {
 template <typename F>
 void RowBridge::SceneMaker::ForEachStandingBody(F f) const {
   for (const Model* model : world_.engine_->models) {
-    if (IsOfRobot(*model)) continue;
+    if (IsOfMover(*model)) continue;
     model->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::CellSet>& cells) {
       f(*model, world_.engine_->scene.grid.body(id), cells);
     });
@@ -389,11 +433,11 @@ void RowBridge::SceneMaker::FindNeighbours() {
   for (uint32_t other = 0; other < scene_.bodies.size(); other++) {
     const Body& there = scene_.bodies[other];
     for (Body& body : scene_.bodies)
-      if (body.robot != there.robot && body.obstacle && there.obstacle &&
+      if (body.mover != there.mover && body.obstacle && there.obstacle &&
           there.height.min <= body.height.max && there.height.max >= body.height.min)
         body.rivals.push_back(other);
     for (Sensor& sensor : scene_.sensors)
-      if (sensor.robot != there.robot && !(there.model->vis.ranger_return < 0) &&
+      if (sensor.mover != there.mover && !(there.model->vis.ranger_return < 0) &&
           there.height.min <= sensor.z && sensor.z <= there.height.max)
         sensor.others.push_back(other);
   }
@@ -406,10 +450,11 @@ void RowBridge::SceneMaker::CopyContacts() {
   scene_.shapes = contacts.shapes();
   scene_.walls = contacts.walls();
   scene_.columns = contacts.columns();
-  STAGE_ASSERT(contacts.roots().size() == scene_.robots.size());
-  for (size_t k = 0; k < scene_.robots.size(); k++) {
-    STAGE_ASSERT(contacts.roots()[k] == scene_.robots[k].model);
-    scene_.robots[k].bottom = contacts.BottomOf(k);
+  for (uint32_t row = 0; row < contacts.roots().size(); row++) {
+    const auto mover = std::ranges::find(scene_.movers, contacts.roots()[row], &Mover::model);
+    STAGE_ASSERT(mover != scene_.movers.end());
+    mover->row = row;
+    mover->bottom = contacts.BottomOf(row);
   }
 }
 
@@ -424,9 +469,10 @@ std::shared_ptr<const Scene> RowBridge::MakeScene(std::unique_ptr<World> prototy
     return nullptr;
   }
   SceneMaker maker(prototype.get(), scene.get());
-  maker.AddRobots();
+  maker.AddMovers();
   maker.PlaceBits();
   maker.AddSensors();
+  maker.AddPacks();
   maker.FindUpdating();
   maker.CopyGrid();
   maker.MakeMaps();

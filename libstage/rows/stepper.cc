@@ -14,6 +14,7 @@
 #include "geometry/floor.hh"
 #include "geometry/trigonometry.hh"
 #include "messages/assert.hh"
+#include "models/energy_supply.hh"
 #include "models/noise.hh"
 #include "models/property_checks.hh"
 #include "motion/contacts.hh"
@@ -65,11 +66,12 @@ Rows::Stepper::Stepper(Rows* rows, size_t world, Scratch* scratch)
       c_(rows->columns),
       s_(*scratch),
       world_(world),
-      robot_(world * scene_.robots.size()),
+      mover_(world * scene_.movers.size()),
       body_(world * scene_.bodies.size()),
       byte_(world * scene_.byte_count),
       ray_(world * scene_.ray_count),
       sensor_(world * scene_.sensors.size()),
+      pack_(world * scene_.packs.size()),
       seconds_(static_cast<double>(scene_.step) / kSecond) {}
 
 void Rows::Stepper::Step() {
@@ -79,35 +81,68 @@ void Rows::Stepper::Step() {
     const double dt = static_cast<double>(now - c_.last_update[world_]) / kSecond;
     c_.last_update[world_] = now;
     c_.next_update[world_] = scene_.NextUpdateAfter(now);
-    for (size_t i = 0; i < scene_.robots.size(); i++) Drive(i, dt);
+    for (size_t i = 0; i < scene_.movers.size(); i++) Drive(i, dt);
     CastRays();
-    for (size_t i = 0; i < scene_.robots.size(); i++) StoreSensedPose(i);
+    for (size_t i = 0; i < scene_.movers.size(); i++) StoreSensedPose(i);
   }
   if (scene_.outlines)
     MoveOutlines();
   else
-    for (size_t i = 0; i < scene_.robots.size(); i++) MoveCells(i);
+    for (size_t i = 0; i < scene_.movers.size(); i++) MoveCells(i);
+  DrawEnergy();
   c_.steps[world_]++;
+}
+
+/// See Model::UpdateCharge() and PowerPack::Spend().
+void Rows::Stepper::DrawEnergy() {
+  constexpr double kSeconds = 0.1;  // Model::GetEnergyInterval()
+  for (const Consumer& consumer : scene_.consumers) {
+    const double watts =
+        consumer.mover == Consumer::kNone ? consumer.watts : c_.watts[mover_ + consumer.mover];
+    if (!(watts > 0)) continue;
+    double& stored = c_.stored[pack_ + consumer.pack];
+    EnergyTotals& totals = c_.energy[world_];
+    const double wanted = watts * kSeconds;
+    if (!(wanted > 0)) continue;
+    const bool infinite = IsInfiniteSupply(stored);
+    const double amount = infinite ? wanted : std::min(wanted, stored);
+    if (std::isinf(amount)) continue;
+    if (amount > 0 && infinite) totals.input += amount;
+    if (amount > 0 && !infinite) {
+      const double left = stored - std::min(stored, amount);
+      const double change = Countable(left) - Countable(stored);
+      if (change != 0) totals.stored += change;
+      stored = left;
+    }
+    c_.dissipated[pack_ + consumer.pack] += amount;
+    if (amount != 0) totals.dissipated += amount;
+  }
 }
 
 // ---- commands -----------------------------------------------------------------------------------
 
 /// See ModelPosition::NextVelocity().
 void Rows::Stepper::Drive(size_t index, double dt) {
-  const Robot& robot = scene_.robots[index];
-  const size_t i = robot_ + index;
-  DriveInput input = robot.drive;
+  const Mover& mover = scene_.movers[index];
+  if (!mover.robot) return;
+  const size_t i = mover_ + index;
+  const auto power = [&](const Velocity& v) {
+    return 1.0 + 10.0 * mover.mass * (std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.a));
+  };
+  if (mover.pack != Consumer::kNone && c_.stored[pack_ + mover.pack] == 0) {
+    c_.watts[i] = power(Velocity());
+    c_.velocity[i] = Planar();
+    return;
+  }
+  DriveInput input = mover.drive;
   input.mode = static_cast<DriveInput::Mode>(c_.mode[i]);
   input.command = Pose(c_.command[i].x, c_.command[i].y, 0, c_.command[i].a);
   input.velocity = Velocity(c_.velocity[i].x, c_.velocity[i].y, 0, c_.velocity[i].a);
   if (input.mode == DriveInput::kPosition) input.estimate = EstimateOf(index);
-  if (robot.steers) input.steering = c_.steering[i];
+  if (mover.steers) input.steering = c_.steering[i];
   input.dt = dt;
-  const motion::Driven driven = motion::Drive(robot.function, input);
-  if (robot.steers) c_.steering[i] = driven.steering;
-  const auto power = [&](const Velocity& v) {
-    return 1.0 + 10.0 * robot.mass * (std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.a));
-  };
+  const motion::Driven driven = motion::Drive(mover.function, input);
+  if (mover.steers) c_.steering[i] = driven.steering;
   double watts = power(driven.wanted);
   if (input.limits_acceleration || !std::isfinite(watts)) watts = power(driven.made);
   if (std::isfinite(watts)) c_.watts[i] = watts;
@@ -116,9 +151,9 @@ void Rows::Stepper::Drive(size_t index, double dt) {
 
 /// See ModelPosition::EstimateNow().
 Pose Rows::Stepper::EstimateOf(size_t index) const {
-  const size_t i = robot_ + index;
-  const Robot& robot = scene_.robots[index];
-  if (!robot.has_odometry) return Pose(c_.sensed[i].x, c_.sensed[i].y, robot.z, c_.sensed[i].a);
+  const size_t i = mover_ + index;
+  const Mover& mover = scene_.movers[index];
+  if (!mover.has_odometry) return Pose(c_.sensed[i].x, c_.sensed[i].y, mover.z, c_.sensed[i].a);
   const Planar& driven = c_.driven[i];
   const Pose next = AddPlanar(c_.estimate[i], 0, Pose(driven.x, driven.y, 0, driven.a));
   if (IsFinite(next)) return next;
@@ -127,11 +162,11 @@ Pose Rows::Stepper::EstimateOf(size_t index) const {
 
 /// See ModelPosition::StoreSensedPose().
 void Rows::Stepper::StoreSensedPose(size_t index) {
-  const size_t i = robot_ + index;
-  const Robot& robot = scene_.robots[index];
+  const size_t i = mover_ + index;
+  const Mover& mover = scene_.movers[index];
   c_.sensed[i] = c_.pose[i];
-  if (!robot.has_odometry) return;
-  if (robot.has_noisy_odometry) {
+  if (!mover.has_odometry) return;
+  if (mover.has_noisy_odometry) {
     const Planar &estimate = c_.estimate[i], &driven = c_.driven[i];
     c_.noisy_odometry[i].Refresh(Pose(estimate.x, estimate.y, 0, estimate.a),
                                  Pose(driven.x, driven.y, 0, driven.a));
@@ -144,8 +179,8 @@ void Rows::Stepper::StoreSensedPose(size_t index) {
 
 /// See ModelPosition::NoteMotion(). `made`: the velocity of the move in the body's frame.
 void Rows::Stepper::NoteMotion(size_t index, const Planar& made) {
-  const size_t i = robot_ + index;
-  const Robot& robot = scene_.robots[index];
+  const size_t i = mover_ + index;
+  const Mover& mover = scene_.movers[index];
   const Planar& velocity = c_.velocity[i];
   bool hindered = false;
   if (scene_.outlines) {
@@ -154,18 +189,18 @@ void Rows::Stepper::NoteMotion(size_t index, const Planar& made) {
     c_.hindered[i] = hindered;
     if (hindered) c_.made[i] = made;
   }
-  if (!robot.has_odometry) return;
+  if (!mover.has_odometry) return;
   const Velocity command(velocity.x, velocity.y, 0, velocity.a);
   const Velocity actual = hindered        ? Velocity(made.x, made.y, 0, made.a)
                           : c_.stalled[i] ? Velocity()
                                           : command;
-  const Velocity wheels = motion::WheelVelocity(actual, command, robot.wheel_slip);
+  const Velocity wheels = motion::WheelVelocity(actual, command, mover.wheel_slip);
   if (wheels.IsZero()) return;
   const Planar& error = c_.error[i];
   Velocity measured = motion::WithOdomError(wheels, Velocity(error.x, error.y, 0, error.a));
   Planar& driven = c_.driven[i];
   const Pose before(driven.x, driven.y, 0, driven.a);
-  if (robot.has_noisy_odometry) {
+  if (mover.has_noisy_odometry) {
     RandomStream* const stream = &c_.random[i];
     const double normal[2] = {NormalError(stream), NormalError(stream)};
     measured = c_.noisy_odometry[i].Measure(measured, seconds_, normal, before);
@@ -177,9 +212,9 @@ void Rows::Stepper::NoteMotion(size_t index, const Planar& made) {
 
 /// See ModelPosition::GetWantedMove(). Returns false if the robot stands.
 bool Rows::Stepper::FindWanted(size_t index, Placed* wanted) {
-  const size_t i = robot_ + index;
+  const size_t i = mover_ + index;
   const Planar& v = c_.velocity[i];
-  if (IsZero(v)) return false;
+  if (IsZero(v)) return false;  // as things always do
   *wanted = PlaceOf(index) + Pose(v.x * seconds_, v.y * seconds_, 0, normalize(v.a * seconds_));
   if (std::isfinite(wanted->x) && std::isfinite(wanted->y) && std::isfinite(wanted->a)) return true;
   c_.stalled[i] = true;
@@ -189,7 +224,7 @@ bool Rows::Stepper::FindWanted(size_t index, Placed* wanted) {
 void Rows::Stepper::MoveCells(size_t index) {
   Placed wanted;
   if (!FindWanted(index, &wanted)) return;
-  const size_t i = robot_ + index;
+  const size_t i = mover_ + index;
   DrawAt(index, wanted);
   const bool collides = scene_.narrow ? Collides<NarrowWord>(index) : Collides<WideWord>(index);
   c_.stalled[i] = collides;
@@ -224,18 +259,18 @@ STAGE_INLINE bool FindCells(const Body& body, const Placed& frame, double cells_
 /// The cells of a body's corners; false if it exceeds the grid.
 inline bool Rows::Stepper::FindCorners(const Body& body, const Placed& place,
                                        CornerCells* to) const {
-  const Placed frame = scene_.robots[body.robot].FrameOf(body.node, place);
+  const Placed frame = scene_.movers[body.mover].FrameOf(body.node, place);
   return FindCells(body, frame, scene_.cells_per_metre, to);
 }
 
 /// Draws the outlines of a robot at a place, for Collides() and Commit(). See
 /// Placement::AppendCorners().
 STAGE_CLONES void Rows::Stepper::DrawAt(size_t index, const Placed& place) {
-  const Robot& robot = scene_.robots[index];
-  for (uint32_t b = 0; b < robot.body_count; b++) {
-    const Body& body = scene_.bodies[robot.first_body + b];
+  const Mover& mover = scene_.movers[index];
+  for (uint32_t b = 0; b < mover.body_count; b++) {
+    const Body& body = scene_.bodies[mover.first_body + b];
     const auto count = static_cast<uint32_t>(body.corners.size());
-    const Placed frame = robot.FrameOf(body.node, place);
+    const Placed frame = mover.FrameOf(body.node, place);
     if (!FindCells(body, frame, scene_.cells_per_metre, &s_.corners[0]))
       s_.boxes[b] = OutlineBox();
     else if (scene_.narrow)
@@ -248,9 +283,9 @@ STAGE_CLONES void Rows::Stepper::DrawAt(size_t index, const Placed& place) {
 /// True if one of the drawn outlines shares a cell with an obstacle. See Placement::Collision().
 template <class Word>
 bool Rows::Stepper::Collides(size_t index) const {
-  const Robot& robot = scene_.robots[index];
-  for (uint32_t b = 0; b < robot.body_count; b++) {
-    const Body& body = scene_.bodies[robot.first_body + b];
+  const Mover& mover = scene_.movers[index];
+  for (uint32_t b = 0; b < mover.body_count; b++) {
+    const Body& body = scene_.bodies[mover.first_body + b];
     if (!body.obstacle) continue;
     if (body.height.min < 0) return true;
     const OutlineBox& box = s_.boxes[b];
@@ -275,12 +310,12 @@ void Rows::Stepper::CommitAt(size_t index, const Placed& place) {
 /// Moves a robot to where it was drawn. See Placement::Commit().
 template <class Word>
 void Rows::Stepper::Commit(size_t index, const Placed& place) {
-  const Robot& robot = scene_.robots[index];
+  const Mover& mover = scene_.movers[index];
   const Placed before = PlaceOf(index);
-  c_.pose[robot_ + index] = {place.x, place.y, place.a};
-  c_.turn[robot_ + index] = place.turn;
-  for (uint32_t b = 0; b < robot.body_count; b++) {
-    const uint32_t number = robot.first_body + b;
+  c_.pose[mover_ + index] = {place.x, place.y, place.a};
+  c_.turn[mover_ + index] = place.turn;
+  for (uint32_t b = 0; b < mover.body_count; b++) {
+    const uint32_t number = mover.first_body + b;
     if (!HasMoved<Word>(number, b, before, place)) continue;
     c_.box[body_ + number] = s_.boxes[b];
     const auto height = static_cast<size_t>(s_.boxes[b].height);
@@ -292,7 +327,7 @@ void Rows::Stepper::Commit(size_t index, const Placed& place) {
 }
 
 /// True if a corner of the body is in another cell than before. The body was drawn as number
-/// `drawn` of its robot.
+/// `drawn` of its mover.
 template <class Word>
 bool Rows::Stepper::HasMoved(uint32_t number, uint32_t drawn, const Placed& before,
                              const Placed& now) {
@@ -323,41 +358,51 @@ void Rows::Stepper::WidenExtent(const OutlineBox& box) {
 
 /// See ContactPhase::Run().
 void Rows::Stepper::MoveOutlines() {
-  const size_t count = scene_.robots.size();
-  motion::Columns& columns = s_.columns;
+  const size_t count = scene_.movers.size();
   s_.wanted.resize(count);
   s_.asked.assign(count, 0);
+  for (size_t k = 0; k < count; k++)
+    if (scene_.movers[k].row != Mover::kNoRow) SetTarget(k);
+  s_.contacts.Step(scene_.shapes, scene_.walls, &s_.columns);
+  for (size_t k = 0; k < count; k++)
+    if (scene_.movers[k].row != Mover::kNoRow) EndMove(k);
   for (size_t k = 0; k < count; k++) {
-    const Robot& robot = scene_.robots[k];
-    const size_t i = robot_ + k;
-    const Planar& pose = c_.pose[i];
-    columns.x[k] = columns.target_x[k] = pose.x;
-    columns.y[k] = columns.target_y[k] = pose.y;
-    columns.heading[k] = columns.target_heading[k] = pose.a;
-    columns.turn[k] = 0;
-    columns.elevation[k] = robot.z;
-    columns.made[k] = 1;
-    c_.hindered[i] = false;
-    if (!FindWanted(k, &s_.wanted[k])) continue;
-    s_.asked[k] = kAsked;
-    if (robot.bottom + robot.z < 0) {  // it would be in the floor
-      s_.asked[k] |= kInFloor;
-      continue;
-    }
-    columns.target_x[k] = s_.wanted[k].x;
-    columns.target_y[k] = s_.wanted[k].y;
-    columns.target_heading[k] = s_.wanted[k].a;
-    columns.turn[k] = c_.velocity[i].a * seconds_;
-  }
-  s_.contacts.Step(scene_.shapes, scene_.walls, &columns);
-  for (size_t k = 0; k < count; k++) EndMove(k);
-  for (size_t k = 0; k < count; k++) {
-    const Planar now{columns.x[k], columns.y[k], columns.heading[k]};
     if (!(s_.asked[k] & kMoved)) continue;
+    const Planar now = NewPose(k);
     const Placed place{now.x, now.y, now.a, TurnAfter(k, now.a)};
     DrawAt(k, place);
     CommitAt(k, place);
   }
+}
+
+/// See ContactPhase::ReadPoses() and ReadTarget().
+void Rows::Stepper::SetTarget(size_t k) {
+  const Mover& mover = scene_.movers[k];
+  motion::Columns& columns = s_.columns;
+  const uint32_t row = mover.row;
+  const Planar& pose = c_.pose[mover_ + k];
+  columns.x[row] = columns.target_x[row] = pose.x;
+  columns.y[row] = columns.target_y[row] = pose.y;
+  columns.heading[row] = columns.target_heading[row] = pose.a;
+  columns.turn[row] = 0;
+  columns.elevation[row] = mover.z;
+  columns.made[row] = 1;
+  c_.hindered[mover_ + k] = false;
+  if (!FindWanted(k, &s_.wanted[k])) return;
+  s_.asked[k] = kAsked;
+  if (mover.bottom + mover.z < 0) {  // it would be in the floor
+    s_.asked[k] |= kInFloor;
+    return;
+  }
+  columns.target_x[row] = s_.wanted[k].x;
+  columns.target_y[row] = s_.wanted[k].y;
+  columns.target_heading[row] = s_.wanted[k].a;
+  columns.turn[row] = c_.velocity[mover_ + k].a * seconds_;
+}
+
+Planar Rows::Stepper::NewPose(size_t k) const {
+  const uint32_t row = scene_.movers[k].row;
+  return {s_.columns.x[row], s_.columns.y[row], s_.columns.heading[row]};
 }
 
 /// Sine and cosine of a robot's new heading, which often is the wanted or the present one.
@@ -366,21 +411,22 @@ SineCosine Rows::Stepper::TurnAfter(size_t index, double heading) const {
     return std::bit_cast<uint64_t>(a) == std::bit_cast<uint64_t>(heading);
   };
   if ((s_.asked[index] & kAsked) && same(s_.wanted[index].a)) return s_.wanted[index].turn;
-  if (same(c_.pose[robot_ + index].a)) return c_.turn[robot_ + index];
+  if (same(c_.pose[mover_ + index].a)) return c_.turn[mover_ + index];
   return SinCos(heading);
 }
 
 /// See ContactPhase::WritePoses(). The pose itself is written when the robot is rasterized.
 void Rows::Stepper::EndMove(size_t k) {
-  const motion::Columns& columns = s_.columns;
-  const size_t i = robot_ + k;
-  const Planar before = c_.pose[i];
-  const Planar now{columns.x[k], columns.y[k], columns.heading[k]};
+  const size_t i = mover_ + k;
+  const Planar before = c_.pose[i], now = NewPose(k);
   const auto equal = [](const Planar& a, const auto& b) {
     return a.x == b.x && a.y == b.y && a.a == b.a;
   };
   if (!equal(now, before)) s_.asked[k] |= kMoved;
-  if (s_.asked[k] & kAsked) c_.stalled[i] = columns.made[k] < kHindered || (s_.asked[k] & kInFloor);
+  if (scene_.movers[k].is_pushed) c_.before[i] = before;
+  if (!scene_.movers[k].robot) return;
+  if (s_.asked[k] & kAsked)
+    c_.stalled[i] = s_.columns.made[scene_.movers[k].row] < kHindered || (s_.asked[k] & kInFloor);
   Planar made;
   if ((s_.asked[k] & kAsked) && equal(now, s_.wanted[k])) {
     made = c_.velocity[i];

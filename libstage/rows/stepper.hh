@@ -82,6 +82,8 @@ class Rows::Stepper {
   Pose EstimateOf(size_t index) const;
   void StoreSensedPose(size_t index);
 
+  void DrawEnergy();
+
   void CastRays();
   void PlaceFan(size_t index);
   bool MayHitWalls(const Sensor& sensor, const internal::sensing::Fan& fan) const;
@@ -104,9 +106,9 @@ class Rows::Stepper {
   bool FindWanted(size_t index, Placed* wanted);
   void MoveCells(size_t index);
   void DrawAt(size_t index, const Placed& place);
-  Placed PlaceOf(size_t robot) const {
-    const Planar& pose = c_.pose[robot_ + robot];
-    return {pose.x, pose.y, pose.a, c_.turn[robot_ + robot]};
+  Placed PlaceOf(size_t mover) const {
+    const Planar& pose = c_.pose[mover_ + mover];
+    return {pose.x, pose.y, pose.a, c_.turn[mover_ + mover]};
   }
   bool FindCorners(const Body& body, const Placed& place, CornerCells* to) const;
   template <class Word>
@@ -118,6 +120,8 @@ class Rows::Stepper {
   bool HasMoved(uint32_t number, uint32_t drawn, const Placed& before, const Placed& now);
   void WidenExtent(const OutlineBox& box);
   void MoveOutlines();
+  void SetTarget(size_t index);
+  Planar NewPose(size_t index) const;
   SineCosine TurnAfter(size_t index, double heading) const;
   void EndMove(size_t index);
 
@@ -138,7 +142,7 @@ class Rows::Stepper {
   Columns& c_;
   Scratch& s_;
   // The world, and its first elements in the columns.
-  const size_t world_, robot_, body_, byte_, ray_, sensor_;
+  const size_t world_, mover_, body_, byte_, ray_, sensor_, pack_;
   const double seconds_;  // of a step
 };
 

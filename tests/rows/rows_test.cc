@@ -35,18 +35,18 @@ std::unique_ptr<Stg::World> LoadSeeded(const std::string& text, uint64_t seed) {
   return world;
 }
 
-std::vector<Stg::ModelPosition*> RobotsOf(Stg::World* world) {
+/// The robot of each mover of the scene, in a world; null for things.
+std::vector<Stg::ModelPosition*> RobotsOf(Stg::World* world, const Stg::rows::Scene& scene) {
   std::vector<Stg::ModelPosition*> robots;
-  for (Stg::Model* model : world->engine().models)
-    if (auto* robot = dynamic_cast<Stg::ModelPosition*>(model)) robots.push_back(robot);
-
+  for (const Stg::rows::Mover& mover : scene.movers)
+    robots.push_back(dynamic_cast<Stg::ModelPosition*>(world->FindModel(mover.model->GetId())));
   return robots;
 }
 
 /// Gives the same random command to a robot of a world and of a row.
 void Command(RandomSource* random, Stg::ModelPosition* robot, Stg::rows::Rows* rows, size_t i) {
   const double x = random->Real(-1, 1), y = random->Real(-1, 1), a = random->Real(-2, 2);
-  const bool car = rows->scene().robots[i % rows->scene().robots.size()].steers;
+  const bool car = rows->scene().movers[i % rows->scene().movers.size()].steers;
   int mode = car ? 1 : random->Int(0, 8);
   if (mode > 2) mode = 1;
   if (mode == 0) robot->SetAcceleration(x, y, a);
@@ -74,12 +74,13 @@ class Comparison {
 
   void Step(RandomSource* random, int steps) {
     const auto scratch = rows_->MakeScratch();
-    const size_t robots = scene_->robots.size();
+    const size_t robots = scene_->movers.size();
     for (int step = 0; step < steps; step++)
       for (size_t i = 0; i < worlds_.size(); i++) {
-        const std::vector<Stg::ModelPosition*> models = RobotsOf(worlds_[i].get());
+        const std::vector<Stg::ModelPosition*> models = RobotsOf(worlds_[i].get(), *scene_);
         for (size_t k = 0; k < robots; k++)
-          if (random->OneIn(10)) Command(random, models[k], rows_.get(), i * robots + k);
+          if (models[k] && random->OneIn(10))
+            Command(random, models[k], rows_.get(), i * robots + k);
         worlds_[i]->Update();
         rows_->Step(i, 1, scratch.get());
       }
@@ -97,7 +98,8 @@ class Comparison {
     if (world.StateHash() == written_->StateHash()) {
       Stg::Snapshot of_world, of_row;
       if (!world.Take(&of_world) || !written_->Take(&of_row)) return "no snapshot";
-      return of_world.hash() == of_row.hash() ? "" : "the snapshots differ";
+      return of_world.hash() == of_row.hash() ? ""
+                                              : "the snapshots differ" + SavedDifference(world);
     }
     std::string text = "at step " + std::to_string(world.GetUpdateCount()) + ":";
     for (Stg::Model* model : world.engine().models) {
@@ -116,6 +118,20 @@ class Comparison {
   }
 
  private:
+  /// The models whose saved states differ.
+  std::string SavedDifference(const Stg::World& world) const {
+    std::string text;
+    for (Stg::Model* model : world.engine().models) {
+      std::vector<unsigned char> a, b;
+      Stg::StateExchange save_a(world.engine().models, &a), save_b(written_->engine().models, &b);
+      model->ExchangeState(save_a);
+      written_->FindModel(model->GetId())->ExchangeState(save_b);
+      save_a.Finish();
+      save_b.Finish();
+      if (a != b) text += " " + model->TokenStr();
+    }
+    return text;
+  }
   static std::string RangeDifference(const Stg::ModelRanger& a, const Stg::ModelRanger& b) {
     std::string text;
     for (size_t s = 0; s < a.GetSensors().size(); s++)
@@ -147,10 +163,27 @@ struct Case {
   bool outlines, exact;
 };
 
+/// Events in rows, which show that the worlds exercise the code.
+struct Events {
+  size_t stalls = 0, hits = 0, pushes = 0, empty_packs = 0;
+
+  void Count(const Stg::rows::Rows& rows) {
+    const Stg::rows::Scene& scene = rows.scene();
+    const Stg::rows::Columns& c = rows.columns;
+    for (const uint8_t stalled : c.stalled) stalls += stalled;
+    for (const uint8_t brightness : c.brightness) hits += brightness > 0;
+    for (const double stored : c.stored) empty_packs += stored == 0;
+    for (size_t i = 0; i < c.before.size(); i++)
+      if (scene.movers[i % scene.movers.size()].is_pushed && c.steps[0] > 0)
+        pushes += c.before[i].x != c.pose[i].x;
+  }
+};
+
 class RandomClosedWorlds : public testing::TestWithParam<Case> {};
 
 TEST_P(RandomClosedWorlds, RowsHaveTheStatesOfWorldsStepByStep) {
   const auto [outlines, exact] = GetParam();
+  Events events;
   for (uint64_t seed = 1; seed <= Worlds(); seed++) {
     RandomSource random(seed * 1000 + outlines * 10 + exact);
     const ClosedWorldKind kind{outlines, exact, random.Int(1, 8), random.Real(1, 6)};
@@ -162,9 +195,14 @@ TEST_P(RandomClosedWorlds, RowsHaveTheStatesOfWorldsStepByStep) {
       comparison.Step(&random, round < 4 ? 1 : 10);
       for (size_t i = 0; i < 2; i++)
         ASSERT_EQ(comparison.Difference(i), "") << seed << " round " << round << "\n" << text;
+      events.Count(comparison.rows());
       if (round == 6) comparison.Reset(0, random.Next());
     }
   }
+  EXPECT_GT(events.stalls, 100u);
+  EXPECT_GT(events.hits, 1000u);
+  EXPECT_GT(events.empty_packs, 20u);
+  EXPECT_EQ(events.pushes > 20, outlines) << events.pushes;
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, RandomClosedWorlds,

@@ -74,19 +74,31 @@ std::string RobotText(RandomSource* random, double x, double y) {
   if (random->OneIn(4)) text += " ranger_return " + Number(random->Real(-1, 2));
   if (random->OneIn(8)) text += " obstacle_return 0";
   if (random->OneIn(4)) text += " mass " + Number(random->Real(1, 20));
+  if (random->OneIn(4)) text += " pushable 1";
+  if (random->OneIn(3))
+    text += " joules " + Number(random->Real(-5, 300)) + " joules_capacity " +
+            Number(random->Real(50, 400));
+  if (random->OneIn(3)) text += " stops_when_empty " + std::to_string(random->Int(0, 1));
   for (int i = random->Int(0, 2); i > 0; i--) text += RangerText(random);
   if (random->OneIn(6)) text += " model( size [0.1 0.1 0.4]" + Pose2(0.1, 0, 30) + " )";
   return text + " )\n";
 }
 
 std::string SceneryText(RandomSource* random, double room) {
+  const bool pushable = random->OneIn(3), senses = random->OneIn(4);
+  // Rows know no larger outlines of what moves or senses.
+  const double longest = pushable || senses ? 0.6 : 1.5;
   std::string text =
-      "model( size [" + Number(random->Real(0.05, 1.5)) + " " + Number(random->Real(0.05, 1.5)) +
-      " " + Number(random->Real(0.05, 1)) + "]" +
+      "model( size [" + Number(random->Real(0.05, longest)) + " " +
+      Number(random->Real(0.05, longest)) + " " + Number(random->Real(0.05, 1)) + "]" +
       Pose2(random->Real(-room, room), random->Real(-room, room), random->Real(-180, 180)) +
       ShapeText(random);
   if (random->OneIn(4)) text += " ranger_return " + Number(random->Real(-1, 2));
   if (random->OneIn(6)) text += " obstacle_return 0";
+  if (pushable)
+    text += " pushable 1 mass " + Number(random->Real(0.1, 5)) + " friction " +
+            Number(random->Real(0, 0.5));
+  if (senses) text += RangerText(random);
   return text + " )\n";
 }
 

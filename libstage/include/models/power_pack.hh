@@ -20,6 +20,7 @@ namespace Stg {
 class Camera;
 class EnergyCharts;
 class Model;
+class RowBridge;
 class StateExchange;
 
 /// Totals over the packs of a world. Infinite supplies do not count as stored.
@@ -85,6 +86,7 @@ class PowerPack {
   static joules_t global_dissipated, global_input;
 
  private:
+  friend class RowBridge;
   PowerPack(const PowerPack&);
   PowerPack& operator=(const PowerPack&);
 
