@@ -11,6 +11,8 @@ namespace Stg::motion {
 namespace {
 
 constexpr size_t kBodyGrain = 128;
+constexpr size_t kFew =
+    24;  // so many bodies are compared with each other faster than found by place
 
 double SquaredDistance(Vector p, const WallEdge& edge) {
   const Vector along = edge.ends[1] - edge.ends[0], from = p - edge.ends[0];
@@ -75,6 +77,10 @@ void Nearby::FindPairsOf(uint32_t body, const Columns& columns) {
   const auto try_other = [&](uint32_t other) {
     if (other != body) TryPair(body, other, columns, &pairs);
   };
+  if (boxes_.size() <= kFew) {
+    for (uint32_t other = 0; other < boxes_.size(); other++) try_other(other);
+    return;
+  }
   index_.ForEachNear(boxes_[body], try_other);
   for (const uint32_t other : queue_) try_other(other);
 }
@@ -195,6 +201,20 @@ void Nearby::Collect(threads::WorkerPool* workers, std::vector<NearPair>* all, F
   for (size_t i = 0; i < parts; i++) all->insert(all->end(), found_[i].begin(), found_[i].end());
 }
 
+void Nearby::FindPairs(const Columns& columns, threads::WorkerPool* workers) {
+  const size_t n = boxes_.size();
+  if (n > kFew) {
+    index_.Fill(boxes_, workers);
+    return Collect(workers, &pairs, [&](uint32_t body, std::vector<NearPair>* found) {
+      index_.ForEachPartner(body, boxes_[body],
+                            [&](uint32_t other) { TryPair(body, other, columns, found); });
+    });
+  }
+  pairs.clear();
+  for (uint32_t body = 1; body < n; body++)
+    for (uint32_t other = 0; other < body; other++) TryPair(body, other, columns, &pairs);
+}
+
 void Nearby::Find(const Shapes& shapes, const Walls& edges, const Columns& columns,
                   threads::WorkerPool* workers, double least_reach) {
   const size_t n = columns.size();
@@ -206,11 +226,7 @@ void Nearby::Find(const Shapes& shapes, const Walls& edges, const Columns& colum
     for (size_t i = begin; i < end; i++)
       FindReach(static_cast<uint32_t>(i), shapes, columns, least_reach);
   });
-  index_.Fill(boxes_, workers);
-  Collect(workers, &pairs, [&](uint32_t body, std::vector<NearPair>* found) {
-    index_.ForEachPartner(body, boxes_[body],
-                          [&](uint32_t other) { TryPair(body, other, columns, found); });
-  });
+  FindPairs(columns, workers);
   SpreadReaches(columns);
   SortPairs();
   Collect(workers, &walls, [&](uint32_t body, std::vector<NearPair>* found) {

@@ -56,6 +56,7 @@ class Nearby {
   void Collect(threads::WorkerPool* workers, std::vector<NearPair>* all, F f);
   void FindReach(uint32_t body, const Shapes& shapes, const Columns& columns, double least_reach);
   void TryPair(uint32_t a, uint32_t b, const Columns& columns, std::vector<NearPair>* found) const;
+  void FindPairs(const Columns& columns, threads::WorkerPool* workers);
   void FindPairsOf(uint32_t body, const Columns& columns);
   void SpreadReaches(const Columns& columns);
   void FindWallsOf(uint32_t body, const Walls& edges, const Columns& columns,

@@ -51,18 +51,25 @@ void Rows::Stepper::CastRays() {
   }
 }
 
-/// See ModelRanger::FanOf().
+/// Sets up the fans of all sensors. See ModelRanger::FanOf().
+void Rows::Scratch::MakeFans(const Scene& scene) {
+  for (const Sensor& sensor : scene.sensors) {
+    sensing::Fan fan;
+    sensing::PlaceFan(&fan, Pose(0, 0, sensor.z, 0), sensor.reach, scene.cells_per_metre);
+    fan.exact = sensor.exact;
+    fan.layer = sensor.layer;
+    fan.predicate = StopsRangers;
+    fan.record.samples = sensor.rays;
+    fans.push_back(fan);
+  }
+}
+
 void Rows::Stepper::PlaceFan(size_t index) {
   const Sensor& sensor = scene_.sensors[index];
+  if (!(sensor.reach > 0)) return;  // it casts no rays anywhere
   const Placed frame = scene_.movers[sensor.mover].FrameOf(sensor.node, PlaceOf(sensor.mover));
   const Placed origin = frame + sensor.settings->pose;
-  sensing::Fan& fan = s_.fans[index];
-  sensing::PlaceFan(&fan, Pose(origin.x, origin.y, sensor.z, origin.a), origin.turn, sensor.reach,
-                    scene_.cells_per_metre);
-  fan.exact = sensor.exact;
-  fan.layer = sensor.layer;
-  fan.predicate = StopsRangers;
-  fan.record.samples = sensor.rays;
+  sensing::MoveFan(&s_.fans[index], origin.x, origin.y, origin.turn, scene_.cells_per_metre);
 }
 
 /// False if nothing that stands is within the reach of the rays.

@@ -88,6 +88,8 @@ struct Mover {
   double mass;
   bool has_odometry;  ///< localization "odom"
   bool has_noisy_odometry, errors_given, steers;
+  bool is_omni;
+  bool obeys_velocity;  ///< makes a command of velocity as it is, within velocity bounds
   double wheel_slip;
   uint32_t pack;   ///< in Scene::packs, if it stops when this is empty; otherwise Consumer::kNone
   bool is_pushed;  ///< a thing that can be pushed

@@ -227,6 +227,8 @@ void RowBridge::SceneMaker::SetRobot(const ModelPosition& model, Mover* to) {
   mover.has_noisy_odometry = model.noisy_odometry_ != nullptr;
   mover.errors_given = model.errors_given_;
   mover.steers = model.drive_mode == ModelPosition::DRIVE_CAR;
+  mover.is_omni = model.drive_mode == ModelPosition::DRIVE_OMNI;
+  mover.obeys_velocity = !mover.steers && !model.limits_acceleration_;
   mover.wheel_slip = model.wheel_slip_;
 }
 

@@ -42,7 +42,7 @@ bool IsZero(const Planar& v) { return v.x == 0 && v.y == 0 && v.a == 0; }
 
 Rows::Scratch::Scratch(const Scene& scene)
     : first(scene.grid), exact(scene.grid), columns(scene.columns) {
-  fans.resize(scene.sensors.size());
+  MakeFans(scene);
   places.resize(scene.ray_count);
   keys.resize(scene.ray_count);
   rays.resize(scene.sensors.size());
@@ -134,6 +134,7 @@ void Rows::Stepper::Drive(size_t index, double dt) {
     c_.velocity[i] = Planar();
     return;
   }
+  if (mover.obeys_velocity && c_.mode[i] == DriveInput::kVelocity) return ObeyVelocity(index);
   DriveInput input = mover.drive;
   input.mode = static_cast<DriveInput::Mode>(c_.mode[i]);
   input.command = Pose(c_.command[i].x, c_.command[i].y, 0, c_.command[i].a);
@@ -147,6 +148,25 @@ void Rows::Stepper::Drive(size_t index, double dt) {
   if (input.limits_acceleration || !std::isfinite(watts)) watts = power(driven.made);
   if (std::isfinite(watts)) c_.watts[i] = watts;
   c_.velocity[i] = PlanarOf(driven.made);
+}
+
+/// Drive() for a drive that makes a command of velocity as it is, within bounds.
+void Rows::Stepper::ObeyVelocity(size_t index) {
+  const Mover& mover = scene_.movers[index];
+  const size_t i = mover_ + index;
+  const Bounds* const bounds = mover.drive.velocity_bounds;
+  const double x = c_.command[i].x, y = mover.is_omni ? c_.command[i].y : 0.0, a = c_.command[i].a;
+  const auto clipped = [&](double value, const Bounds& b) {
+    return value < b.min ? b.min : value > b.max ? b.max : value;
+  };
+  const Planar made{clipped(x, bounds[0]), clipped(y, bounds[1]), clipped(a, bounds[3])};
+  const auto power = [&](double vx, double vy, double va) {
+    return 1.0 + 10.0 * mover.mass * (std::fabs(vx) + std::fabs(vy) + std::fabs(va));
+  };
+  double watts = power(x, y, a);
+  if (!std::isfinite(watts)) watts = power(made.x, made.y, made.a);
+  if (std::isfinite(watts)) c_.watts[i] = watts;
+  c_.velocity[i] = made;
 }
 
 /// See ModelPosition::EstimateNow().
@@ -215,7 +235,7 @@ bool Rows::Stepper::FindWanted(size_t index, Placed* wanted) {
   const size_t i = mover_ + index;
   const Planar& v = c_.velocity[i];
   if (IsZero(v)) return false;  // as things always do
-  *wanted = PlaceOf(index) + Pose(v.x * seconds_, v.y * seconds_, 0, normalize(v.a * seconds_));
+  *wanted = PlaceOf(index) + Pose(v.x * seconds_, v.y * seconds_, 0, Normalized(v.a * seconds_));
   if (std::isfinite(wanted->x) && std::isfinite(wanted->y) && std::isfinite(wanted->a)) return true;
   c_.stalled[i] = true;
   return false;

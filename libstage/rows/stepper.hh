@@ -39,6 +39,7 @@ class Rows::Scratch {
  private:
   friend class Rows::Stepper;
   using Fan = internal::sensing::Fan;
+  void MakeFans(const Scene& scene);
 
   // Rays.
   internal::sensing::FirstHits first;
@@ -79,6 +80,7 @@ class Rows::Stepper {
  private:
   static constexpr uint8_t kAsked = 1, kMoved = 2, kInFloor = 4;
   void Drive(size_t index, double dt);
+  void ObeyVelocity(size_t index);
   Pose EstimateOf(size_t index) const;
   void StoreSensedPose(size_t index);
 

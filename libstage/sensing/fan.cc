@@ -96,37 +96,38 @@ uint32_t DirectionTables::Append(uint32_t count, BearingOf bearing_of) {
 }
 
 void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre) {
-  PlaceFan(fan, origin, SinCos(origin.a), range, cells_per_metre);
-}
-
-void PlaceFan(Fan* fan, const Pose& origin, const SineCosine& turn, double range,
-              double cells_per_metre) {
-  FanRecord& record = fan->record;
   STAGE_ASSERT(cells_per_metre > 0);
-  uint32_t fx = 0, fy = 0;
   fan->x = origin.x;
   fan->y = origin.y;
   fan->z = origin.z;
   fan->range = range;
   fan->legs = 1;
   fan->leg_length = range;
-  fan->nothing = !(range > 0) || !SplitCell(origin.x * cells_per_metre, &record.x, &fx) ||
-                 !SplitCell(origin.y * cells_per_metre, &record.y, &fy) ||
-                 !std::isfinite(origin.a) || std::isnan(origin.z);
-  if (fan->nothing) return;
-
   double cells = range * cells_per_metre;
   if (cells > RAY_LEG_CELLS) {
     fan->legs = std::ceil(cells / RAY_LEG_CELLS);
     cells = std::isinf(fan->legs) ? RAY_LEG_CELLS : cells / fan->legs;
     fan->leg_length = cells / cells_per_metre;
   }
+  fan->nothing = !(range > 0) || !std::isfinite(origin.a) || std::isnan(origin.z);
+  if (fan->nothing) return;
   STAGE_ASSERT(cells >= 0 && cells <= RAY_LEG_CELLS && fan->legs >= 1);
   fan->leg_cells = cells;
-  fan->heading = turn;
+  MoveFan(fan, origin.x, origin.y, SinCos(origin.a), cells_per_metre);
+}
+
+void MoveFan(Fan* fan, double x, double y, const SineCosine& heading, double cells_per_metre) {
+  FanRecord& record = fan->record;
+  uint32_t fx = 0, fy = 0;
+  fan->x = x;
+  fan->y = y;
+  fan->nothing = !SplitCell(x * cells_per_metre, &record.x, &fx) ||
+                 !SplitCell(y * cells_per_metre, &record.y, &fy);
+  if (fan->nothing) return;
+  fan->heading = heading;
   record.fraction = fx | fy << 16;
-  record.cosine = Rounded(fan->heading.cosine * cells * kQ16);
-  record.sine = Rounded(fan->heading.sine * cells * kQ16);
+  record.cosine = Rounded(heading.cosine * fan->leg_cells * kQ16);
+  record.sine = Rounded(heading.sine * fan->leg_cells * kQ16);
 }
 
 }  // namespace Stg::internal::sensing

@@ -115,9 +115,8 @@ struct Fan {
 /// Sets start, heading, length and legs from `origin`, a global pose whose angle need not be
 /// normalized. `range` is in metres, neither negative nor NaN.
 void PlaceFan(Fan* fan, const Pose& origin, double range, double cells_per_metre);
-/// PlaceFan() if sine and cosine of the angle are known.
-void PlaceFan(Fan* fan, const Pose& origin, const SineCosine& turn, double range,
-              double cells_per_metre);
+/// Moves a fan that was placed inside of the grid to another start and heading.
+void MoveFan(Fan* fan, double x, double y, const SineCosine& heading, double cells_per_metre);
 
 /// Splits a coordinate in cells into cell and 16-bit fraction. Returns false outside of the grid.
 bool SplitCell(double coordinate, int32_t* cell, uint32_t* fraction);
