@@ -17,19 +17,11 @@
 
 namespace Stg {
 
-using rows::Body;
-using rows::Columns;
-using rows::Mover;
-using rows::Planar;
-using rows::Rows;
-using rows::Scene;
-using rows::Sensor;
-
 namespace {
 
-Planar PlanarOf(const Pose& pose) { return {pose.x, pose.y, pose.a}; }
+rows::Planar PlanarOf(const Pose& pose) { return {pose.x, pose.y, pose.a}; }
 
-Pose PoseOf(const Planar& p, double z) { return Pose(p.x, p.y, z, p.a); }
+Pose PoseOf(const rows::Planar& p, double z) { return Pose(p.x, p.y, z, p.a); }
 
 bool SameState(const RandomStream& a, RandomStream b) {
   RandomStream copy = a;
@@ -42,7 +34,7 @@ bool SameState(const RandomStream& a, RandomStream b) {
 
 // ---- seeds --------------------------------------------------------------------------------------
 
-uint64_t RowBridge::SeedOf(const Scene& scene, const Model& model, uint64_t seed) {
+uint64_t RowBridge::SeedOf(const rows::Scene& scene, const Model& model, uint64_t seed) {
   const std::vector<Model*>& models = scene.prototype->engine().models;
   const auto place = std::ranges::lower_bound(models, model.GetId(), {}, &Model::GetId);
   const unsigned index = scene.initial_state->indices[static_cast<size_t>(place - models.begin())];
@@ -50,12 +42,12 @@ uint64_t RowBridge::SeedOf(const Scene& scene, const Model& model, uint64_t seed
   return SeedOfModel(above, model.GetModelType(), index);
 }
 
-uint64_t RowBridge::SeedOfMover(const Scene& scene, size_t mover, uint64_t seed) {
+uint64_t RowBridge::SeedOfMover(const rows::Scene& scene, size_t mover, uint64_t seed) {
   return SeedOf(scene, *scene.movers[mover].model, seed);
 }
 
-uint64_t RowBridge::SeedOfNoise(const Scene& scene, size_t sensor, uint64_t seed) {
-  const Sensor& of = scene.sensors[sensor];
+uint64_t RowBridge::SeedOfNoise(const rows::Scene& scene, size_t sensor, uint64_t seed) {
+  const rows::Sensor& of = scene.sensors[sensor];
   const ModelRanger& ranger = *of.ranger;
   const uint64_t hash = Fnv1a(ranger.token + "/" + std::to_string(of.index));
   return Stg::SeedOfNoise(seed, hash, ranger.shares_name_,
@@ -64,16 +56,16 @@ uint64_t RowBridge::SeedOfNoise(const Scene& scene, size_t sensor, uint64_t seed
 
 // ---- from a world to a row ----------------------------------------------------------------------
 
-void RowBridge::ReadStart(Rows* start) {
+void RowBridge::ReadStart(rows::Rows* start) {
   World& world = *start->scene_->prototype;
   start->columns.seed[0] = world.seed();
   ReadModels(world, start, 0);
   ReadGrid(world, start, 0);
 }
 
-void RowBridge::ReadModels(const World& world, Rows* to, size_t row) {
-  const Scene& scene = to->scene();
-  Columns& c = to->columns;
+void RowBridge::ReadModels(const World& world, rows::Rows* to, size_t row) {
+  const rows::Scene& scene = to->scene();
+  rows::Columns& c = to->columns;
   c.time[row] = world.sim_time;
   c.steps[row] = world.updates;
   for (size_t k = 0; k < scene.movers.size(); k++) {
@@ -94,8 +86,8 @@ void RowBridge::ReadModels(const World& world, Rows* to, size_t row) {
   c.next_update[row] = first.NextUpdateAfter(world.sim_time);
 }
 
-void RowBridge::ReadRobot(const ModelPosition& model, Rows* to, size_t row, size_t i) {
-  Columns& c = to->columns;
+void RowBridge::ReadRobot(const ModelPosition& model, rows::Rows* to, size_t row, size_t i) {
+  rows::Columns& c = to->columns;
   c.last_update[row] = model.last_update_;
   c.velocity[i] = PlanarOf(model.velocity);
   c.command[i] = PlanarOf(model.goal);
@@ -114,12 +106,12 @@ void RowBridge::ReadRobot(const ModelPosition& model, Rows* to, size_t row, size
   c.random[i] = const_cast<ModelPosition&>(model).random_.Get();
 }
 
-void RowBridge::ReadGrid(const World& world, Rows* to, size_t row) {
-  const Scene& scene = to->scene();
-  Columns& c = to->columns;
+void RowBridge::ReadGrid(const World& world, rows::Rows* to, size_t row) {
+  const rows::Scene& scene = to->scene();
+  rows::Columns& c = to->columns;
   c.extent[row] = world.engine().scene.grid.extent();
   for (size_t k = 0; k < scene.bodies.size(); k++) {
-    const Body& body = scene.bodies[k];
+    const rows::Body& body = scene.bodies[k];
     const Block& block = *world.FindModel(body.model->GetId())->body().blocks()[body.block];
     const std::vector<point_int_t>& cells = block.corners();
     rows::CornerCells corners;
@@ -133,9 +125,9 @@ void RowBridge::ReadGrid(const World& world, Rows* to, size_t row) {
 
 // ---- from a row to a world ----------------------------------------------------------------------
 
-bool RowBridge::Write(const Rows& from, size_t row, World* world) {
-  const Scene& scene = from.scene();
-  const Columns& c = from.columns;
+bool RowBridge::Write(const rows::Rows& from, size_t row, World* world) {
+  const rows::Scene& scene = from.scene();
+  const rows::Columns& c = from.columns;
   if (!world->Restore(scene.initial_state->state)) return false;
   world->RestartRandomNumbers(*scene.initial_state, c.seed[row]);
   world->sim_time = c.time[row];
@@ -148,11 +140,11 @@ bool RowBridge::Write(const Rows& from, size_t row, World* world) {
   return true;
 }
 
-void RowBridge::WriteMovers(const Rows& from, size_t row, World* world) {
-  const Scene& scene = from.scene();
-  const Columns& c = from.columns;
+void RowBridge::WriteMovers(const rows::Rows& from, size_t row, World* world) {
+  const rows::Scene& scene = from.scene();
+  const rows::Columns& c = from.columns;
   for (size_t k = 0; k < scene.movers.size(); k++) {
-    const Mover& mover = scene.movers[k];
+    const rows::Mover& mover = scene.movers[k];
     Model& model = *world->FindModel(mover.model->GetId());
     const size_t i = row * scene.movers.size() + k;
     model.pose = PoseOf(c.pose[i], mover.z);
@@ -164,9 +156,9 @@ void RowBridge::WriteMovers(const Rows& from, size_t row, World* world) {
   }
 }
 
-void RowBridge::WriteRobot(const Rows& from, size_t row, size_t k, ModelPosition* to) {
-  const Columns& c = from.columns;
-  const Mover& mover = from.scene().movers[k];
+void RowBridge::WriteRobot(const rows::Rows& from, size_t row, size_t k, ModelPosition* to) {
+  const rows::Columns& c = from.columns;
+  const rows::Mover& mover = from.scene().movers[k];
   const size_t i = row * from.scene().movers.size() + k;
   ModelPosition& model = *to;
   model.velocity = Velocity(c.velocity[i].x, c.velocity[i].y, 0, c.velocity[i].a);
@@ -194,9 +186,9 @@ void RowBridge::WriteRobot(const Rows& from, size_t row, size_t k, ModelPosition
 }
 
 /// Sets the totals last, because packs change them.
-void RowBridge::WriteEnergy(const Rows& from, size_t row, World* world) {
-  const Scene& scene = from.scene();
-  const Columns& c = from.columns;
+void RowBridge::WriteEnergy(const rows::Rows& from, size_t row, World* world) {
+  const rows::Scene& scene = from.scene();
+  const rows::Columns& c = from.columns;
   if (scene.packs.empty()) return;
   for (size_t k = 0; k < scene.packs.size(); k++) {
     PowerPack& pack = *world->FindModel(scene.packs[k].model->GetId())->power_pack;
@@ -206,14 +198,14 @@ void RowBridge::WriteEnergy(const Rows& from, size_t row, World* world) {
   world->engine_->energy_totals = c.energy[row];
 }
 
-void RowBridge::WriteSensors(const Rows& from, size_t row, World* world) {
-  const Scene& scene = from.scene();
-  const Columns& c = from.columns;
+void RowBridge::WriteSensors(const rows::Rows& from, size_t row, World* world) {
+  const rows::Scene& scene = from.scene();
+  const rows::Columns& c = from.columns;
   if (!from.HasReadings(row)) return;
   for (const Model* updating : scene.updating)
     world->FindModel(updating->GetId())->updated_at_ = c.last_update[row];
   for (size_t k = 0; k < scene.sensors.size(); k++) {
-    const Sensor& of = scene.sensors[k];
+    const rows::Sensor& of = scene.sensors[k];
     auto& ranger = static_cast<ModelRanger&>(*world->FindModel(of.ranger->GetId()));
     ModelRanger::Sensor& sensor = ranger.sensors_[of.index];
     sensor.Resize();
@@ -227,13 +219,13 @@ void RowBridge::WriteSensors(const Rows& from, size_t row, World* world) {
     else
       sensor.random_.Seed(SeedOfNoise(scene, k, c.seed[row]));
     sensor.seeded_ = true;
-    const Mover& mover = scene.movers[of.mover];
+    const rows::Mover& mover = scene.movers[of.mover];
     ranger.SetScanPose(mover.GlobalPoseOf(
         of.node, PoseOf(c.sensed[row * scene.movers.size() + of.mover], mover.z)));
   }
 }
 
-void RowBridge::WriteSchedule(const Rows& from, size_t row, World* world) {
+void RowBridge::WriteSchedule(const rows::Rows& from, size_t row, World* world) {
   Scheduler& scheduler = world->engine_->scheduler;
   scheduler.Clear();
   for (const Model* updating : from.scene().updating) {
@@ -244,11 +236,11 @@ void RowBridge::WriteSchedule(const Rows& from, size_t row, World* world) {
 }
 
 /// Rasterizes the robots in the order in which they were last rasterized in the row.
-void RowBridge::WriteGrid(const Rows& from, size_t row, World* world) {
-  const Scene& scene = from.scene();
-  const Columns& c = from.columns;
+void RowBridge::WriteGrid(const rows::Rows& from, size_t row, World* world) {
+  const rows::Scene& scene = from.scene();
+  const rows::Columns& c = from.columns;
   const std::vector<Model*>& models = world->engine_->models;
-  for (const Mover& mover : scene.movers) world->FindModel(mover.model->GetId())->Map();
+  for (const rows::Mover& mover : scene.movers) world->FindModel(mover.model->GetId())->Map();
   std::vector<std::pair<uint64_t, World::RasterizedBody>> recent;
   for (size_t k = 0; k < scene.bodies.size(); k++) {
     const uint64_t stamp = c.stamp[row * scene.bodies.size() + k];

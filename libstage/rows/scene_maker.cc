@@ -21,12 +21,6 @@
 
 namespace Stg {
 
-using rows::Body;
-using rows::Consumer;
-using rows::Mover;
-using rows::Node;
-using rows::Scene;
-using rows::Sensor;
 namespace grid = internal::grid;
 
 namespace {
@@ -146,7 +140,7 @@ std::string RowBridge::WhyNotSchedule(const World& world) {
 /// Fills in a scene. Its functions are called in the order of declaration.
 class RowBridge::SceneMaker {
  public:
-  SceneMaker(World* world, Scene* scene) : world_(*world), scene_(*scene) {}
+  SceneMaker(World* world, rows::Scene* scene) : world_(*world), scene_(*scene) {}
 
   void AddMovers();
   void PlaceBits();
@@ -162,16 +156,16 @@ class RowBridge::SceneMaker {
 
  private:
   void AddMover(const Model& model);
-  static void SetRobot(const ModelPosition& model, Mover* to);
-  void AddNode(const Model& model, uint32_t parent, Mover* mover);
-  void AddBodies(const Model& model, uint32_t node, Mover* mover);
+  static void SetRobot(const ModelPosition& model, rows::Mover* to);
+  void AddNode(const Model& model, uint32_t parent, rows::Mover* mover);
+  void AddBodies(const Model& model, uint32_t node, rows::Mover* mover);
   void AddSensor(const ModelRanger& ranger, uint32_t node, uint32_t index);
   uint8_t BrightnessOf(const Model& model);
   template <typename F>
   void ForEachStandingBody(F f) const;
 
   World& world_;
-  Scene& scene_;
+  rows::Scene& scene_;
   std::string reason_;
 };
 
@@ -193,7 +187,7 @@ void RowBridge::SceneMaker::AddMovers() {
 
 /// Reserves memory for the bits of all outlines.
 void RowBridge::SceneMaker::PlaceBits() {
-  for (Body& body : scene_.bodies) {
+  for (rows::Body& body : scene_.bodies) {
     body.first_byte = scene_.byte_count;
     scene_.byte_count +=
         static_cast<uint32_t>(scene_.narrow ? rows::kNarrowSide * sizeof(rows::NarrowWord)
@@ -202,12 +196,12 @@ void RowBridge::SceneMaker::PlaceBits() {
 }
 
 void RowBridge::SceneMaker::AddMover(const Model& model) {
-  Mover mover{};
+  rows::Mover mover{};
   mover.model = &model;
   mover.z = model.pose.z;
   mover.first_body = static_cast<uint32_t>(scene_.bodies.size());
-  mover.pack = Consumer::kNone;
-  mover.row = Mover::kNoRow;
+  mover.pack = rows::Consumer::kNone;
+  mover.row = rows::Mover::kNoRow;
   mover.is_pushed = IsPushed(model) && !IsRobot(model);
   if (IsRobot(model)) SetRobot(static_cast<const ModelPosition&>(model), &mover);
   AddNode(model, 0, &mover);
@@ -217,8 +211,8 @@ void RowBridge::SceneMaker::AddMover(const Model& model) {
   scene_.movers.push_back(std::move(mover));
 }
 
-void RowBridge::SceneMaker::SetRobot(const ModelPosition& model, Mover* to) {
-  Mover& mover = *to;
+void RowBridge::SceneMaker::SetRobot(const ModelPosition& model, rows::Mover* to) {
+  rows::Mover& mover = *to;
   mover.robot = &model;
   mover.drive = model.InputOfDrive(0);
   mover.function = model.drive_->function;
@@ -233,7 +227,7 @@ void RowBridge::SceneMaker::SetRobot(const ModelPosition& model, Mover* to) {
 }
 
 /// Adds a model of a mover's tree, with its bodies, and its children.
-void RowBridge::SceneMaker::AddNode(const Model& model, uint32_t parent, Mover* mover) {
+void RowBridge::SceneMaker::AddNode(const Model& model, uint32_t parent, rows::Mover* mover) {
   const auto node = static_cast<uint32_t>(mover->nodes.size());
   Pose local = model.pose;
   if (model.parent && model.parent->stack_children) local.z += model.parent->geom.size.z;
@@ -242,13 +236,13 @@ void RowBridge::SceneMaker::AddNode(const Model& model, uint32_t parent, Mover* 
   for (const Model* child : model.GetChildren()) AddNode(*child, node, mover);
 }
 
-void RowBridge::SceneMaker::AddBodies(const Model& model, uint32_t node, Mover* mover) {
+void RowBridge::SceneMaker::AddBodies(const Model& model, uint32_t node, rows::Mover* mover) {
   const Pose global = mover->GlobalPoseOf(node, Pose(0, 0, mover->z, 0));
   const Pose frame = mover->FrameOf(node, Pose(0, 0, mover->z, 0));
   const double lift = global.z + model.geom.pose.z;
   uint32_t index = 0;
   for (const auto& block : model.body().blocks()) {
-    Body body{};
+    rows::Body body{};
     body.mover = static_cast<uint32_t>(scene_.movers.size());
     body.node = node;
     body.corners = block->points();
@@ -266,9 +260,9 @@ void RowBridge::SceneMaker::AddBodies(const Model& model, uint32_t node, Mover* 
     double longest = 0;
     for (const point_t& p : body.corners) {
       const Pose corner = frame + Pose(p.x, p.y, 0, 0);
-      body.radius = std::max(body.radius, std::hypot(corner.x, corner.y) * (1 + 1e-9));
+      body.radius = std::max(body.radius, Hypotenuse(corner.x, corner.y) * (1 + 1e-9));
       for (const point_t& q : body.corners)
-        longest = std::max(longest, std::hypot(p.x - q.x, p.y - q.y));
+        longest = std::max(longest, Hypotenuse(p.x - q.x, p.y - q.y));
     }
     const double side = std::ceil(longest * scene_.cells_per_metre) + 2;
     if (side > rows::kMaxSide || body.corners.size() > rows::CornerCells::kMax ||
@@ -296,7 +290,7 @@ uint8_t RowBridge::SceneMaker::BrightnessOf(const Model& model) {
 
 void RowBridge::SceneMaker::AddSensors() {
   for (uint32_t k = 0; k < scene_.movers.size(); k++) {
-    Mover& mover = scene_.movers[k];
+    rows::Mover& mover = scene_.movers[k];
     mover.first_sensor = static_cast<uint32_t>(scene_.sensors.size());
     uint32_t node = 0;
     const auto visit = [&](const Model& model, const auto& self) -> void {
@@ -320,7 +314,7 @@ void RowBridge::SceneMaker::AddSensor(const ModelRanger& ranger, uint32_t node, 
   const ModelRanger::Sensor& settings = ranger.GetSensors()[index];
   const double fov = std::isfinite(settings.fov) ? settings.fov : 0.0;
   const uint32_t samples = settings.sample_count;
-  Sensor sensor{};
+  rows::Sensor sensor{};
   sensor.node = node;
   sensor.ranger = &ranger;
   sensor.settings = &settings;
@@ -352,12 +346,13 @@ void RowBridge::SceneMaker::AddPacks() {
     scene_.packs.push_back({model});
   }
   for (const Model* model : world_.engine_->energy) {
-    Consumer consumer{numbers.at(model->FindPowerPack()), Consumer::kNone, model->watts};
+    rows::Consumer consumer{numbers.at(model->FindPowerPack()), rows::Consumer::kNone,
+                            model->watts};
     for (uint32_t k = 0; k < scene_.movers.size(); k++)
       if (scene_.movers[k].robot == model) consumer.mover = k;
     scene_.consumers.push_back(consumer);
   }
-  for (Mover& mover : scene_.movers)
+  for (rows::Mover& mover : scene_.movers)
     if (mover.robot && mover.robot->stops_when_empty_ && mover.robot->FindPowerPack())
       mover.pack = numbers.at(mover.robot->FindPowerPack());
 }
@@ -371,7 +366,7 @@ void RowBridge::SceneMaker::FindUpdating() {
 
 /// Copies the grid without the robots.
 void RowBridge::SceneMaker::CopyGrid() {
-  const bool exact = std::ranges::any_of(scene_.sensors, &Sensor::exact);
+  const bool exact = std::ranges::any_of(scene_.sensors, &rows::Sensor::exact);
   if (exact) world_.engine_->RasterizeForExactRays();
   scene_.grid.AssignCopy(world_.engine_->scene.grid);
   for (const Model* model : world_.engine_->models) {
@@ -381,7 +376,7 @@ void RowBridge::SceneMaker::CopyGrid() {
       scene_.grid.RemoveBody(id);
     });
   }
-  for (Sensor& sensor : scene_.sensors)
+  for (rows::Sensor& sensor : scene_.sensors)
     sensor.layer = scene_.grid.RangerLayer(sensor.z, true, sensor.exact);
 }
 
@@ -406,7 +401,7 @@ void RowBridge::SceneMaker::MakeMaps() {
     if (!maps->back().Make(all, with_cells)) reason_ = "what stands covers too large an area";
     all.clear();
   };
-  for (Body& body : scene_.bodies) {
+  for (rows::Body& body : scene_.bodies) {
     const auto [place, is_new] =
         known.try_emplace({body.height.min, body.height.max}, scene_.blocked.size());
     body.blocked = place->second;
@@ -419,7 +414,7 @@ void RowBridge::SceneMaker::MakeMaps() {
     make(&scene_.blocked, true);
   }
   known.clear();
-  for (Sensor& sensor : scene_.sensors) {
+  for (rows::Sensor& sensor : scene_.sensors) {
     const auto [place, is_new] = known.try_emplace({sensor.z, 0}, scene_.seen.size());
     sensor.seen = place->second;
     if (!is_new) continue;
@@ -433,12 +428,12 @@ void RowBridge::SceneMaker::MakeMaps() {
 /// Finds the bodies of other robots that a body may run into, and that a sensor may see.
 void RowBridge::SceneMaker::FindNeighbours() {
   for (uint32_t other = 0; other < scene_.bodies.size(); other++) {
-    const Body& there = scene_.bodies[other];
-    for (Body& body : scene_.bodies)
+    const rows::Body& there = scene_.bodies[other];
+    for (rows::Body& body : scene_.bodies)
       if (body.mover != there.mover && body.obstacle && there.obstacle &&
           there.height.min <= body.height.max && there.height.max >= body.height.min)
         body.rivals.push_back(other);
-    for (Sensor& sensor : scene_.sensors)
+    for (rows::Sensor& sensor : scene_.sensors)
       if (sensor.mover != there.mover && !(there.model->vis.ranger_return < 0) &&
           there.height.min <= sensor.z && sensor.z <= there.height.max)
         sensor.others.push_back(other);
@@ -453,18 +448,18 @@ void RowBridge::SceneMaker::CopyContacts() {
   scene_.walls = contacts.walls();
   scene_.columns = contacts.columns();
   for (uint32_t row = 0; row < contacts.roots().size(); row++) {
-    const auto mover = std::ranges::find(scene_.movers, contacts.roots()[row], &Mover::model);
+    const auto mover = std::ranges::find(scene_.movers, contacts.roots()[row], &rows::Mover::model);
     STAGE_ASSERT(mover != scene_.movers.end());
     mover->row = row;
     mover->bottom = contacts.BottomOf(row);
   }
 }
 
-std::shared_ptr<const Scene> RowBridge::MakeScene(std::unique_ptr<World> prototype,
-                                                  std::string* reason) {
+std::shared_ptr<const rows::Scene> RowBridge::MakeScene(std::unique_ptr<World> prototype,
+                                                        std::string* reason) {
   *reason = WhyNotClosed(*prototype);
   if (!reason->empty()) return nullptr;
-  auto scene = std::make_shared<Scene>();
+  auto scene = std::make_shared<rows::Scene>();
   scene->initial_state = prototype->CaptureInitialState();
   if (!scene->initial_state) {
     *reason = "the world cannot be restarted";
