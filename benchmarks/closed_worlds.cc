@@ -4,9 +4,9 @@
 //
 //   closed_worlds SCENE WORLDS ROBOTS RAYS REACH CONTACTS RAY_MODEL THREADS SECONDS
 //
-// SCENE is open, walled or cave; CONTACTS cells or outlines; RAY_MODEL cell or exact. Prints steps of
-// robots in a second, bytes of a world, and microseconds to make and to reset one. Fails if no ray
-// hits anything, no robot moves, or a row has another state than the world with its commands.
+// SCENE is open, walled or cave; CONTACTS cells or outlines; RAY_MODEL cell or exact. Prints steps
+// of robots in a second, bytes of a world, and microseconds to make and to reset one. Fails if no
+// ray hits anything, no robot moves, or a row has another state than the world with its commands.
 
 #include <algorithm>
 #include <cmath>
@@ -39,7 +39,8 @@ struct Arguments {
 /// Octagonal robots of 0.2 m in a square, without or with walls, or in the cave.
 std::string WorldText(const Arguments& a) {
   std::ostringstream text;
-  text << "resolution 0.02\ncontacts \"" << a.contacts << "\"\nray_model \"" << a.ray_model << "\"\n";
+  text << "resolution 0.02\ncontacts \"" << a.contacts << "\"\nray_model \"" << a.ray_model
+       << "\"\n";
   const auto box = [&](double x, double y, double dx, double dy) {
     text << "model( pose [" << x << " " << y << " 0 0] size [" << dx << " " << dy << " 1] )\n";
   };
@@ -56,11 +57,11 @@ std::string WorldText(const Arguments& a) {
     const double angle = (i + 0.5) * M_PI / 4;
     text << " point[" << i << "] [" << std::cos(angle) << " " << std::sin(angle) << "]";
   }
-  text << " z [0 1] ) ranger( pose [0 0 -0.1 0] sensor( range [0 " << a.reach << "] fov 330 samples " << a.rays
-       << " ) ) )\n";
+  text << " z [0 1] ) ranger( pose [0 0 -0.1 0] sensor( range [0 " << a.reach
+       << "] fov 330 samples " << a.rays << " ) ) )\n";
   // Free places of the cave.
-  const double cave[][2] = {{-0.47, -6.6}, {-2, -5}, {-3.1, -8.9}, {0.36, 0.33},
-                            {-1.9, 3.7},   {2.06, 11.85}, {-8.4, 9.4}, {-3.6, 9.75}};
+  const double cave[][2] = {{-0.47, -6.6}, {-2, -5},      {-3.1, -8.9}, {0.36, 0.33},
+                            {-1.9, 3.7},   {2.06, 11.85}, {-8.4, 9.4},  {-3.6, 9.75}};
   const auto side = static_cast<size_t>(std::ceil(std::sqrt(static_cast<double>(a.robots))));
   for (size_t i = 0; i < a.robots; i++) {
     double x = 2.0 * (static_cast<double>(i % side) + 0.5) / static_cast<double>(side) - 1;
@@ -119,8 +120,8 @@ void Compare(const std::string& text, const std::shared_ptr<const Stg::rows::Sce
       for (size_t k = 0; k < robots; k++) {
         const Stg::rows::Planar command = Command(i * robots + k, step);
         rows.columns.command[i * robots + k] = command;
-        auto* const model = static_cast<Stg::ModelPosition*>(
-            world->FindModel(scene->movers[k].model->GetId()));
+        auto* const model =
+            static_cast<Stg::ModelPosition*>(world->FindModel(scene->movers[k].model->GetId()));
         model->SetSpeed(command.x, command.y, command.a);
       }
       world->Update();
@@ -136,7 +137,8 @@ void Compare(const std::string& text, const std::shared_ptr<const Stg::rows::Sce
 
 int main(int argc, char** argv) {
   Stg::Init(&argc, &argv);
-  if (argc != 10) Fail("expected SCENE WORLDS ROBOTS RAYS REACH CONTACTS RAY_MODEL THREADS SECONDS");
+  if (argc != 10)
+    Fail("expected SCENE WORLDS ROBOTS RAYS REACH CONTACTS RAY_MODEL THREADS SECONDS");
   const Arguments a{argv[1],
                     argv[6],
                     argv[7],
@@ -173,8 +175,9 @@ int main(int argc, char** argv) {
     const auto* const now = &commands[steps % kCommands * a.worlds * a.robots];
     pool.Run(a.worlds, std::max<size_t>(1, a.worlds / a.threads / 8),
              [&](size_t begin, size_t end, unsigned thread) {
-               std::copy(now + begin * a.robots, now + end * a.robots,
-                         rows.columns.command.begin() + static_cast<std::ptrdiff_t>(begin * a.robots));
+               std::copy(
+                   now + begin * a.robots, now + end * a.robots,
+                   rows.columns.command.begin() + static_cast<std::ptrdiff_t>(begin * a.robots));
                for (size_t i = begin; i < end; i++) rows.Step(i, 1, scratches[thread].get());
              });
     spent += WallClock() - start;
@@ -191,7 +194,8 @@ int main(int argc, char** argv) {
   const auto count = static_cast<double>(a.worlds * a.robots);
   std::printf(
       "%s, %zu worlds of %zu robots with %zu rays of %g m, contacts %s, rays %s, %u threads: "
-      "%.3f M robot-steps/s, %.1f M rays/s; %.1f %% of the rays hit, %.1f %% of the robots stalled; "
+      "%.3f M robot-steps/s, %.1f M rays/s; %.1f %% of the rays hit, %.1f %% of the robots "
+      "stalled; "
       "%zu bytes, made in %.2f us, reset in %.2f us\n",
       a.scene.c_str(), a.worlds, a.robots, a.rays, a.reach, a.contacts.c_str(), a.ray_model.c_str(),
       a.threads, count * static_cast<double>(steps) / spent / 1e6,
