@@ -18,7 +18,7 @@ inline int32_t FloorToInt(double value) {
 
 /// True if the floor of `value` is above -limit and below `limit`. False for NaN.
 inline bool FloorIsWithin(double value, int32_t limit) {
-  return value >= 1.0 - limit && value < limit;
+  return (value >= 1.0 - limit) & (value < limit);  // without a branch
 }
 
 }  // namespace Stg

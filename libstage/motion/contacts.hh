@@ -18,6 +18,9 @@
 
 namespace Stg::motion {
 
+/// A move counts as hindered if less than this share of it was made.
+inline constexpr double kHindered = 0.95;
+
 class Contacts {
  public:
   Effort effort;

@@ -5,6 +5,7 @@
 #ifndef STAGE_MOTION_DRIVE_TABLE_HH
 #define STAGE_MOTION_DRIVE_TABLE_HH
 
+#include <cmath>
 #include <string>
 
 #include "motion/drive.hh"
@@ -40,6 +41,18 @@ struct Driven {
   double steering;
 };
 Driven Drive(DriveFunction drive, const DriveInput& input);
+
+/// Watts that a robot of this mass (kg) draws at a velocity.
+inline double PowerAt(double mass, const Velocity& v) {
+  return 1.0 + 10.0 * mass * (std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.a));
+}
+/// Watts that a drive draws for a command; not finite if the command is not. Uses the velocity
+/// before the bounds, as Stage 4.3 does, unless that is infinite or, if accelerations are limited,
+/// only aimed at.
+inline double PowerOf(const Driven& driven, double mass, bool limits_acceleration) {
+  const double power = PowerAt(mass, driven.wanted);
+  return limits_acceleration || !std::isfinite(power) ? PowerAt(mass, driven.made) : power;
+}
 
 }  // namespace motion
 }  // namespace Stg

@@ -6,7 +6,9 @@
 #define STAGE_MOTION_ODOMETRY_HH
 
 #include "geometry/geometry.hh"
+#include "geometry/trigonometry.hh"
 #include "motion/pose_covariance.hh"
+#include "motion/vector.hh"
 
 namespace Stg {
 
@@ -24,6 +26,15 @@ inline Velocity WheelVelocity(const Velocity& made, const Velocity& command, dou
   if (slip == 0) return made;
   return Velocity(made.x + slip * (command.x - made.x), made.y + slip * (command.y - made.y),
                   made.z, made.a + slip * (command.a - made.a));
+}
+
+/// The velocity that leads from one pose to another in `seconds`, in the frame of the first.
+inline Velocity VelocityBetween(const Pose& before, const Pose& now, double seconds) {
+  if (now == before) return Velocity();
+  const SineCosine turn = SinCos(-before.a);
+  const Vector moved = Rotate({now.x - before.x, now.y - before.y}, turn.sine, turn.cosine);
+  return Velocity(moved.x / seconds, moved.y / seconds, (now.z - before.z) / seconds,
+                  normalize(now.a - before.a) / seconds);
 }
 
 /// A velocity as odometry with constant relative errors measures it.

@@ -91,7 +91,7 @@ RaysOfSensor Rows::Stepper::DirectionsOf(size_t index) {
   SineCosine* const unit_vectors = &s_.own_unit_vectors[sensor.first_ray];
   for (uint32_t i = 0; i < sensor.rays; i++) {
     const double bearing =
-        sensor.bearings[i] + sensor.increment * settings.angle_noise * 0.5 * UniformError(stream);
+        settings.bearings[i] + sensor.increment * settings.angle_noise * 0.5 * UniformError(stream);
     unit_vectors[i] = sensing::UnitVectorOf(bearing);
     directions[i] = sensing::MakeDirection(unit_vectors[i]);
   }

@@ -3,14 +3,11 @@
 #include "rows/row_bridge.hh"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "messages/assert.hh"
 #include "models/body.hh"
 #include "models/model_seed.hh"
 #include "models/power_pack.hh"
-#include "random/fnv1a.hh"
 #include "world/engine.hh"
 #include "world/initial_state.hh"
 #include "world/rasterized_body.hh"
@@ -18,10 +15,6 @@
 namespace Stg {
 
 namespace {
-
-rows::Planar PlanarOf(const Pose& pose) { return {pose.x, pose.y, pose.a}; }
-
-Pose PoseOf(const rows::Planar& p, double z) { return Pose(p.x, p.y, z, p.a); }
 
 bool SameState(const RandomStream& a, RandomStream b) {
   RandomStream copy = a;
@@ -48,10 +41,9 @@ uint64_t RowBridge::SeedOfMover(const rows::Scene& scene, size_t mover, uint64_t
 
 uint64_t RowBridge::SeedOfNoise(const rows::Scene& scene, size_t sensor, uint64_t seed) {
   const rows::Sensor& of = scene.sensors[sensor];
-  const ModelRanger& ranger = *of.ranger;
-  const uint64_t hash = Fnv1a(ranger.token + "/" + std::to_string(of.index));
-  return Stg::SeedOfNoise(seed, hash, ranger.shares_name_,
-                          ranger.shares_name_ ? SeedOf(scene, ranger, seed) : 0);
+  const bool shares_name = of.ranger->shares_name_;
+  return Stg::SeedOfNoise(seed, of.name_hash, shares_name,
+                          shares_name ? SeedOf(scene, *of.ranger, seed) : 0);
 }
 
 // ---- from a world to a row ----------------------------------------------------------------------
@@ -71,7 +63,7 @@ void RowBridge::ReadModels(const World& world, rows::Rows* to, size_t row) {
   for (size_t k = 0; k < scene.movers.size(); k++) {
     const Model& model = *world.FindModel(scene.movers[k].model->GetId());
     const size_t i = row * scene.movers.size() + k;
-    c.pose[i] = c.sensed[i] = PlanarOf(model.pose);
+    c.pose[i] = c.sensed[i] = rows::PlanarOf(model.pose);
     c.turn[i] = SinCos(model.pose.a);
     c.stalled[i] = model.stall;
     if (scene.movers[k].robot) ReadRobot(static_cast<const ModelPosition&>(model), to, row, i);
@@ -89,18 +81,18 @@ void RowBridge::ReadModels(const World& world, rows::Rows* to, size_t row) {
 void RowBridge::ReadRobot(const ModelPosition& model, rows::Rows* to, size_t row, size_t i) {
   rows::Columns& c = to->columns;
   c.last_update[row] = model.last_update_;
-  c.velocity[i] = PlanarOf(model.velocity);
-  c.command[i] = PlanarOf(model.goal);
+  c.velocity[i] = rows::PlanarOf(model.velocity);
+  c.command[i] = rows::PlanarOf(model.goal);
   c.mode[i] = static_cast<uint8_t>(model.control_mode);
   c.watts[i] = model.watts;
-  c.sensed[i] = PlanarOf(model.sensed_pose_);
+  c.sensed[i] = rows::PlanarOf(model.sensed_pose_);
   if (!c.hindered.empty()) c.hindered[i] = model.is_hindered_;
-  if (!c.made.empty()) c.made[i] = PlanarOf(model.made_);
+  if (!c.made.empty()) c.made[i] = rows::PlanarOf(model.made_);
   if (!c.steering.empty()) c.steering[i] = model.steering_;
   if (c.estimate.empty()) return;
-  c.estimate[i] = PlanarOf(model.est_pose);
-  c.driven[i] = PlanarOf(model.driven_);
-  c.error[i] = PlanarOf(model.integration_error);
+  c.estimate[i] = rows::PlanarOf(model.est_pose);
+  c.driven[i] = rows::PlanarOf(model.driven_);
+  c.error[i] = rows::PlanarOf(model.integration_error);
   if (!model.noisy_odometry_) return;
   c.noisy_odometry[i] = *model.noisy_odometry_;
   c.random[i] = const_cast<ModelPosition&>(model).random_.Get();
@@ -147,12 +139,12 @@ void RowBridge::WriteMovers(const rows::Rows& from, size_t row, World* world) {
     const rows::Mover& mover = scene.movers[k];
     Model& model = *world->FindModel(mover.model->GetId());
     const size_t i = row * scene.movers.size() + k;
-    model.pose = PoseOf(c.pose[i], mover.z);
+    model.pose = rows::PoseOf(c.pose[i], mover.z);
     model.stall = c.stalled[i];
     if (mover.robot)
       WriteRobot(from, row, k, static_cast<ModelPosition*>(&model));
     else if (c.steps[row] > 0 && mover.is_pushed)
-      model.pose_before_push_ = std::make_unique<Pose>(PoseOf(c.before[i], mover.z));
+      model.pose_before_push_ = std::make_unique<Pose>(rows::PoseOf(c.before[i], mover.z));
   }
 }
 
@@ -161,24 +153,24 @@ void RowBridge::WriteRobot(const rows::Rows& from, size_t row, size_t k, ModelPo
   const rows::Mover& mover = from.scene().movers[k];
   const size_t i = row * from.scene().movers.size() + k;
   ModelPosition& model = *to;
-  model.velocity = Velocity(c.velocity[i].x, c.velocity[i].y, 0, c.velocity[i].a);
-  model.goal = PoseOf(c.command[i], 0);
+  model.velocity = rows::VelocityOf(c.velocity[i]);
+  model.goal = rows::PoseOf(c.command[i], 0);
   model.control_mode = static_cast<ModelPosition::ControlMode>(c.mode[i]);
   model.watts = c.watts[i];
   model.last_update_ = c.last_update[row];
   if (from.HasReadings(row)) {
-    model.sensed_pose_ = PoseOf(c.sensed[i], mover.z);
+    model.sensed_pose_ = rows::PoseOf(c.sensed[i], mover.z);
     model.sensed_at_ = c.last_update[row];
     if (!mover.has_odometry) model.est_pose = model.sensed_pose_;
   }
   if (!c.hindered.empty()) {
     model.is_hindered_ = c.hindered[i];
-    model.made_ = Velocity(c.made[i].x, c.made[i].y, 0, c.made[i].a);
+    model.made_ = rows::VelocityOf(c.made[i]);
   }
   if (mover.steers) model.steering_ = c.steering[i];
   if (!mover.has_odometry) return;
-  model.est_pose = PoseOf(c.estimate[i], model.est_pose.z);
-  model.driven_ = PoseOf(c.driven[i], 0);
+  model.est_pose = rows::PoseOf(c.estimate[i], model.est_pose.z);
+  model.driven_ = rows::PoseOf(c.driven[i], 0);
   if (!mover.has_noisy_odometry) return;
   *model.noisy_odometry_ = c.noisy_odometry[i];
   if (!SameState(c.random[i], RandomStream(model.random_.seed())))
@@ -221,7 +213,7 @@ void RowBridge::WriteSensors(const rows::Rows& from, size_t row, World* world) {
     sensor.seeded_ = true;
     const rows::Mover& mover = scene.movers[of.mover];
     ranger.SetScanPose(mover.GlobalPoseOf(
-        of.node, PoseOf(c.sensed[row * scene.movers.size() + of.mover], mover.z)));
+        of.node, rows::PoseOf(c.sensed[row * scene.movers.size() + of.mover], mover.z)));
   }
 }
 

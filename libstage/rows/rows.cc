@@ -12,9 +12,9 @@ namespace Stg::rows {
 
 namespace {
 
-/// Calls f(column, elements per world) for each column.
-template <typename F>
-void ForEachColumn(const Scene& scene, Columns* c, F f) {
+/// Calls f(elements per world, column...) for each column, with that column of each of `c`.
+template <typename F, typename... C>
+void ForEachColumn(const Scene& scene, F f, C*... c) {
   const size_t robots = scene.movers.size(), bodies = scene.bodies.size();
   const auto any = [&](auto is) { return std::ranges::any_of(scene.movers, is); };
   const bool odometry = any([](const Mover& m) { return m.has_odometry; });
@@ -23,52 +23,39 @@ void ForEachColumn(const Scene& scene, Columns* c, F f) {
   const bool steers = any([](const Mover& m) { return m.steers; });
   const bool noise =
       std::ranges::any_of(scene.sensors, [](const Sensor& sensor) { return sensor.noisy; });
-  f(&c->seed, 1);
-  f(&c->time, 1);
-  f(&c->next_update, 1);
-  f(&c->last_update, 1);
-  f(&c->steps, 1);
-  f(&c->extent, 1);
-  f(&c->stamps, 1);
-  f(&c->pose, robots);
-  f(&c->turn, robots);
-  f(&c->velocity, robots);
-  f(&c->command, robots);
-  f(&c->sensed, robots);
-  f(&c->mode, robots);
-  f(&c->stalled, robots);
-  f(&c->watts, robots);
-  f(&c->made, scene.outlines ? robots : 0);
-  f(&c->hindered, scene.outlines ? robots : 0);
-  f(&c->steering, steers ? robots : 0);
-  f(&c->before, things ? robots : 0);
-  f(&c->stored, scene.packs.size());
-  f(&c->dissipated, scene.packs.size());
-  f(&c->energy, scene.packs.empty() ? 0 : 1);
-  f(&c->estimate, odometry ? robots : 0);
-  f(&c->driven, odometry ? robots : 0);
-  f(&c->error, odometry ? robots : 0);
-  f(&c->noisy_odometry, noisy ? robots : 0);
-  f(&c->random, noisy ? robots : 0);
-  f(&c->box, bodies);
-  f(&c->stamp, bodies);
-  f(&c->bits, scene.byte_count);
-  f(&c->noise, noise ? scene.sensors.size() : 0);
-  f(&c->ranges, scene.ray_count);
-  f(&c->brightness, scene.ray_count);
-}
-
-/// Calls f(to, from, elements per world) for each column of both.
-template <typename F>
-void ForEachPair(const Scene& scene, Columns* to, const Columns& from, F f) {
-  // The second pass finds the columns of `from` by their order.
-  std::vector<const void*> columns;
-  ForEachColumn(scene, const_cast<Columns*>(&from),
-                [&](auto* column, size_t) { columns.push_back(column); });
-  size_t i = 0;
-  ForEachColumn(scene, to, [&](auto* column, size_t count) {
-    f(column, static_cast<decltype(column)>(const_cast<void*>(columns[i++])), count);
-  });
+  f(size_t{1}, &c->seed...);
+  f(size_t{1}, &c->time...);
+  f(size_t{1}, &c->next_update...);
+  f(size_t{1}, &c->last_update...);
+  f(size_t{1}, &c->steps...);
+  f(size_t{1}, &c->extent...);
+  f(size_t{1}, &c->stamps...);
+  f(robots, &c->pose...);
+  f(robots, &c->turn...);
+  f(robots, &c->velocity...);
+  f(robots, &c->command...);
+  f(robots, &c->sensed...);
+  f(robots, &c->mode...);
+  f(robots, &c->stalled...);
+  f(robots, &c->watts...);
+  f(scene.outlines ? robots : 0, &c->made...);
+  f(scene.outlines ? robots : 0, &c->hindered...);
+  f(steers ? robots : 0, &c->steering...);
+  f(things ? robots : 0, &c->before...);
+  f(scene.packs.size(), &c->stored...);
+  f(scene.packs.size(), &c->dissipated...);
+  f(size_t{!scene.packs.empty()}, &c->energy...);
+  f(odometry ? robots : 0, &c->estimate...);
+  f(odometry ? robots : 0, &c->driven...);
+  f(odometry ? robots : 0, &c->error...);
+  f(noisy ? robots : 0, &c->noisy_odometry...);
+  f(noisy ? robots : 0, &c->random...);
+  f(bodies, &c->box...);
+  f(bodies, &c->stamp...);
+  f(size_t{scene.byte_count}, &c->bits...);
+  f(noise ? scene.sensors.size() : 0, &c->noise...);
+  f(size_t{scene.ray_count}, &c->ranges...);
+  f(size_t{scene.ray_count}, &c->brightness...);
 }
 
 }  // namespace
@@ -83,23 +70,25 @@ Rows::Rows(std::shared_ptr<const Scene> scene, std::span<const uint64_t> seeds)
 }
 
 void Rows::Resize(size_t worlds) {
-  ForEachColumn(*scene_, &columns,
-                [&](auto* column, size_t count) { column->resize(worlds * count); });
+  ForEachColumn(
+      *scene_, [&](size_t count, auto* column) { column->resize(worlds * count); }, &columns);
 }
 
 size_t Rows::BytesPerWorld() const {
   size_t bytes = 0;
-  ForEachColumn(*scene_, const_cast<Columns*>(&columns),
-                [&](auto* column, size_t count) { bytes += count * sizeof((*column)[0]); });
+  ForEachColumn(
+      *scene_, [&](size_t count, auto* column) { bytes += count * sizeof((*column)[0]); },
+      &columns);
   return bytes;
 }
 
 void Rows::Copy(size_t to, const Rows& other, size_t from) {
   STAGE_ASSERT(&scene() == &other.scene() && to < size() && from < other.size());
-  ForEachPair(*scene_, &columns, other.columns, [&](auto* into, auto* source, size_t count) {
+  const auto copy = [&](size_t count, auto* into, const auto* source) {
     std::copy_n(source->begin() + static_cast<std::ptrdiff_t>(from * count), count,
                 into->begin() + static_cast<std::ptrdiff_t>(to * count));
-  });
+  };
+  ForEachColumn(*scene_, copy, &columns, &other.columns);
 }
 
 void Rows::Reset(size_t world, uint64_t seed) {
@@ -125,11 +114,11 @@ void Rows::SetOutline(size_t world, size_t body, const CornerCells& corners, uin
 void Rows::DrawErrors(size_t world) {
   RandomStream random(columns.seed[world]);
   const size_t first = world * scene_->movers.size();
-  for (const ErrorSource& source : scene_->error_sources) {
+  for (size_t i = 0; i < scene_->movers.size(); i++) {
+    const Mover& mover = scene_->movers[i];
+    if (!mover.robot) continue;
     const Velocity error = DrawOdomError(&random);
-    if (source.mover == ErrorSource::kNone) continue;
-    const size_t i = first + source.mover;
-    if (!scene_->movers[source.mover].errors_given) columns.error[i] = {error.x, error.y, error.a};
+    if (!mover.errors_given) columns.error[first + i] = {error.x, error.y, error.a};
   }
   if (columns.random.empty()) return;
   for (size_t i = 0; i < scene_->movers.size(); i++)

@@ -19,6 +19,7 @@
 #include "motion/odometry.hh"
 #include "random/random.hh"
 #include "rows/outline_bits.hh"
+#include "rows/planar.hh"
 #include "rows/scene.hh"
 
 namespace Stg {
@@ -26,11 +27,6 @@ class RowBridge;
 }
 
 namespace Stg::rows {
-
-/// A pose, velocity or command in the plane: m or m/s, rad or rad/s.
-struct Planar {
-  double x = 0, y = 0, a = 0;
-};
 
 /// The columns. All are in the order of the worlds; in a world, of the robots, bodies or rays.
 struct Columns {

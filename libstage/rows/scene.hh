@@ -65,10 +65,10 @@ struct Sensor {
   double reach;                         ///< m
   double z;                             ///< m, of the rays
   bool exact, noisy, turns_noisily;
-  std::vector<double> bearings;  ///< rad
-  double increment;              ///< rad
-  uint32_t first_ray, rays;      ///< among those of a world
-  uint32_t first_direction;      ///< in Scene::directions
+  double increment;          ///< rad
+  uint64_t name_hash;        ///< see Model::NoiseSeed()
+  uint32_t first_ray, rays;  ///< among those of a world
+  uint32_t first_direction;  ///< in Scene::directions
   internal::grid::LayerIndex layer;
   uint32_t seen;                 ///< index in Scene::seen
   std::vector<uint32_t> others;  ///< bodies of other robots that its rays may hit
@@ -82,7 +82,7 @@ struct Mover {
   const ModelPosition* robot;  ///< the same model; null: a thing
   double z;                    ///< m
   std::vector<Node> nodes;
-  uint32_t first_body, body_count, first_sensor, sensor_count;
+  uint32_t first_body, body_count;
   DriveInput drive;  ///< what does not change; the bounds are those of the prototype
   DriveFunction function;
   double mass;
@@ -121,12 +121,6 @@ struct Consumer {
   double watts;
 };
 
-/// A model that draws errors of odometry while it is loaded.
-struct ErrorSource {
-  static constexpr uint32_t kNone = UINT32_MAX;
-  uint32_t mover;  ///< kNone: of a model that is no robot of the scene
-};
-
 struct Scene {
   /// The world that the scene was made from, in its state after loading.
   std::unique_ptr<World> prototype;
@@ -143,8 +137,7 @@ struct Scene {
   std::vector<double> brightness;                           ///< values of ranger_return; 0: nothing
   std::vector<Pack> packs;
   std::vector<Consumer> consumers;
-  std::vector<ErrorSource> error_sources;  ///< in the order of drawing
-  std::vector<const Model*> updating;      ///< in the order of their updates
+  std::vector<const Model*> updating;  ///< in the order of their updates
 
   // Everything that stands.
   internal::grid::Grid grid;

@@ -13,6 +13,7 @@
 #include "models/model_type.hh"
 #include "models/power_pack.hh"
 #include "motion/drive_table.hh"
+#include "random/fnv1a.hh"
 #include "rows/row_bridge.hh"
 #include "rows/stepper.hh"
 #include "world/engine.hh"
@@ -159,7 +160,7 @@ class RowBridge::SceneMaker {
   static void SetRobot(const ModelPosition& model, rows::Mover* to);
   void AddNode(const Model& model, uint32_t parent, rows::Mover* mover);
   void AddBodies(const Model& model, uint32_t node, rows::Mover* mover);
-  void AddSensor(const ModelRanger& ranger, uint32_t node, uint32_t index);
+  void AddSensor(ModelRanger* ranger, uint32_t node, uint32_t index);
   uint8_t BrightnessOf(const Model& model);
   template <typename F>
   void ForEachStandingBody(F f) const;
@@ -177,8 +178,6 @@ void RowBridge::SceneMaker::AddMovers() {
   for (const Model* model : world_.engine_->models) BrightnessOf(*model);
   for (const Model* model : world_.engine_->models) {
     if (model->Parent() || !IsOfMover(*model)) continue;
-    if (IsRobot(*model))
-      scene_.error_sources.push_back({static_cast<uint32_t>(scene_.movers.size())});
     AddMover(*model);
   }
   if (scene_.brightness.size() > kMaxBrightness)
@@ -290,48 +289,42 @@ uint8_t RowBridge::SceneMaker::BrightnessOf(const Model& model) {
 
 void RowBridge::SceneMaker::AddSensors() {
   for (uint32_t k = 0; k < scene_.movers.size(); k++) {
-    rows::Mover& mover = scene_.movers[k];
-    mover.first_sensor = static_cast<uint32_t>(scene_.sensors.size());
     uint32_t node = 0;
-    const auto visit = [&](const Model& model, const auto& self) -> void {
+    const auto visit = [&](Model* model, const auto& self) -> void {
       const uint32_t own = node++;
-      if (IsOfType(model, "ranger") && IsRunning(model)) {
-        const auto& ranger = static_cast<const ModelRanger&>(model);
-        for (uint32_t i = 0; i < ranger.GetSensors().size(); i++) {
-          if (ranger.GetSensors()[i].sample_count == 0) continue;
+      if (IsOfType(*model, "ranger") && IsRunning(*model)) {
+        auto* const ranger = static_cast<ModelRanger*>(model);
+        for (uint32_t i = 0; i < ranger->GetSensors().size(); i++) {
+          if (ranger->GetSensors()[i].sample_count == 0) continue;
           AddSensor(ranger, own, i);
           scene_.sensors.back().mover = k;
         }
       }
-      for (const Model* child : model.GetChildren()) self(*child, self);
+      for (Model* child : model->GetChildren()) self(child, self);
     };
-    visit(*mover.model, visit);
-    mover.sensor_count = static_cast<uint32_t>(scene_.sensors.size()) - mover.first_sensor;
+    visit(world_.FindModel(scene_.movers[k].model->GetId()), visit);
   }
 }
 
-void RowBridge::SceneMaker::AddSensor(const ModelRanger& ranger, uint32_t node, uint32_t index) {
-  const ModelRanger::Sensor& settings = ranger.GetSensors()[index];
-  const double fov = std::isfinite(settings.fov) ? settings.fov : 0.0;
+void RowBridge::SceneMaker::AddSensor(ModelRanger* ranger, uint32_t node, uint32_t index) {
+  ModelRanger::Sensor& settings = ranger->GetSensorsMutable()[index];
+  settings.Resize();  // finds the bearings
   const uint32_t samples = settings.sample_count;
   rows::Sensor sensor{};
   sensor.node = node;
-  sensor.ranger = &ranger;
+  sensor.ranger = ranger;
   sensor.settings = &settings;
   sensor.index = index;
   sensor.reach = settings.Reach();
   sensor.exact = world_.engine_->IsExact(settings.ray_model);
   sensor.first_ray = scene_.ray_count;
   sensor.rays = samples;
-  sensor.increment = fov / (samples > 1 ? samples - 1 : 1);
-  sensor.turns_noisily =
-      settings.angle_noise != 0 && sensor.increment != 0 && std::isfinite(settings.angle_noise);
-  sensor.noisy =
-      sensor.turns_noisily || settings.range_noise != 0 || settings.range_noise_const != 0;
-  for (uint32_t i = 0; i < samples; i++)
-    sensor.bearings.push_back(internal::sensing::SampleBearing(fov, samples, i));
-  sensor.first_direction = scene_.directions.Find(fov, samples);
-  const Pose frame = ranger.SensorFrame(ranger.GetGlobalPose());
+  sensor.turns_noisily = settings.HasAngleNoise();
+  sensor.noisy = settings.IsNoisy();
+  sensor.increment = settings.Increment();
+  sensor.name_hash = Fnv1a(ranger->token + "/" + std::to_string(index));
+  sensor.first_direction = scene_.directions.Find(settings.table_fov_, samples);
+  const Pose frame = ranger->SensorFrame(ranger->GetGlobalPose());
   sensor.z = ModelRanger::OriginOf(settings, frame, SinCos(frame.a)).z;
   scene_.ray_count += samples;
   scene_.sensors.push_back(std::move(sensor));

@@ -19,6 +19,7 @@
 #include "models/property_checks.hh"
 #include "motion/contacts.hh"
 #include "motion/drive_table.hh"
+#include "motion/odometry.hh"
 #include "rows/clones.hh"
 #include "rows/rows.hh"
 #include "sensing/crossing.hh"
@@ -29,14 +30,7 @@ namespace Stg::rows {
 namespace {
 
 constexpr double kSecond = 1e6;                          // microseconds
-constexpr double kHindered = 0.95;                       // see ContactPhase
 constexpr int32_t kSuperShift = RAY_TILE_SHIFT + 3 + 4;  // log2 of the side of a superregion
-
-Pose AddPlanar(const Planar& at, double z, const Pose& p) { return Pose(at.x, at.y, z, at.a) + p; }
-
-Planar PlanarOf(const Pose& pose) { return {pose.x, pose.y, pose.a}; }
-
-bool IsZero(const Planar& v) { return v.x == 0 && v.y == 0 && v.a == 0; }
 
 }  // namespace
 
@@ -126,58 +120,52 @@ void Rows::Stepper::Drive(size_t index, double dt) {
   const Mover& mover = scene_.movers[index];
   if (!mover.robot) return;
   const size_t i = mover_ + index;
-  const auto power = [&](const Velocity& v) {
-    return 1.0 + 10.0 * mover.mass * (std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.a));
-  };
   if (mover.pack != Consumer::kNone && c_.stored[pack_ + mover.pack] == 0) {
-    c_.watts[i] = power(Velocity());
+    c_.watts[i] = motion::PowerAt(mover.mass, Velocity());
     c_.velocity[i] = Planar();
     return;
   }
   if (mover.obeys_velocity && c_.mode[i] == DriveInput::kVelocity) return ObeyVelocity(index);
   DriveInput input = mover.drive;
   input.mode = static_cast<DriveInput::Mode>(c_.mode[i]);
-  input.command = Pose(c_.command[i].x, c_.command[i].y, 0, c_.command[i].a);
-  input.velocity = Velocity(c_.velocity[i].x, c_.velocity[i].y, 0, c_.velocity[i].a);
+  input.command = PoseOf(c_.command[i], 0);
+  input.velocity = VelocityOf(c_.velocity[i]);
   if (input.mode == DriveInput::kPosition) input.estimate = EstimateOf(index);
   if (mover.steers) input.steering = c_.steering[i];
   input.dt = dt;
   const motion::Driven driven = motion::Drive(mover.function, input);
   if (mover.steers) c_.steering[i] = driven.steering;
-  double watts = power(driven.wanted);
-  if (input.limits_acceleration || !std::isfinite(watts)) watts = power(driven.made);
-  if (std::isfinite(watts)) c_.watts[i] = watts;
-  c_.velocity[i] = PlanarOf(driven.made);
+  UseVelocity(index, driven, input.limits_acceleration);
+}
+
+void Rows::Stepper::UseVelocity(size_t index, const motion::Driven& driven,
+                                bool limits_acceleration) {
+  const double watts = motion::PowerOf(driven, scene_.movers[index].mass, limits_acceleration);
+  if (std::isfinite(watts)) c_.watts[mover_ + index] = watts;
+  c_.velocity[mover_ + index] = PlanarOf(driven.made);
 }
 
 /// Drive() for a drive that makes a command of velocity as it is, within bounds.
 void Rows::Stepper::ObeyVelocity(size_t index) {
   const Mover& mover = scene_.movers[index];
-  const size_t i = mover_ + index;
   const Bounds* const bounds = mover.drive.velocity_bounds;
-  const double x = c_.command[i].x, y = mover.is_omni ? c_.command[i].y : 0.0, a = c_.command[i].a;
+  const Planar& command = c_.command[mover_ + index];
+  const Velocity wanted(command.x, mover.is_omni ? command.y : 0.0, 0, command.a);
   const auto clipped = [&](double value, const Bounds& b) {
     return value < b.min ? b.min : value > b.max ? b.max : value;
   };
-  const Planar made{clipped(x, bounds[0]), clipped(y, bounds[1]), clipped(a, bounds[3])};
-  const auto power = [&](double vx, double vy, double va) {
-    return 1.0 + 10.0 * mover.mass * (std::fabs(vx) + std::fabs(vy) + std::fabs(va));
-  };
-  double watts = power(x, y, a);
-  if (!std::isfinite(watts)) watts = power(made.x, made.y, made.a);
-  if (std::isfinite(watts)) c_.watts[i] = watts;
-  c_.velocity[i] = made;
+  const Velocity made(clipped(wanted.x, bounds[0]), clipped(wanted.y, bounds[1]), 0,
+                      clipped(wanted.a, bounds[3]));
+  UseVelocity(index, {wanted, made, 0}, false);
 }
 
 /// See ModelPosition::EstimateNow().
 Pose Rows::Stepper::EstimateOf(size_t index) const {
   const size_t i = mover_ + index;
   const Mover& mover = scene_.movers[index];
-  if (!mover.has_odometry) return Pose(c_.sensed[i].x, c_.sensed[i].y, mover.z, c_.sensed[i].a);
-  const Planar& driven = c_.driven[i];
-  const Pose next = AddPlanar(c_.estimate[i], 0, Pose(driven.x, driven.y, 0, driven.a));
-  if (IsFinite(next)) return next;
-  return Pose(c_.estimate[i].x, c_.estimate[i].y, 0, c_.estimate[i].a);
+  if (!mover.has_odometry) return PoseOf(c_.sensed[i], mover.z);
+  const Pose before = PoseOf(c_.estimate[i], 0), next = before + PoseOf(c_.driven[i], 0);
+  return IsFinite(next) ? next : before;
 }
 
 /// See ModelPosition::StoreSensedPose().
@@ -186,11 +174,8 @@ void Rows::Stepper::StoreSensedPose(size_t index) {
   const Mover& mover = scene_.movers[index];
   c_.sensed[i] = c_.pose[i];
   if (!mover.has_odometry) return;
-  if (mover.has_noisy_odometry) {
-    const Planar &estimate = c_.estimate[i], &driven = c_.driven[i];
-    c_.noisy_odometry[i].Refresh(Pose(estimate.x, estimate.y, 0, estimate.a),
-                                 Pose(driven.x, driven.y, 0, driven.a));
-  }
+  if (mover.has_noisy_odometry)
+    c_.noisy_odometry[i].Refresh(PoseOf(c_.estimate[i], 0), PoseOf(c_.driven[i], 0));
   c_.estimate[i] = PlanarOf(EstimateOf(index));
   c_.driven[i] = Planar();
 }
@@ -204,22 +189,17 @@ void Rows::Stepper::NoteMotion(size_t index, const Planar& made) {
   const Planar& velocity = c_.velocity[i];
   bool hindered = false;
   if (scene_.outlines) {
-    const bool as_wanted = made.x == velocity.x && made.y == velocity.y && made.a == velocity.a;
-    hindered = !as_wanted && !(c_.stalled[i] && IsZero(made));
+    hindered = !(made == velocity) && !(c_.stalled[i] && made.IsZero());
     c_.hindered[i] = hindered;
     if (hindered) c_.made[i] = made;
   }
   if (!mover.has_odometry) return;
-  const Velocity command(velocity.x, velocity.y, 0, velocity.a);
-  const Velocity actual = hindered        ? Velocity(made.x, made.y, 0, made.a)
-                          : c_.stalled[i] ? Velocity()
-                                          : command;
+  const Velocity command = VelocityOf(velocity);
+  const Velocity actual = hindered ? VelocityOf(made) : c_.stalled[i] ? Velocity() : command;
   const Velocity wheels = motion::WheelVelocity(actual, command, mover.wheel_slip);
   if (wheels.IsZero()) return;
-  const Planar& error = c_.error[i];
-  Velocity measured = motion::WithOdomError(wheels, Velocity(error.x, error.y, 0, error.a));
-  Planar& driven = c_.driven[i];
-  const Pose before(driven.x, driven.y, 0, driven.a);
+  Velocity measured = motion::WithOdomError(wheels, VelocityOf(c_.error[i]));
+  const Pose before = PoseOf(c_.driven[i], 0);
   if (mover.has_noisy_odometry) {
     RandomStream* const stream = &c_.random[i];
     const double normal[2] = {NormalError(stream), NormalError(stream)};
@@ -227,14 +207,14 @@ void Rows::Stepper::NoteMotion(size_t index, const Planar& made) {
   }
   const Pose next = before + Pose(measured.x * seconds_, measured.y * seconds_,
                                   measured.z * seconds_, normalize(measured.a * seconds_));
-  if (IsFinite(next)) driven = PlanarOf(next);
+  if (IsFinite(next)) c_.driven[i] = PlanarOf(next);
 }
 
 /// See ModelPosition::GetWantedMove(). Returns false if the robot stands.
 bool Rows::Stepper::FindWanted(size_t index, Placed* wanted) {
   const size_t i = mover_ + index;
   const Planar& v = c_.velocity[i];
-  if (IsZero(v)) return false;  // as things always do
+  if (v.IsZero()) return false;  // as things always do
   *wanted = PlaceOf(index) + Pose(v.x * seconds_, v.y * seconds_, 0, Normalized(v.a * seconds_));
   if (std::isfinite(wanted->x) && std::isfinite(wanted->y) && std::isfinite(wanted->a)) return true;
   c_.stalled[i] = true;
@@ -259,14 +239,14 @@ STAGE_INLINE bool FindCells(const Body& body, const Placed& frame, double cells_
                             CornerCells* to) {
   const double *const x = body.corners_x.data(), *const y = body.corners_y.data();
   const size_t count = body.corners_x.size();
-  constexpr double kLow = 1.0 - internal::grid::kMaxCell, kHigh = internal::grid::kMaxCell;
   const double sine = frame.turn.sine, cosine = frame.turn.cosine;
   const double at_x = frame.x, at_y = frame.y;
   int outside = 0;
   for (size_t i = 0; i < count; i++) {
     const double cx = (at_x + x[i] * cosine - y[i] * sine) * cells_per_metre;
     const double cy = (at_y + x[i] * sine + y[i] * cosine) * cells_per_metre;
-    const bool fits = (cx >= kLow) & (cx < kHigh) & (cy >= kLow) & (cy < kHigh);
+    const bool fits =
+        FloorIsWithin(cx, internal::grid::kMaxCell) & FloorIsWithin(cy, internal::grid::kMaxCell);
     outside |= !fits;
     to->x[i] = FloorToInt(fits ? cx : 0.0);
     to->y[i] = FloorToInt(fits ? cy : 0.0);
@@ -438,25 +418,20 @@ SineCosine Rows::Stepper::TurnAfter(size_t index, double heading) const {
 /// See ContactPhase::WritePoses(). The pose itself is written when the robot is rasterized.
 void Rows::Stepper::EndMove(size_t k) {
   const size_t i = mover_ + k;
+  const Mover& mover = scene_.movers[k];
   const Planar before = c_.pose[i], now = NewPose(k);
-  const auto equal = [](const Planar& a, const auto& b) {
-    return a.x == b.x && a.y == b.y && a.a == b.a;
-  };
-  if (!equal(now, before)) s_.asked[k] |= kMoved;
-  if (scene_.movers[k].is_pushed) c_.before[i] = before;
-  if (!scene_.movers[k].robot) return;
-  if (s_.asked[k] & kAsked)
-    c_.stalled[i] = s_.columns.made[scene_.movers[k].row] < kHindered || (s_.asked[k] & kInFloor);
-  Planar made;
-  if ((s_.asked[k] & kAsked) && equal(now, s_.wanted[k])) {
-    made = c_.velocity[i];
-  } else if (!equal(now, before)) {
-    const SineCosine turn = SinCos(-before.a);
-    const motion::Vector moved =
-        motion::Rotate({now.x - before.x, now.y - before.y}, turn.sine, turn.cosine);
-    made = {moved.x / seconds_, moved.y / seconds_, normalize(now.a - before.a) / seconds_};
-  }
-  if (IsZero(made) && IsZero(c_.velocity[i]))
+  if (!(now == before)) s_.asked[k] |= kMoved;
+  if (mover.is_pushed) c_.before[i] = before;
+  if (!mover.robot) return;
+  const Placed& wanted = s_.wanted[k];
+  const bool asked = s_.asked[k] & kAsked;
+  if (asked)
+    c_.stalled[i] = s_.columns.made[mover.row] < motion::kHindered || (s_.asked[k] & kInFloor);
+  const Planar made =
+      asked && now == Planar{wanted.x, wanted.y, wanted.a}
+          ? c_.velocity[i]
+          : PlanarOf(motion::VelocityBetween(PoseOf(before, 0), PoseOf(now, 0), seconds_));
+  if (made.IsZero() && c_.velocity[i].IsZero())
     c_.hindered[i] = false;
   else
     NoteMotion(k, made);

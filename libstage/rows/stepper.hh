@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "motion/contacts.hh"
+#include "motion/drive_table.hh"
 #include "rows/placed.hh"
 #include "rows/rows.hh"
 #include "sensing/exact_group.hh"
@@ -81,6 +82,7 @@ class Rows::Stepper {
   static constexpr uint8_t kAsked = 1, kMoved = 2, kInFloor = 4;
   void Drive(size_t index, double dt);
   void ObeyVelocity(size_t index);
+  void UseVelocity(size_t index, const motion::Driven& driven, bool limits_acceleration);
   Pose EstimateOf(size_t index) const;
   void StoreSensedPose(size_t index);
 

@@ -204,9 +204,7 @@ Velocity ModelPosition::NextVelocity(double dt) {
   const DriveInput input = InputOfDrive(dt);
   const motion::Driven driven = motion::Drive(drive_->function, input);
   steering_ = driven.steering;
-  // Uses the unbounded velocity, as Stage 4.3 does, unless that is infinite or only aimed at.
-  double power = PowerOf(driven.wanted);
-  if (limits_acceleration_ || !std::isfinite(power)) power = PowerOf(driven.made);
+  const double power = motion::PowerOf(driven, mass, limits_acceleration_);
   if (std::isfinite(power)) watts = power;
   return driven.made;
 }
@@ -231,9 +229,7 @@ DriveInput ModelPosition::InputOfDrive(double dt) const {
   return input;
 }
 
-double ModelPosition::PowerOf(const Velocity& vel) const {
-  return 1.0 + 10.0 * mass * (std::fabs(vel.x) + std::fabs(vel.y) + std::fabs(vel.a));
-}
+double ModelPosition::PowerOf(const Velocity& vel) const { return motion::PowerAt(mass, vel); }
 
 bool ModelPosition::IsOutOfPower() const {
   if (!stops_when_empty_) return false;

@@ -9,6 +9,7 @@
 #include "geometry/trigonometry.hh"
 #include "messages/assert.hh"
 #include "models/model_type.hh"
+#include "motion/odometry.hh"
 #include "motion/separation.hh"
 #include "world/engine.hh"
 #include "world/phases/moves_tree.hh"
@@ -20,8 +21,6 @@ namespace {
 constexpr double kGravity = 9.80665;                     // m/s^2
 constexpr double kUsualRobot = 10.0, kUsualThing = 1.0;  // kg, of models without a mass
 constexpr double kLeastGrip = 1e-6;                      // N
-/// A move counts as hindered if less than this share of it was made.
-constexpr double kHindered = 0.95;
 constexpr size_t kRowGrain = 64;
 constexpr size_t kSpareShapes = 1000;  // then shapes that nobody uses are dropped
 
@@ -183,12 +182,7 @@ Velocity ContactPhase::MadeVelocity(size_t row, const Pose& before, double secon
   const Model::WantedMove& wanted = wanted_[row];
   const Pose& now = roots_[row]->pose;
   if ((marks_[row] & kAsked) && now == wanted.pose) return wanted.velocity;
-  if (now == before) return Velocity();
-  const SineCosine turn = SinCos(-before.a);
-  const motion::Vector moved =
-      motion::Rotate({now.x - before.x, now.y - before.y}, turn.sine, turn.cosine);
-  return Velocity(moved.x / seconds, moved.y / seconds, (now.z - before.z) / seconds,
-                  normalize(now.a - before.a) / seconds);
+  return motion::VelocityBetween(before, now, seconds);
 }
 
 void ContactPhase::WritePoses(size_t begin, size_t end, double seconds) {
@@ -201,7 +195,8 @@ void ContactPhase::WritePoses(size_t begin, size_t end, double seconds) {
       root.pose = now;
       marks_[i] |= kMoved;
     }
-    if (marks_[i] & kAsked) root.stall = columns_.made[i] < kHindered || (marks_[i] & kInFloor);
+    if (marks_[i] & kAsked)
+      root.stall = columns_.made[i] < motion::kHindered || (marks_[i] & kInFloor);
     root.EndMove(MadeVelocity(i, before, seconds));
   }
 }
