@@ -74,21 +74,21 @@ void RowBridge::ReadModels(const World& world, rows::Rows* to, size_t row) {
     c.dissipated[row * scene.packs.size() + k] = pack.GetDissipated();
     c.energy[row] = world.engine().energy_totals;
   }
-  const Model& first = *world.FindModel(scene.updating[0]->GetId());
-  c.next_update[row] = first.NextUpdateAfter(world.sim_time);
+  c.next_update[row] = scene.NextUpdateAfter(world.sim_time);
 }
 
 void RowBridge::ReadRobot(const ModelPosition& model, rows::Rows* to, size_t row, size_t i) {
   rows::Columns& c = to->columns;
-  c.last_update[row] = model.last_update_;
   c.velocity[i] = rows::PlanarOf(model.velocity);
   c.command[i] = rows::PlanarOf(model.goal);
   c.mode[i] = static_cast<uint8_t>(model.control_mode);
   c.watts[i] = model.watts;
-  c.sensed[i] = rows::PlanarOf(model.sensed_pose_);
   if (!c.hindered.empty()) c.hindered[i] = model.is_hindered_;
   if (!c.made.empty()) c.made[i] = rows::PlanarOf(model.made_);
   if (!c.steering.empty()) c.steering[i] = model.steering_;
+  if (!model.HasSubscribers()) return;
+  c.last_update[row] = model.last_update_;
+  c.sensed[i] = rows::PlanarOf(model.sensed_pose_);
   if (c.estimate.empty()) return;
   c.estimate[i] = rows::PlanarOf(model.est_pose);
   c.driven[i] = rows::PlanarOf(model.driven_);
@@ -157,8 +157,8 @@ void RowBridge::WriteRobot(const rows::Rows& from, size_t row, size_t k, ModelPo
   model.goal = rows::PoseOf(c.command[i], 0);
   model.control_mode = static_cast<ModelPosition::ControlMode>(c.mode[i]);
   model.watts = c.watts[i];
-  model.last_update_ = c.last_update[row];
-  if (from.HasReadings(row)) {
+  if (mover.runs) model.last_update_ = c.last_update[row];
+  if (mover.runs && from.HasReadings(row)) {
     model.sensed_pose_ = rows::PoseOf(c.sensed[i], mover.z);
     model.sensed_at_ = c.last_update[row];
     if (!mover.has_odometry) model.est_pose = model.sensed_pose_;

@@ -11,6 +11,7 @@
 #define STAGE_ROWS_SCENE_HH
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -80,13 +81,14 @@ struct Mover {
   static constexpr uint32_t kNoRow = UINT32_MAX;
   const Model* model;          ///< of the prototype
   const ModelPosition* robot;  ///< the same model; null: a thing
+  bool runs;                   ///< a robot with subscribers; others neither drive nor sense
   double z;                    ///< m
   std::vector<Node> nodes;
   uint32_t first_body, body_count;
   DriveInput drive;  ///< what does not change; the bounds are those of the prototype
   DriveFunction function;
   double mass;
-  bool has_odometry;  ///< localization "odom"
+  bool has_odometry;  ///< localization "odom", and the robot runs
   bool has_noisy_odometry, errors_given, steers;
   bool is_omni;
   bool obeys_velocity;  ///< makes a command of velocity as it is, within velocity bounds
@@ -148,7 +150,11 @@ struct Scene {
   motion::Walls walls;
   motion::Columns columns;  ///< of the robots
 
-  usec_t NextUpdateAfter(usec_t now) const { return updating[0]->NextUpdateAfter(now); }
+  /// Time of the next update; never if no model is running.
+  usec_t NextUpdateAfter(usec_t now) const {
+    return updating.empty() ? std::numeric_limits<usec_t>::max()
+                            : updating[0]->NextUpdateAfter(now);
+  }
 };
 
 }  // namespace Stg::rows

@@ -81,14 +81,14 @@ std::string RowBridge::WhyNotModel(const Model& model) {
 }
 
 std::string RowBridge::WhyNotRobot(const ModelPosition& robot) {
-  if (!IsRunning(robot)) return Named(robot) + " has no subscribers";
   if (robot.disabled) return Named(robot) + " is disabled";
+  if (robot.velocity.z != 0 || robot.goal.z != 0) return Named(robot) + " moves upwards";
+  if (!IsRunning(robot)) return "";
   if (robot.drive_mode == ModelPosition::DRIVE_CUSTOM)
     return Named(robot) + " has a drive of a plug-in";
   if (robot.drive_mode == ModelPosition::DRIVE_CAR &&
       robot.control_mode != ModelPosition::CONTROL_VELOCITY)
     return Named(robot) + " is a car without a command of velocity";
-  if (robot.velocity.z != 0 || robot.goal.z != 0) return Named(robot) + " moves upwards";
   return "";
 }
 
@@ -114,7 +114,6 @@ std::string RowBridge::WhyNotClosed(const World& world) {
     if (std::string reason = WhyNotModel(*model); !reason.empty()) return reason;
     robots += IsRobot(*model);
   }
-  if (robots == 0) return "there are no robots";
   if (robots > kMaxRobots) return "there are more than " + std::to_string(kMaxRobots) + " robots";
   return WhyNotSchedule(world);
 }
@@ -213,11 +212,12 @@ void RowBridge::SceneMaker::AddMover(const Model& model) {
 void RowBridge::SceneMaker::SetRobot(const ModelPosition& model, rows::Mover* to) {
   rows::Mover& mover = *to;
   mover.robot = &model;
+  mover.runs = IsRunning(model);
   mover.drive = model.InputOfDrive(0);
   mover.function = model.drive_->function;
   mover.mass = model.mass;
-  mover.has_odometry = model.localization_mode == ModelPosition::LOCALIZATION_ODOM;
-  mover.has_noisy_odometry = model.noisy_odometry_ != nullptr;
+  mover.has_odometry = mover.runs && model.localization_mode == ModelPosition::LOCALIZATION_ODOM;
+  mover.has_noisy_odometry = mover.runs && model.noisy_odometry_ != nullptr;
   mover.errors_given = model.errors_given_;
   mover.steers = model.drive_mode == ModelPosition::DRIVE_CAR;
   mover.is_omni = model.drive_mode == ModelPosition::DRIVE_OMNI;

@@ -118,7 +118,7 @@ void Rows::Stepper::DrawEnergy() {
 /// See ModelPosition::NextVelocity().
 void Rows::Stepper::Drive(size_t index, double dt) {
   const Mover& mover = scene_.movers[index];
-  if (!mover.robot) return;
+  if (!mover.runs) return;
   const size_t i = mover_ + index;
   if (mover.pack != Consumer::kNone && c_.stored[pack_ + mover.pack] == 0) {
     c_.watts[i] = motion::PowerAt(mover.mass, Velocity());
@@ -214,7 +214,7 @@ void Rows::Stepper::NoteMotion(size_t index, const Planar& made) {
 bool Rows::Stepper::FindWanted(size_t index, Placed* wanted) {
   const size_t i = mover_ + index;
   const Planar& v = c_.velocity[i];
-  if (v.IsZero()) return false;  // as things always do
+  if (v.IsZero() || !scene_.movers[index].runs) return false;
   *wanted = PlaceOf(index) + Pose(v.x * seconds_, v.y * seconds_, 0, Normalized(v.a * seconds_));
   if (std::isfinite(wanted->x) && std::isfinite(wanted->y) && std::isfinite(wanted->a)) return true;
   c_.stalled[i] = true;

@@ -75,6 +75,7 @@ std::string RobotText(RandomSource* random, double x, double y) {
   if (random->OneIn(8)) text += " obstacle_return 0";
   if (random->OneIn(4)) text += " mass " + Number(random->Real(1, 20));
   if (random->OneIn(4)) text += " pushable 1";
+  if (random->OneIn(6)) text += " velocity [0.2 0.1 0 30]";
   if (random->OneIn(3))
     text += " joules " + Number(random->Real(-5, 300)) + " joules_capacity " +
             Number(random->Real(50, 400));
@@ -116,9 +117,10 @@ std::string ClosedWorld(const ClosedWorldKind& kind, RandomSource* random) {
   return text;
 }
 
-void SubscribeToAll(World* world) {
+void SubscribeToMost(World* world, uint64_t idle) {
   for (Model* model : world->engine().models)
-    if (model->GetModelType() == "position" || model->GetModelType() == "ranger")
+    if ((model->GetModelType() == "position" || model->GetModelType() == "ranger") &&
+        ((idle >> (model->GetId() % 64)) & 1) == 0)
       model->Subscribe();
 }
 

@@ -20,15 +20,16 @@ namespace Stg::test {
 struct ClosedWorldKind {
   bool outlines = true;
   bool exact = false;
-  int robots = 4;     ///< 1 or more
+  int robots = 4;
   double room = 4.0;  ///< m: side of the square in which robots start
 };
 
 /// A world file with robots of several kinds, scenery and sensors.
 std::string ClosedWorld(const ClosedWorldKind& kind, RandomSource* random);
 
-/// Subscribes to all robots and rangers.
-void SubscribeToAll(World* world);
+/// Subscribes to robots and sensors. Models whose bit in `idle`, at their id modulo 64, is set get
+/// no subscriber.
+void SubscribeToMost(World* world, uint64_t idle);
 
 }  // namespace Stg::test
 
