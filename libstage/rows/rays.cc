@@ -4,16 +4,13 @@
 // rays of worlds; then they are compared with the outlines of the other robots of the row.
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "messages/assert.hh"
 #include "models/noise.hh"
+#include "rows/meet.hh"
 #include "rows/row_bridge.hh"
 #include "rows/stepper.hh"
-#include "sensing/crossing.hh"
 #include "sensing/exact_visit.hh"
-#include "sensing/middle.hh"
 
 namespace Stg::rows {
 
@@ -22,10 +19,6 @@ namespace grid = internal::grid;
 
 namespace {
 
-constexpr int32_t kNowhere = std::numeric_limits<int32_t>::max();
-/// Robots that have moved come after everything that has not, see Body::loading_stamp.
-constexpr uint64_t kMovedSinceLoading = uint64_t{1} << 62;
-
 bool StopsRangers(Model* candidate, const Model*, const void*) {
   return !(candidate->vis.ranger_return < 0.0);
 }
@@ -33,7 +26,7 @@ bool StopsRangers(Model* candidate, const Model*, const void*) {
 }  // namespace
 
 void Rows::Stepper::CastRays() {
-  if (std::ranges::any_of(scene_.sensors, &Sensor::exact)) PlaceCorners();
+  if (scene_.exact) PlaceCorners();
   for (size_t k = 0; k < scene_.sensors.size(); k++) {
     const Sensor& sensor = scene_.sensors[k];
     PlaceFan(k);
@@ -42,7 +35,7 @@ void Rows::Stepper::CastRays() {
     std::fill_n(&c_.brightness[ray_ + sensor.first_ray], sensor.rays, uint8_t{0});
     std::fill_n(&s_.places[sensor.first_ray], sensor.rays, kNowhere);
     s_.rays[k] = DirectionsOf(k);
-    if (!fan.nothing && MayHitWalls(sensor, fan)) AddToGroup(k);
+    if (!fan.nothing && MayHitWalls(sensor.seen, fan)) AddToGroup(k);
   }
   TraceGroup();
   for (size_t k = 0; k < scene_.sensors.size(); k++) {
@@ -73,10 +66,10 @@ void Rows::Stepper::PlaceFan(size_t index) {
 }
 
 /// False if nothing that stands is within the reach of the rays.
-bool Rows::Stepper::MayHitWalls(const Sensor& sensor, const sensing::Fan& fan) const {
+bool Rows::Stepper::MayHitWalls(uint32_t seen, const sensing::Fan& fan) const {
   constexpr int32_t kMargin = 3;  // cells, for rounding and outlines beside their cells
-  return !scene_.seen[sensor.seen].IsClear(fan.record.x, fan.record.y,
-                                           static_cast<int32_t>(fan.leg_cells) + kMargin);
+  return !scene_.seen[seen].IsClear(fan.record.x, fan.record.y,
+                                    static_cast<int32_t>(fan.leg_cells) + kMargin);
 }
 
 /// See ModelRanger::Gather().
@@ -183,24 +176,14 @@ void Rows::Stepper::StoreExactHits(const PartOfGroup& part, uint32_t first, uint
   }
 }
 
-/// Continues a ray behind a cell whose bodies it passes. See Tracer::Follow().
+/// Continues a ray behind a cell whose bodies it passes.
 void Rows::Stepper::FollowWall(size_t index, uint32_t sample, uint32_t hit) {
-  const Sensor& sensor = scene_.sensors[index];
   const sensing::Fan& fan = s_.fans[index];
-  const ray_grid_t view = scene_.grid.View(sensor.layer);
-  const ray_mask_t no_mask{};
-  ray_t ray;
-  sensing::BeginRay(view, fan.record,
-                    sensing::DisplacementOf(fan.record, s_.rays[index].directions[sample]), &ray);
-  ray_resume(&ray, ray_packed_u(hit), ray_packed_v(hit));
-  while (ray_next(&view, &no_mask, &ray)) {
-    const size_t number = sensor.first_ray + sample;
-    const grid::CellRef cell = grid::Grid::CellAt(ray.region, ray.tile, ray.bit);
-    if (!AcceptBody(fan, scene_.grid.ListIn(cell), number)) continue;
-    c_.ranges[ray_ + number] = sensing::MiddleOf(sensing::PassageOf(ray)) * fan.leg_length;
-    s_.places[number] = ray.u + ray.v;
-    return;
-  }
+  const size_t number = scene_.sensors[index].first_ray + sample;
+  FollowRay(
+      fan, s_.rays[index].directions[sample], hit,
+      [&](grid::BodyList bodies) { return AcceptBody(fan, bodies, number); },
+      &c_.ranges[ray_ + number], &s_.places[number]);
 }
 
 /// Stores what the ray hits in a cell with these bodies; false if it passes all of them.
@@ -225,62 +208,35 @@ uint8_t Rows::Stepper::BrightnessOf(const Model& model) const {
 // ---- robots -------------------------------------------------------------------------------------
 
 template <class Word>
-void Rows::Stepper::MeetInCells(size_t index, const Body& body, uint32_t number) {
+void Rows::Stepper::MeetInCells(size_t index, uint32_t number) {
   const Sensor& sensor = scene_.sensors[index];
-  const RaysOfSensor& rays = s_.rays[index];
   const sensing::Fan& fan = s_.fans[index];
-  const OutlineBox& box = c_.box[body_ + number];
-  if (box.height == 0) return;
-  const Word* const rows = BitsOf<Word>(number);
-  const uint64_t stamp = c_.stamp[body_ + number];
-  const uint64_t key = stamp > 0 ? kMovedSinceLoading + stamp : body.loading_stamp;
-  // The body's circle in the frame of the fan, in cells. Single precision suffices to omit rays
-  // that pass it.
-  const Planar& at = c_.pose[mover_ + body.mover];
-  const auto cells = static_cast<float>(scene_.cells_per_metre);
-  const auto ax = static_cast<float>(at.x - fan.x) * cells;
-  const auto ay = static_cast<float>(at.y - fan.y) * cells;
-  const auto cosine = static_cast<float>(fan.heading.cosine);
-  const auto sine = static_cast<float>(fan.heading.sine);
-  const float ahead = cosine * ax + sine * ay, aside = cosine * ay - sine * ax;
-  const float margin = static_cast<float>(body.radius) * cells * 1.001f + 3.0f;
-  for (uint32_t i = 0; i < sensor.rays; i++) {
-    const float c = static_cast<float>(rays.unit_vectors[i].cosine);
-    const float s = static_cast<float>(rays.unit_vectors[i].sine);
-    if (std::fabs(c * aside - s * ahead) > margin || c * ahead + s * aside < -margin) continue;
-    const sensing::Displacement way = sensing::DisplacementOf(fan.record, rays.directions[i]);
-    const CellRay ray(fan.record.x, fan.record.y,
-                      static_cast<int32_t>(fan.record.fraction & 0xffff),
-                      static_cast<int32_t>(fan.record.fraction >> 16), way.x, way.y);
-    int32_t u, v;
-    if (!MeetOutline(box, rows, ray, &u, &v)) continue;
-    const size_t at_ray = sensor.first_ray + i;
-    const int32_t place = u + v;
-    if (place > s_.places[at_ray] || (place == s_.places[at_ray] && key > s_.keys[at_ray]))
-      continue;
-    s_.places[at_ray] = place;
-    s_.keys[at_ray] = key;
-    c_.brightness[ray_ + at_ray] = body.brightness;
-    const sensing::Passage passage{(u << 16) - ray.ox, (v << 16) - ray.oy, ray.adx, ray.ady};
-    c_.ranges[ray_ + at_ray] = sensing::MiddleOf(passage) * fan.leg_length;
-  }
+  const uint64_t key = DrawingOrder(number);
+  ForEachMeeting<Word>(fan, s_.rays[index], sensor.rays, number,
+                       [&](uint32_t i, const CellRay& ray, int32_t u, int32_t v) {
+                         const size_t at = sensor.first_ray + i;
+                         const int32_t place = u + v;
+                         if (place > s_.places[at] || (place == s_.places[at] && key > s_.keys[at]))
+                           return;
+                         s_.places[at] = place;
+                         s_.keys[at] = key;
+                         c_.brightness[ray_ + at] = scene_.bodies[number].brightness;
+                         c_.ranges[ray_ + at] = RangeAt(fan, ray, u, v);
+                       });
 }
 
 void Rows::Stepper::TraceRobots(size_t index) {
   const Sensor& sensor = scene_.sensors[index];
   const sensing::Fan& fan = s_.fans[index];
-  const double margin = 3 / scene_.cells_per_metre;
   for (const uint32_t other : sensor.others) {
     const Body& body = scene_.bodies[other];
-    const Planar& at = c_.pose[mover_ + body.mover];
-    const double dx = at.x - fan.x, dy = at.y - fan.y, far = fan.range + body.radius + margin;
-    if (dx * dx + dy * dy > far * far) continue;
+    if (IsOutOfReach(fan, body)) continue;
     if (sensor.exact)
       MeetExactly(index, body);
     else if (scene_.narrow)
-      MeetInCells<NarrowWord>(index, body, other);
+      MeetInCells<NarrowWord>(index, other);
     else
-      MeetInCells<WideWord>(index, body, other);
+      MeetInCells<WideWord>(index, other);
   }
 }
 
@@ -301,33 +257,19 @@ void Rows::Stepper::PlaceCorners() {
 
 /// See ExactVisit.
 void Rows::Stepper::MeetExactly(size_t index, const Body& body) {
-  constexpr uint32_t kEdges = 8;
-  const RaysOfSensor& rays = s_.rays[index];
   const Sensor& sensor = scene_.sensors[index];
-  const sensing::Fan& fan = s_.fans[index];
-  const Planar& at = c_.pose[mover_ + body.mover];
-  const point_t* const points = &s_.points[body.first_point];
-  const auto edges = static_cast<uint32_t>(body.corners.size());
-  for (uint32_t i = 0; i < sensor.rays; i++) {
-    const size_t ray = sensor.first_ray + i;
-    const sensing::Line line = sensing::LineOf(fan, rays.unit_vectors[i]);
-    double* const range = &c_.ranges[ray_ + ray];
-    if (sensing::PassesBy(line, point_t(at.x, at.y), body.radius, *range)) continue;
-    double along = std::numeric_limits<double>::infinity();
-    for (uint32_t first = 0; first < edges; first += kEdges) {
-      const uint32_t count = std::min(kEdges, edges - first);
-      along = std::min(along, sensing::FirstCrossing(line, points + first, (1u << count) - 1));
-    }
-    const bool has_hit = s_.places[ray] != kNowhere;
-    const bool nearer =
-        has_hit ? along < *range || (along == *range && body.model->GetId() < s_.keys[ray])
-                : sensing::IsWithin(along, *range);
-    if (!nearer) continue;
-    *range = along;
-    s_.places[ray] = 0;
-    s_.keys[ray] = body.model->GetId();
-    c_.brightness[ray_ + ray] = body.brightness;
-  }
+  double* const ranges = &c_.ranges[ray_ + sensor.first_ray];
+  const uint64_t key = body.model->GetId();
+  ForEachCrossing(
+      s_.fans[index], s_.rays[index], sensor.rays, body, [&](uint32_t i) { return ranges[i]; },
+      [&](uint32_t i, double along) {
+        const size_t ray = sensor.first_ray + i;
+        if (!IsNearer(along, key, s_.places[ray] != kNowhere, ranges[i], s_.keys[ray])) return;
+        ranges[i] = along;
+        s_.places[ray] = 0;
+        s_.keys[ray] = key;
+        c_.brightness[ray_ + ray] = body.brightness;
+      });
 }
 
 /// See ModelRanger::Sensor::AddRangeNoise().

@@ -74,6 +74,7 @@ void RowBridge::ReadModels(const World& world, rows::Rows* to, size_t row) {
     c.dissipated[row * scene.packs.size() + k] = pack.GetDissipated();
     c.energy[row] = world.engine().energy_totals;
   }
+  ReadFinders(world, to, row);
   c.next_update[row] = scene.NextUpdateAfter(world.sim_time);
 }
 
@@ -127,6 +128,7 @@ bool RowBridge::Write(const rows::Rows& from, size_t row, World* world) {
   WriteMovers(from, row, world);
   WriteEnergy(from, row, world);
   WriteSensors(from, row, world);
+  WriteFinders(from, row, world);
   WriteSchedule(from, row, world);
   WriteGrid(from, row, world);
   return true;

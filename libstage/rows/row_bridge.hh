@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 
+#include "models/fiducial.hh"
 #include "rows/rows.hh"
 #include "rows/scene.hh"
 
@@ -39,15 +40,37 @@ class RowBridge {
   static void AddRangeNoise(const rows::Sensor& sensor, RandomStream* random, double* ranges) {
     sensor.settings->AddRangeNoise(random, ranges, sensor.rays);
   }
+  /// See ModelFiducial::MakeCandidate(). `own` and `there` are global poses.
+  static bool MakeCandidate(const rows::FiducialFinder& finder, const Pose& own,
+                            const rows::FiducialTarget& target, const Pose& there,
+                            ModelFiducial::Fiducial* candidate) {
+    return finder.model->MakeCandidate(own, target.model, there, candidate);
+  }
+  /// See ModelBlobfinder::FindBlobs().
+  static void FindBlobs(const rows::Blobfinder& finder, const internal::sensing::RayHits& hits,
+                        std::vector<ModelBlobfinder::Blob>* blobs) {
+    finder.model->FindBlobs(hits, finder.fov, blobs);
+  }
   static uint64_t SeedOfMover(const rows::Scene& scene, size_t mover, uint64_t seed);
   static uint64_t SeedOfNoise(const rows::Scene& scene, size_t sensor, uint64_t seed);
 
  private:
   class SceneMaker;
+  class FinderMaker;
   static std::string WhyNotModel(const Model& model);
   static std::string WhyNotRobot(const ModelPosition& robot);
   static std::string WhyNotRanger(const ModelRanger& ranger);
+  static std::string WhyNotFinder(const Model& model);
   static std::string WhyNotSchedule(const World& world);
+  // The following functions are in finder_bridge.cc.
+  static void AddFinders(World* prototype, rows::Scene* scene);
+  static bool FinishFinders(World* prototype, rows::Scene* scene);
+  static bool MakeFinderMaps(const World& prototype, rows::Scene* scene);
+  static void ReadBumpers(const World& world, rows::Rows* to, size_t row);
+  static void ReadFinders(const World& world, rows::Rows* to, size_t row);
+  static void WriteFinders(const rows::Rows& from, size_t row, World* world);
+  static void WriteBumpers(const rows::Rows& from, size_t row, World* world);
+  static void WriteFiducials(const rows::Rows& from, size_t row, World* world);
   static uint64_t SeedOf(const rows::Scene& scene, const Model& model, uint64_t seed);
   static void ReadModels(const World& world, rows::Rows* to, size_t row);
   static void ReadRobot(const ModelPosition& model, rows::Rows* to, size_t row, size_t i);

@@ -56,6 +56,10 @@ void ForEachColumn(const Scene& scene, F f, C*... c) {
   f(noise ? scene.sensors.size() : 0, &c->noise...);
   f(size_t{scene.ray_count}, &c->ranges...);
   f(size_t{scene.ray_count}, &c->brightness...);
+  f(scene.finders.bumper_lines.size(), &c->bumps...);
+  f(size_t{scene.finders.target_count}, &c->found...);
+  f(scene.finders.blobfinders.size(), &c->blobs_seen...);
+  f(size_t{scene.finders.blob_count}, &c->blobs...);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include <span>
 #include <vector>
 
+#include "models/blobfinder.hh"
 #include "models/power_pack.hh"
 #include "motion/odometry.hh"
 #include "random/random.hh"
@@ -27,6 +28,13 @@ class RowBridge;
 }
 
 namespace Stg::rows {
+
+/// A touch at a line of a bumper.
+struct Bump {
+  static constexpr uint32_t kNobody = UINT32_MAX;
+  uint32_t model = kNobody;  ///< id
+  double x = 0, y = 0;       ///< m; of the latest touch
+};
 
 /// The columns. All are in the order of the worlds; in a world, of the robots, bodies or rays.
 struct Columns {
@@ -67,6 +75,11 @@ struct Columns {
   // By ray.
   std::vector<double> ranges;       ///< m
   std::vector<uint8_t> brightness;  ///< index in Scene::brightness of what was hit
+
+  std::vector<Bump> bumps;                   ///< by line of a bumper
+  std::vector<uint8_t> found;                ///< by fiducial finder and target: whether it was seen
+  std::vector<uint32_t> blobs_seen;          ///< by blobfinder
+  std::vector<ModelBlobfinder::Blob> blobs;  ///< by blobfinder, see Blobfinder::max_blobs()
 };
 
 class Rows {

@@ -22,6 +22,7 @@
 #include "motion/columns.hh"
 #include "motion/walls.hh"
 #include "rows/cell_map.hh"
+#include "rows/finders.hh"
 #include "sensing/fan.hh"
 #include "world/world.hh"
 
@@ -135,6 +136,8 @@ struct Scene {
   std::vector<Mover> movers;  ///< in the order of creation
   std::vector<Body> bodies;
   std::vector<Sensor> sensors;
+  Finders finders;
+  bool exact = false;                                       ///< some rays are of the exact model
   uint32_t ray_count = 0, byte_count = 0, point_count = 0;  ///< of a world
   std::vector<double> brightness;                           ///< values of ranger_return; 0: nothing
   std::vector<Pack> packs;

@@ -14,6 +14,7 @@
 #include "models/power_pack.hh"
 #include "motion/drive_table.hh"
 #include "random/fnv1a.hh"
+#include "rows/model_kinds.hh"
 #include "rows/row_bridge.hh"
 #include "rows/stepper.hh"
 #include "world/engine.hh"
@@ -23,40 +24,19 @@
 namespace Stg {
 
 namespace grid = internal::grid;
+using rows::IsOfMover;
+using rows::IsOfType;
+using rows::IsPushed;
+using rows::IsRobot;
+using rows::IsRunning;
+using rows::IsSensor;
+using rows::Named;
 
 namespace {
 
 constexpr size_t kMaxRobots = 256;  // more are faster as a world
 constexpr size_t kMaxBrightness = 256;
-
-std::string Named(const Model& model) { return messages::Quoted(model.TokenStr()); }
-
-/// True if the model is exactly of the type that the world file calls `name`.
-bool IsOfType(const Model& model, const char* name) {
-  const ModelType* const type = FindModelType(model);
-  return type && type->name == name;
-}
-
-bool IsRunning(const Model& model) { return model.HasSubscribers(); }
-
-bool IsRobot(const Model& model) { return IsOfType(model, "position"); }
-
-bool IsPushed(const Model& root) {
-  return root.IsPushable() && root.host().contact_model == ContactModel::kOutlines;
-}
-
-/// True if a ranger in the tree is running.
-bool Senses(const Model& model) {
-  return (IsOfType(model, "ranger") && IsRunning(model)) ||
-         std::ranges::any_of(model.GetChildren(),
-                             [](const Model* child) { return Senses(*child); });
-}
-
-/// True if the model belongs to a mover.
-bool IsOfMover(const Model& model) {
-  const Model& root = *model.Root();
-  return IsRobot(root) || IsPushed(root) || Senses(root);
-}
+constexpr const char* kLargeMap = "what stands covers too large an area";
 
 }  // namespace
 
@@ -66,7 +46,7 @@ bool IsOfMover(const Model& model) {
 std::string RowBridge::WhyNotModel(const Model& model) {
   const ModelType* const type = FindModelType(model);
   if (!type) return Named(model) + " is of a class that rows do not know";
-  const bool known = type->name == "model" || type->name == "ranger" || IsRobot(model);
+  const bool known = type->name == "model" || IsSensor(model) || IsRobot(model);
   if (IsRunning(model) && !known) return Named(model) + " runs and is a " + type->name;
   if (!IsRobot(model) && type->moves != ModelType::kStays)
     return Named(model) + " is a " + type->name + ", which moves by itself";
@@ -77,6 +57,7 @@ std::string RowBridge::WhyNotModel(const Model& model) {
   if (IsRobot(model)) return WhyNotRobot(static_cast<const ModelPosition&>(model));
   if (type->name == "ranger" && IsRunning(model))
     return WhyNotRanger(static_cast<const ModelRanger&>(model));
+  if (IsSensor(model) && IsRunning(model)) return WhyNotFinder(model);
   return "";
 }
 
@@ -326,6 +307,7 @@ void RowBridge::SceneMaker::AddSensor(ModelRanger* ranger, uint32_t node, uint32
   sensor.first_direction = scene_.directions.Find(settings.table_fov_, samples);
   const Pose frame = ranger->SensorFrame(ranger->GetGlobalPose());
   sensor.z = ModelRanger::OriginOf(settings, frame, SinCos(frame.a)).z;
+  scene_.exact = scene_.exact || sensor.exact;
   scene_.ray_count += samples;
   scene_.sensors.push_back(std::move(sensor));
 }
@@ -359,8 +341,7 @@ void RowBridge::SceneMaker::FindUpdating() {
 
 /// Copies the grid without the robots.
 void RowBridge::SceneMaker::CopyGrid() {
-  const bool exact = std::ranges::any_of(scene_.sensors, &rows::Sensor::exact);
-  if (exact) world_.engine_->RasterizeForExactRays();
+  if (scene_.exact) world_.engine_->RasterizeForExactRays();
   scene_.grid.AssignCopy(world_.engine_->scene.grid);
   for (const Model* model : world_.engine_->models) {
     if (!IsOfMover(*model)) continue;
@@ -391,7 +372,7 @@ void RowBridge::SceneMaker::MakeMaps() {
   };
   const auto make = [&](std::vector<rows::CellMap>* maps, bool with_cells) {
     maps->emplace_back();
-    if (!maps->back().Make(all, with_cells)) reason_ = "what stands covers too large an area";
+    if (!maps->back().Make(all, with_cells)) reason_ = kLargeMap;
     all.clear();
   };
   for (rows::Body& body : scene_.bodies) {
@@ -462,6 +443,7 @@ std::shared_ptr<const rows::Scene> RowBridge::MakeScene(std::unique_ptr<World> p
   maker.AddMovers();
   maker.PlaceBits();
   maker.AddSensors();
+  AddFinders(prototype.get(), scene.get());
   maker.AddPacks();
   maker.FindUpdating();
   maker.CopyGrid();
@@ -469,6 +451,7 @@ std::shared_ptr<const rows::Scene> RowBridge::MakeScene(std::unique_ptr<World> p
   maker.FindNeighbours();
   maker.CopyContacts();
   *reason = maker.reason();
+  if (!FinishFinders(prototype.get(), scene.get())) *reason = kLargeMap;
   scene->prototype = std::move(prototype);
   return reason->empty() ? scene : nullptr;
 }

@@ -37,6 +37,7 @@ constexpr int32_t kSuperShift = RAY_TILE_SHIFT + 3 + 4;  // log2 of the side of 
 Rows::Scratch::Scratch(const Scene& scene)
     : first(scene.grid), exact(scene.grid), columns(scene.columns) {
   MakeFans(scene);
+  MakeLooks(scene.finders);
   places.resize(scene.ray_count);
   keys.resize(scene.ray_count);
   rays.resize(scene.sensors.size());
@@ -77,6 +78,7 @@ void Rows::Stepper::Step() {
     c_.next_update[world_] = scene_.NextUpdateAfter(now);
     for (size_t i = 0; i < scene_.movers.size(); i++) Drive(i, dt);
     CastRays();
+    if (scene_.finders.any) FindModels();
     for (size_t i = 0; i < scene_.movers.size(); i++) StoreSensedPose(i);
   }
   if (scene_.outlines)
@@ -375,18 +377,25 @@ void Rows::Stepper::MoveOutlines() {
   }
 }
 
-/// See ContactPhase::ReadPoses() and ReadTarget().
-void Rows::Stepper::SetTarget(size_t k) {
-  const Mover& mover = scene_.movers[k];
+/// See ContactPhase::ReadPoses().
+void Rows::Stepper::SetPose(size_t k) {
   motion::Columns& columns = s_.columns;
-  const uint32_t row = mover.row;
+  const uint32_t row = scene_.movers[k].row;
   const Planar& pose = c_.pose[mover_ + k];
   columns.x[row] = columns.target_x[row] = pose.x;
   columns.y[row] = columns.target_y[row] = pose.y;
   columns.heading[row] = columns.target_heading[row] = pose.a;
   columns.turn[row] = 0;
-  columns.elevation[row] = mover.z;
+  columns.elevation[row] = scene_.movers[k].z;
   columns.made[row] = 1;
+}
+
+/// See ContactPhase::ReadTarget().
+void Rows::Stepper::SetTarget(size_t k) {
+  SetPose(k);
+  const Mover& mover = scene_.movers[k];
+  motion::Columns& columns = s_.columns;
+  const uint32_t row = mover.row;
   c_.hindered[mover_ + k] = false;
   if (!FindWanted(k, &s_.wanted[k])) return;
   s_.asked[k] = kAsked;

@@ -33,6 +33,14 @@ struct PartOfGroup {
   uint32_t sensor, begin;
 };
 
+/// The hit of a ray of a finder.
+struct Look {
+  double range;
+  int32_t place;  ///< number of borders up to the hit
+  uint64_t key;   ///< which of several bodies in a cell is hit first
+  const Model* model;
+};
+
 class Rows::Scratch {
  public:
   explicit Scratch(const Scene& scene);
@@ -41,6 +49,7 @@ class Rows::Scratch {
   friend class Rows::Stepper;
   using Fan = internal::sensing::Fan;
   void MakeFans(const Scene& scene);
+  void MakeLooks(const Finders& finders);
 
   // Rays.
   internal::sensing::FirstHits first;
@@ -59,6 +68,15 @@ class Rows::Scratch {
   internal::sensing::ExactGroup::SliceData exact_slices[internal::sensing::RayGroup::kMaxRays];
   PartOfGroup parts[internal::sensing::RayGroup::kMaxRays];
   double walked[internal::sensing::WideHits::kCapacity];
+
+  // Finders: by ray, and fiducials that may be seen.
+  std::vector<Look> looks;
+  std::vector<internal::sensing::Direction> finder_directions;
+  std::vector<SineCosine> finder_unit_vectors;
+  std::vector<uint32_t> candidates;
+  std::vector<double> blob_ranges;
+  std::vector<internal::sensing::HitInterval> blob_intervals;
+  std::vector<ModelBlobfinder::Blob> blobs;
 
   // Moves.
   CornerCells corners[2];
@@ -90,7 +108,7 @@ class Rows::Stepper {
 
   void CastRays();
   void PlaceFan(size_t index);
-  bool MayHitWalls(const Sensor& sensor, const internal::sensing::Fan& fan) const;
+  bool MayHitWalls(uint32_t seen, const internal::sensing::Fan& fan) const;
   RaysOfSensor DirectionsOf(size_t index);
   void AddToGroup(size_t index);
   void TraceGroup();
@@ -100,11 +118,42 @@ class Rows::Stepper {
   bool AcceptBody(const internal::sensing::Fan& fan, internal::grid::BodyList bodies, size_t ray);
   void TraceRobots(size_t index);
   template <class Word>
-  void MeetInCells(size_t index, const Body& body, uint32_t number);
+  void MeetInCells(size_t index, uint32_t number);
   void MeetExactly(size_t index, const Body& body);
+  // In meet.hh.
+  uint64_t DrawingOrder(uint32_t body) const;
+  template <class Word, typename F>
+  void ForEachMeeting(const internal::sensing::Fan& fan, const RaysOfSensor& rays, uint32_t count,
+                      uint32_t number, F f) const;
+  template <typename Range, typename F>
+  void ForEachCrossing(const internal::sensing::Fan& fan, const RaysOfSensor& rays, uint32_t count,
+                       const Body& body, Range range, F f) const;
+  bool IsOutOfReach(const internal::sensing::Fan& fan, const Body& body) const;
+  template <typename Accept>
+  bool FollowRay(const internal::sensing::Fan& fan, const internal::sensing::Direction& direction,
+                 uint32_t hit, Accept accept, double* range, int32_t* place) const;
   void AddNoise(size_t index);
   void PlaceCorners();
   uint8_t BrightnessOf(const Model& model) const;
+
+  // In finders.cc.
+  void FindModels();
+  void FindContacts();
+  void TouchLine(size_t index);
+  const Model* FindTouching(const BumperLine& line, const point_t& start, const SineCosine& along,
+                            point_t* where) const;
+  void FindFiducials(size_t index);
+  Pose PlaceOfTarget(const FiducialTarget& target) const;
+  void FindBlobs(size_t index);
+  void TraceFinder(const Finder& finder, const internal::sensing::Fan& fan,
+                   const RaysOfSensor& rays, uint32_t count);
+  void TraceStanding(const internal::sensing::Fan& fan, const RaysOfSensor& rays, uint32_t count);
+  void StoreLooks(const internal::sensing::Fan& fan, const RaysOfSensor& rays, uint32_t count,
+                  Look* looks);
+  bool AcceptModel(const internal::sensing::Fan& fan, internal::grid::BodyList bodies,
+                   Look* look) const;
+  void LookAtMover(const internal::sensing::Fan& fan, const RaysOfSensor& rays, uint32_t count,
+                   uint32_t number);
 
   void NoteMotion(size_t index, const Planar& made);
   bool FindWanted(size_t index, Placed* wanted);
@@ -124,6 +173,7 @@ class Rows::Stepper {
   bool HasMoved(uint32_t number, uint32_t drawn, const Placed& before, const Placed& now);
   void WidenExtent(const OutlineBox& box);
   void MoveOutlines();
+  void SetPose(size_t index);
   void SetTarget(size_t index);
   Planar NewPose(size_t index) const;
   SineCosine TurnAfter(size_t index, double heading) const;

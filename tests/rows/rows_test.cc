@@ -162,7 +162,7 @@ class Comparison {
 /// Number of random worlds of each kind; more for a long search.
 uint64_t Worlds() {
   const char* const wanted = std::getenv("STAGE_RANDOM_WORLDS");
-  return wanted ? std::strtoull(wanted, nullptr, 10) : 60;
+  return wanted ? std::strtoull(wanted, nullptr, 10) : 80;
 }
 
 struct Case {
@@ -172,20 +172,26 @@ struct Case {
 /// Events in rows, which show that the worlds exercise the code.
 struct Events {
   size_t stalls = 0, hits = 0, pushes = 0, empty_packs = 0;
+  size_t bumps = 0, fiducials = 0, hidden_fiducials = 0, blobs = 0;
   size_t idle_robots = 0, pushed_idle_robots = 0, idle_worlds = 0;
 
   /// Counts robots without subscribers, and those that others have pushed in a step.
   void CountIdle(const Stg::rows::Rows& rows) {
     const Stg::rows::Scene& scene = rows.scene();
     idle_worlds += scene.updating.empty();
-    for (size_t k = 0; k < scene.movers.size(); k++) {
-      if (!scene.movers[k].robot || scene.movers[k].runs) continue;
+    for (size_t i = 0; i < rows.columns.pose.size(); i++) {
+      const Stg::rows::Mover& mover = scene.movers[i % scene.movers.size()];
+      if (!mover.robot || mover.runs) continue;
       idle_robots++;
-      if (!rows.columns.made.empty()) pushed_idle_robots += !rows.columns.made[k].IsZero();
+      if (!rows.columns.made.empty()) pushed_idle_robots += !rows.columns.made[i].IsZero();
     }
   }
   void Count(const Stg::rows::Rows& rows) {
     CountIdle(rows);
+    for (const Stg::rows::Bump& bump : rows.columns.bumps)
+      bumps += bump.model != Stg::rows::Bump::kNobody;
+    for (const uint8_t found : rows.columns.found) (found ? fiducials : hidden_fiducials)++;
+    for (const uint32_t seen : rows.columns.blobs_seen) blobs += seen;
     const Stg::rows::Scene& scene = rows.scene();
     const Stg::rows::Columns& c = rows.columns;
     for (const uint8_t stalled : c.stalled) stalls += stalled;
@@ -226,7 +232,11 @@ TEST_P(RandomClosedWorlds, RowsHaveTheStatesOfWorldsStepByStep) {
   EXPECT_GT(events.stalls, 100u);
   EXPECT_GT(events.hits, 1000u);
   EXPECT_GT(events.empty_packs, 20u);
-  EXPECT_EQ(events.pushes > 20, outlines) << events.pushes;
+  EXPECT_EQ(events.pushes > 5, outlines) << events.pushes;
+  EXPECT_GT(events.bumps, 100u);
+  EXPECT_GT(events.fiducials, 100u);
+  EXPECT_GT(events.hidden_fiducials, 100u);
+  EXPECT_GT(events.blobs, 100u);
   EXPECT_GT(events.idle_robots, 100u);
   EXPECT_GT(events.idle_worlds, 20u);
   EXPECT_EQ(events.pushed_idle_robots > 5, outlines) << events.pushed_idle_robots;

@@ -37,6 +37,61 @@ std::string RangerText(RandomSource* random) {
   return text + " )";
 }
 
+std::string BumperText(double size, RandomSource* random) {
+  std::string text = " bumper( size [0.01 0.01 0.05]" + Pose2(random->Real(-0.05, 0.05), 0, 0);
+  const int lines = random->Int(0, 3);
+  text += " bcount " + std::to_string(lines) + " blength " + Number(random->Real(0, 0.6));
+  for (int i = 0; i < lines; i++)
+    text += " bpose[" + std::to_string(i) + "] [" + Number(random->Real(0.3, 0.8) * size) + " " +
+            Number(random->Real(-0.1, 0.1)) + " 0 " + Number(random->Real(-40, 40)) + "]";
+  return text + " )";
+}
+
+/// Lines at all sides of a robot without an origin: there, contacts of outlines count.
+std::string BumpersAllAround(double length, double width) {
+  const std::string x = Number(length / 2), y = Number(width / 2);
+  return " bumper( size [0.01 0.01 0.05] bcount 4 blength " + Number(length) + " bpose[0] [" + x +
+         " 0 0 0] bpose[1] [-" + x + " 0 0 180] bpose[2] [0 " + y + " 0 90] bpose[3] [0 -" + y +
+         " 0 -90] )";
+}
+
+std::string FiducialText(RandomSource* random) {
+  std::string text = " fiducial(" + Pose2(random->Real(-0.1, 0.1), 0, random->Real(-90, 90)) +
+                     " fov " + Number(random->Real(30, 360)) + " range_max " +
+                     Number(random->Real(0, 8)) + " range_max_id " + Number(random->Real(0, 4));
+  if (random->OneIn(3)) text += " ignore_zloc 1";
+  if (random->OneIn(4)) text += " fiducial_key 1";
+  return text + " )";
+}
+
+std::string BlobfinderText(RandomSource* random) {
+  std::string text = " blobfinder(" + Pose2(0.05, 0, random->Real(-90, 90)) + " image [" +
+                     std::to_string(random->Int(0, 300)) + " 60] fov " +
+                     Number(random->Real(10, 360)) + " range " + Number(random->Real(0, 8)) +
+                     " pan " + Number(random->Real(-90, 90));
+  if (random->OneIn(3)) text += " colors_count 2 colors [ \"blue\" \"red\" ]";
+  return text + " )";
+}
+
+/// Sensors other than rangers.
+std::string FindersText(double size, RandomSource* random) {
+  std::string text;
+  if (random->OneIn(4)) text += BumperText(size, random);
+  if (random->OneIn(4)) text += FiducialText(random);
+  if (random->OneIn(5)) text += BlobfinderText(random);
+  return text;
+}
+
+/// Properties of a model that finders see.
+std::string LooksText(RandomSource* random) {
+  std::string text;
+  if (random->OneIn(2)) text += " fiducial_return " + std::to_string(random->Int(-2, 9));
+  if (random->OneIn(6)) text += " fiducial_key 1";
+  if (random->OneIn(6)) text += " blob_return 0";
+  if (random->OneIn(2)) text += " color \"" + random->Pick<std::string>({"blue", "green"}) + "\"";
+  return text;
+}
+
 std::string ShapeText(RandomSource* random) {
   switch (random->Int(0, 4)) {
     case 0:
@@ -58,13 +113,14 @@ std::string ShapeText(RandomSource* random) {
 }
 
 std::string RobotText(RandomSource* random, double x, double y) {
-  const double size = random->Real(0.1, 0.5);
-  std::string text = "position( size [" + Number(size) + " " +
-                     Number(size * random->Real(0.6, 1.2)) + " " + Number(random->Real(0.2, 0.6)) +
-                     "]" + Pose2(x, y, random->Real(-180, 180)) + ShapeText(random);
+  const double size = random->Real(0.1, 0.5), width = size * random->Real(0.6, 1.2);
+  const bool bumps = random->OneIn(4);
+  std::string text = "position( size [" + Number(size) + " " + Number(width) + " " +
+                     Number(random->Real(0.2, 0.6)) + "]" + Pose2(x, y, random->Real(-180, 180));
+  text += bumps ? BumpersAllAround(size, width) : ShapeText(random);
   const char* const drives[] = {"diff", "omni", "car"};
   text += " drive \"" + std::string(drives[random->Int(0, 2)]) + "\"";
-  if (random->OneIn(2))
+  if (!bumps && random->OneIn(2))
     text += " origin [" + Number(random->Real(-0.1, 0.1)) + " 0 0 " +
             Number(random->Real(-90, 90)) + "]";
   if (random->OneIn(3)) text += " localization \"odom\" localization_origin [0 0 0 0]";
@@ -74,14 +130,17 @@ std::string RobotText(RandomSource* random, double x, double y) {
   if (random->OneIn(4)) text += " ranger_return " + Number(random->Real(-1, 2));
   if (random->OneIn(8)) text += " obstacle_return 0";
   if (random->OneIn(4)) text += " mass " + Number(random->Real(1, 20));
-  if (random->OneIn(4)) text += " pushable 1";
+  if (random->OneIn(3)) text += " pushable 1";
   if (random->OneIn(6)) text += " velocity [0.2 0.1 0 30]";
   if (random->OneIn(3))
     text += " joules " + Number(random->Real(-5, 300)) + " joules_capacity " +
             Number(random->Real(50, 400));
   if (random->OneIn(3)) text += " stops_when_empty " + std::to_string(random->Int(0, 1));
+  text += LooksText(random);
   for (int i = random->Int(0, 2); i > 0; i--) text += RangerText(random);
-  if (random->OneIn(6)) text += " model( size [0.1 0.1 0.4]" + Pose2(0.1, 0, 30) + " )";
+  text += FindersText(size, random);
+  if (random->OneIn(6))
+    text += " model( fiducial_return 5 size [0.1 0.1 0.4]" + Pose2(0.1, 0, 30) + " )";
   return text + " )\n";
 }
 
@@ -99,8 +158,12 @@ std::string SceneryText(RandomSource* random, double room) {
   if (pushable)
     text += " pushable 1 mass " + Number(random->Real(0.1, 5)) + " friction " +
             Number(random->Real(0, 0.5));
+  text += LooksText(random);
   if (senses) text += RangerText(random);
-  return text + " )\n";
+  if (senses) text += FindersText(0.3, random);
+  text += " )\n";
+  // Twice at one place: rays meet both at once.
+  return random->OneIn(6) ? text + text : text;
 }
 
 }  // namespace
@@ -119,8 +182,7 @@ std::string ClosedWorld(const ClosedWorldKind& kind, RandomSource* random) {
 
 void SubscribeToMost(World* world, uint64_t idle) {
   for (Model* model : world->engine().models)
-    if ((model->GetModelType() == "position" || model->GetModelType() == "ranger") &&
-        ((idle >> (model->GetId() % 64)) & 1) == 0)
+    if (model->GetModelType() != "model" && ((idle >> (model->GetId() % 64)) & 1) == 0)
       model->Subscribe();
 }
 

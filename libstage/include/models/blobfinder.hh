@@ -65,11 +65,14 @@ class ModelBlobfinder : public Model, private internal::sensing::RaySink {
   unsigned int scan_width;   ///< of the image, pixels; also the number of rays
 
  private:
+  friend class RowBridge;
   void LoadColors();
   void AddFan(internal::sensing::FanList* fans);
   void ReceiveHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
   bool Reports(const Color& seen) const;
-  Blob MakeBlob(const Color& seen, double mean_range) const;
+  void FindBlobs(const internal::sensing::RayHits& hits, double table_fov,
+                 std::vector<Blob>* blobs) const;
+  Blob MakeBlob(const Color& seen, double mean_range, double table_fov) const;
 
   std::vector<Blob> blobs_;
   std::vector<Color> colors_;

@@ -55,6 +55,7 @@ class ModelBumper : public Model, private internal::sensing::RaySink {
   void Gather(internal::sensing::FanList* fans) override;
 
  private:
+  friend class RowBridge;
   struct Line {
     point_t start;
     double cosine, sine;  // of its heading

@@ -82,6 +82,7 @@ class ModelFiducial : public Model, private internal::sensing::RaySink {
   void Gather(internal::sensing::FanList* fans) override;
 
  private:
+  friend class RowBridge;
   void CollectCandidates();
   bool MakeCandidate(const Pose& own, Model* target, const Pose& there, Fiducial* candidate) const;
   void AddFan(internal::sensing::FanList* fans);

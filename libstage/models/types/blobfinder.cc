@@ -201,7 +201,13 @@ void ModelBlobfinder::AddFan(sensing::FanList* fans) {
 void ModelBlobfinder::ReceiveHits(uint32_t, const sensing::RayHits& hits) {
   if (!rays_out_) return;
   rays_out_ = false;
-  blobs_.clear();
+  FindBlobs(hits, table_fov_, &blobs_);
+}
+
+/// Finds the blobs in the hits of rays over a field of view of `table_fov` radians.
+void ModelBlobfinder::FindBlobs(const sensing::RayHits& hits, double table_fov,
+                                std::vector<Blob>* blobs) const {
+  blobs->clear();
   const sensing::HitInterval* hit_interval = hits.intervals;
   for (uint32_t i = 0; i < hits.count;) {
     STAGE_ASSERT(hit_interval->end > i && hit_interval->end <= hits.count);
@@ -216,10 +222,10 @@ void ModelBlobfinder::ReceiveHits(uint32_t, const sensing::RayHits& hits) {
       i = (hit_interval++)->end;
     if (Reports(seen)) {
       const double sum = std::accumulate(hits.ranges + first, hits.ranges + i, 0.0);
-      Blob blob = MakeBlob(seen, sum / (i - first));
+      Blob blob = MakeBlob(seen, sum / (i - first), table_fov);
       blob.left = hits.count - i;  // rays are numbered from the right, pixels from the left
       blob.right = hits.count - first - 1;
-      blobs_.push_back(blob);
+      blobs->push_back(blob);
     }
     // The ray that ended the blob belongs to none.
     if (i < hits.count && ++i == hit_interval->end) hit_interval++;
@@ -231,13 +237,14 @@ bool ModelBlobfinder::Reports(const Color& seen) const {
                                         [&](const Color& c) { return LooksLike(c, seen); });
 }
 
-ModelBlobfinder::Blob ModelBlobfinder::MakeBlob(const Color& seen, double mean_range) const {
+ModelBlobfinder::Blob ModelBlobfinder::MakeBlob(const Color& seen, double mean_range,
+                                                double table_fov) const {
   Blob blob;
   blob.color = seen;
   blob.range = mean_range;
   const double height = scan_height;
   const uint32_t middle = scan_height / 2;
-  const double pixel = std::fabs(table_fov_) / height;
+  const double pixel = std::fabs(table_fov) / height;
   const double reach = std::trunc(ArcTangent(kHalfHeight, mean_range) / pixel);
   blob.top = static_cast<uint32_t>(std::max(0.0, middle - reach));
   blob.bottom = static_cast<uint32_t>(std::min(height, middle + reach));

@@ -8,6 +8,7 @@
 #include "geometry/trigonometry.hh"
 #include "messages/assert.hh"
 #include "messages/log.hh"
+#include "models/bumper_touch.hh"
 #include "models/host.hh"
 #include "models/state_exchange.hh"
 #include "models/types/built_in_types.hh"
@@ -20,8 +21,6 @@ namespace {
 
 constexpr double kWatts = 0.1;
 constexpr int kMaxBumpers = 10000;
-/// Distance of a contact of outlines at which it counts as one at a line, in metres.
-constexpr double kTouchDistance = 0.01;
 
 bool StopsBumper(Model* candidate, const Model* finder, const void*) {
   return !candidate->IsRelated(finder);
@@ -147,10 +146,8 @@ void ModelBumper::FindTouched() {
     touched_.resize(lines_.size(), {nullptr, point_t()});
     for (size_t i = 0; i < bumper_count; i++) {
       const Line& line = lines_[i];
-      const double dx = contact.point.x - line.start.x, dy = contact.point.y - line.start.y;
-      const double along = constrain(dx * line.cosine + dy * line.sine, 0, bumpers[i].length);
-      const double x = dx - along * line.cosine, y = dy - along * line.sine;
-      if (touched_[i].model == nullptr && x * x + y * y < kTouchDistance * kTouchDistance)
+      if (touched_[i].model == nullptr &&
+          IsAtLine(line.start, {line.sine, line.cosine}, bumpers[i].length, contact.point))
         touched_[i] = {contact.b, contact.point};
     }
   });

@@ -49,6 +49,8 @@ class ContactPhase {
   const motion::Walls& walls() const { return walls_; }
   const motion::Columns& columns() const { return columns_; }
   std::span<Model* const> roots() const { return roots_; }
+  /// The model of each outline of a wall.
+  std::span<const Model* const> wall_models() const { return wall_models_; }
   /// The bottom of the outline of the row's tree, above its pose, metres.
   double BottomOf(size_t row) const { return bottoms_[columns_.shape[row]]; }
 
