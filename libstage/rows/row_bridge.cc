@@ -3,6 +3,9 @@
 #include "rows/row_bridge.hh"
 
 #include <algorithm>
+#include <limits>
+#include <typeinfo>
+#include <utility>
 
 #include "messages/assert.hh"
 #include "models/body.hh"
@@ -55,6 +58,43 @@ void RowBridge::ReadStart(rows::Rows* start) {
   ReadGrid(world, start, 0);
 }
 
+bool RowBridge::Read(World* world, rows::Rows* to, size_t row, World* spare) {
+  if (!WhyNotClosed(*world).empty() || !HasModelsOf(*world, to->scene())) return false;
+  to->columns.seed[row] = world->seed();
+  ReadModels(*world, to, row);
+  ReadGrid(*world, to, row);
+  ReadOrder(*world, to, row);
+  if (!ReadSensors(*world, to, row) || !Write(*to, row, spare)) return false;
+  Snapshot of_world, of_row;
+  return world->Take(&of_world) && spare->Take(&of_row) && of_world.hash() == of_row.hash();
+}
+
+/// True if the world has the models of the prototype.
+bool RowBridge::HasModelsOf(const World& world, const rows::Scene& scene) {
+  const auto same = [](const Model* a, const Model* b) {
+    return a->GetId() == b->GetId() && typeid(*a) == typeid(*b);
+  };
+  return std::ranges::equal(world.engine().models, scene.prototype->engine().models, same);
+}
+
+std::vector<uint32_t> RowBridge::RunningModels(const World& world) {
+  std::vector<uint32_t> ids;
+  world.engine_->scheduler.ForEach([&](usec_t, const Scheduler::Event& event) {
+    if (event.model && event.model->ExpectsUpdate(event.generation))
+      ids.push_back(event.model->GetId());
+  });
+  return ids;
+}
+
+/// The time of the next update of all running models; the end of time if there are none.
+usec_t RowBridge::NextUpdateOf(const World& world) {
+  usec_t next = std::numeric_limits<usec_t>::max();
+  world.engine_->scheduler.ForEach([&](usec_t time, const Scheduler::Event& event) {
+    if (event.model && event.model->ExpectsUpdate(event.generation)) next = std::min(next, time);
+  });
+  return next;
+}
+
 void RowBridge::ReadModels(const World& world, rows::Rows* to, size_t row) {
   const rows::Scene& scene = to->scene();
   rows::Columns& c = to->columns;
@@ -66,6 +106,12 @@ void RowBridge::ReadModels(const World& world, rows::Rows* to, size_t row) {
     c.pose[i] = c.sensed[i] = rows::PlanarOf(model.pose);
     c.turn[i] = SinCos(model.pose.a);
     c.stalled[i] = model.stall;
+    if (!c.before.empty()) {
+      const Pose* const before = model.pose_before_push_.get();
+      c.before[i] = before ? rows::PlanarOf(*before) : c.pose[i];
+      // Things are sensed before they are pushed.
+      if (before && scene.movers[k].is_pushed) c.sensed[i] = c.before[i];
+    }
     if (scene.movers[k].robot) ReadRobot(static_cast<const ModelPosition&>(model), to, row, i);
   }
   for (size_t k = 0; k < scene.packs.size(); k++) {
@@ -75,7 +121,7 @@ void RowBridge::ReadModels(const World& world, rows::Rows* to, size_t row) {
     c.energy[row] = world.engine().energy_totals;
   }
   ReadFinders(world, to, row);
-  c.next_update[row] = scene.NextUpdateAfter(world.sim_time);
+  c.next_update[row] = NextUpdateOf(world);
 }
 
 void RowBridge::ReadRobot(const ModelPosition& model, rows::Rows* to, size_t row, size_t i) {
@@ -96,7 +142,7 @@ void RowBridge::ReadRobot(const ModelPosition& model, rows::Rows* to, size_t row
   c.error[i] = rows::PlanarOf(model.integration_error);
   if (!model.noisy_odometry_) return;
   c.noisy_odometry[i] = *model.noisy_odometry_;
-  c.random[i] = const_cast<ModelPosition&>(model).random_.Get();
+  c.random[i] = model.random_.Copy();
 }
 
 void RowBridge::ReadGrid(const World& world, rows::Rows* to, size_t row) {
@@ -114,6 +160,60 @@ void RowBridge::ReadGrid(const World& world, rows::Rows* to, size_t row) {
     }
     to->SetOutline(row, k, corners, static_cast<uint32_t>(cells.size()));
   }
+}
+
+/// Numbers the bodies that were rasterized since loading in that order.
+void RowBridge::ReadOrder(const World& world, rows::Rows* to, size_t row) {
+  const rows::Scene& scene = to->scene();
+  rows::Columns& c = to->columns;
+  const internal::grid::Grid& grid = world.engine().scene.grid;
+  std::vector<std::pair<uint64_t, uint64_t*>> recent;
+  for (size_t k = 0; k < scene.bodies.size(); k++) {
+    const rows::Body& body = scene.bodies[k];
+    const Model& model = *world.FindModel(body.model->GetId());
+    uint64_t* const stamp = &c.stamp[row * scene.bodies.size() + k];
+    *stamp = 0;
+    const Block& block = *model.body().blocks()[body.block];
+    if (!model.body().rasterized_since_loading() || !block.rasterized()) continue;
+    const uint64_t stamp_in_grid = grid.Stamp(block.body());
+    if (stamp_in_grid > world.engine().last_stamp_of_loading)
+      recent.emplace_back(stamp_in_grid, stamp);
+  }
+  std::ranges::sort(recent);
+  for (size_t i = 0; i < recent.size(); i++) *recent[i].second = i + 1;
+  c.stamps[row] = recent.size();
+}
+
+bool RowBridge::ReadSensors(const World& world, rows::Rows* to, size_t row) {
+  const rows::Scene& scene = to->scene();
+  for (size_t k = 0; k < scene.sensors.size(); k++) {
+    const rows::Sensor& of = scene.sensors[k];
+    const auto& ranger = static_cast<const ModelRanger&>(*world.FindModel(of.ranger->GetId()));
+    if (of.index >= ranger.sensors_.size()) return false;
+    const ModelRanger::Sensor& sensor = ranger.sensors_[of.index];
+    if (of.noisy)
+      to->columns.noise[row * scene.sensors.size() + k] =
+          sensor.seeded_ ? sensor.random_ : RandomStream(SeedOfNoise(scene, k, world.seed()));
+    if (!ReadReadings(sensor, of, to, row)) return false;
+  }
+  return true;
+}
+
+/// Returns false if the sensor has other readings than it can have in rows.
+bool RowBridge::ReadReadings(const ModelRanger::Sensor& sensor, const rows::Sensor& of,
+                             rows::Rows* to, size_t row) {
+  if (!to->HasReadings(row)) return true;
+  if (sensor.ranges.size() != of.rays || sensor.intensities.size() != of.rays) return false;
+  rows::Columns& c = to->columns;
+  const std::vector<double>& known = to->scene().brightness;
+  const size_t first = row * to->scene().ray_count + of.first_ray;
+  for (uint32_t ray = 0; ray < of.rays; ray++) {
+    const auto value = std::ranges::find(known, sensor.intensities[ray]);
+    if (value == known.end()) return false;
+    c.ranges[first + ray] = sensor.ranges[ray];
+    c.brightness[first + ray] = static_cast<uint8_t>(value - known.begin());
+  }
+  return true;
 }
 
 // ---- from a row to a world ----------------------------------------------------------------------

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "models/fiducial.hh"
 #include "rows/rows.hh"
@@ -29,12 +30,16 @@ class RowBridge {
 
   /// Reads the state after loading into row 0.
   static void ReadStart(rows::Rows* start);
-  /// Reads the state of a world with the models of the scene. Returns false if the world is in a
-  /// state that a row cannot hold; the row is unchanged then.
-  static bool Read(World* world, rows::Rows* to, size_t row);
+  /// Reads the state of a world that was made from the same file as the scene. Returns false if the
+  /// row cannot hold that state; the row is undefined then. `spare` is another such world, which is
+  /// changed: the row is written into it, and the snapshots of both worlds must be equal.
+  static bool Read(World* world, rows::Rows* to, size_t row, World* spare);
   /// Brings a world with the models of the scene into the state of a row. Returns false, after a
   /// message, if the world cannot be restored.
   static bool Write(const rows::Rows& from, size_t row, World* world);
+
+  /// Ids of the running models, in the order of their updates.
+  static std::vector<uint32_t> RunningModels(const World& world);
 
   /// See ModelRanger::Sensor::AddRangeNoise().
   static void AddRangeNoise(const rows::Sensor& sensor, RandomStream* random, double* ranges) {
@@ -74,6 +79,12 @@ class RowBridge {
   static uint64_t SeedOf(const rows::Scene& scene, const Model& model, uint64_t seed);
   static void ReadModels(const World& world, rows::Rows* to, size_t row);
   static void ReadRobot(const ModelPosition& model, rows::Rows* to, size_t row, size_t i);
+  static bool ReadSensors(const World& world, rows::Rows* to, size_t row);
+  static bool ReadReadings(const ModelRanger::Sensor& sensor, const rows::Sensor& of,
+                           rows::Rows* to, size_t row);
+  static void ReadOrder(const World& world, rows::Rows* to, size_t row);
+  static usec_t NextUpdateOf(const World& world);
+  static bool HasModelsOf(const World& world, const rows::Scene& scene);
   static void ReadGrid(const World& world, rows::Rows* to, size_t row);
   static void WriteMovers(const rows::Rows& from, size_t row, World* world);
   static void WriteRobot(const rows::Rows& from, size_t row, size_t mover, ModelPosition* to);

@@ -84,7 +84,7 @@ struct Columns {
 
 class Rows {
  public:
-  /// Makes rows in the state after loading with these seeds.
+  /// Makes worlds in the state after loading with these seeds.
   Rows(std::shared_ptr<const Scene> scene, std::span<const uint64_t> seeds);
 
   size_t size() const { return columns.seed.size(); }
@@ -99,6 +99,8 @@ class Rows {
   /// True if the world's sensors have readings.
   bool HasReadings(size_t world) const { return columns.last_update[world] > 0; }
 
+  /// Changes the number of worlds. New ones must be reset, copied or read before they are used.
+  void Resize(size_t worlds);
   /// Resets a world to its state after loading with that seed.
   void Reset(size_t world, uint64_t seed);
   /// Copies the state of a world of rows of the same scene.
@@ -106,6 +108,8 @@ class Rows {
   /// Memory of a thread.
   class Scratch;
   std::shared_ptr<Scratch> MakeScratch() const;
+  /// Moves a robot to a pose, without a collision test. See Model::SetPose().
+  void Place(size_t world, size_t mover, const Planar& pose, Scratch* scratch);
   /// Makes steps. Several threads may step different worlds, each with its own scratch.
   void Step(size_t world, uint64_t steps, Scratch* scratch);
   /// Bytes of a world.
@@ -117,7 +121,6 @@ class Rows {
   friend class Stg::RowBridge;
   class Stepper;
   explicit Rows(std::shared_ptr<const Scene> scene);
-  void Resize(size_t worlds);
   void SetOutline(size_t world, size_t body, const CornerCells& corners, uint32_t count);
   void DrawErrors(size_t world);
   void SeedNoise(size_t world);

@@ -113,7 +113,8 @@ struct Mover {
 
 /// A power pack of a model of a mover.
 struct Pack {
-  const Model* model;  ///< of the prototype
+  const Model* model;     ///< of the prototype
+  const PowerPack* pack;  ///< of that model
 };
 
 /// A running model that draws energy, in the order of drawing.

@@ -318,7 +318,7 @@ void RowBridge::SceneMaker::AddPacks() {
   for (const Model* model : world_.engine_->models) {
     if (!model->power_pack) continue;
     numbers[model->power_pack.get()] = static_cast<uint32_t>(scene_.packs.size());
-    scene_.packs.push_back({model});
+    scene_.packs.push_back({model, model->power_pack.get()});
   }
   for (const Model* model : world_.engine_->energy) {
     rows::Consumer consumer{numbers.at(model->FindPowerPack()), rows::Consumer::kNone,

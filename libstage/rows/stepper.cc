@@ -56,6 +56,10 @@ void Rows::Step(size_t world, uint64_t steps, Scratch* scratch) {
   for (uint64_t i = 0; i < steps; i++) stepper.Step();
 }
 
+void Rows::Place(size_t world, size_t mover, const Planar& pose, Scratch* scratch) {
+  Stepper(this, world, scratch).Place(mover, pose);
+}
+
 Rows::Stepper::Stepper(Rows* rows, size_t world, Scratch* scratch)
     : scene_(*rows->scene_),
       c_(rows->columns),
@@ -345,6 +349,15 @@ bool Rows::Stepper::HasMoved(uint32_t number, uint32_t drawn, const Placed& befo
   return was_in != is_in ||
          (is_in && !(std::equal(s_.corners[0].x, s_.corners[0].x + count, s_.corners[1].x) &&
                      std::equal(s_.corners[0].y, s_.corners[0].y + count, s_.corners[1].y)));
+}
+
+/// See Model::SetPose().
+void Rows::Stepper::Place(size_t index, const Planar& pose) {
+  if (c_.pose[mover_ + index] == pose) return;
+  const double heading = normalize(pose.a);
+  const Placed place{pose.x, pose.y, heading, SinCos(heading)};
+  DrawAt(index, place);
+  CommitAt(index, place);
 }
 
 void Rows::Stepper::WidenExtent(const OutlineBox& box) {

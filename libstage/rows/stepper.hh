@@ -95,6 +95,7 @@ class Rows::Stepper {
  public:
   Stepper(Rows* rows, size_t world, Scratch* scratch);
   void Step();
+  void Place(size_t index, const Planar& pose);
 
  private:
   static constexpr uint8_t kAsked = 1, kMoved = 2, kInFloor = 4;

@@ -3,22 +3,16 @@
 #include "worlds/world_pool.hh"
 
 #include <algorithm>
-#include <memory>
-#include <mutex>
 #include <numeric>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "messages/assert.hh"
 #include "messages/report.hh"
-#include "models/exception_origin.hh"
+#include "rows/row_bridge.hh"
 #include "threads/processors.hh"
 #include "threads/wall_clock.hh"
-#include "threads/worker_pool.hh"
-#include "world/copy_source.hh"
-#include "world/world.hh"
-#include "world/world_handle.hh"
+#include "worlds/pool_impl.hh"
 
 namespace Stg {
 
@@ -27,128 +21,54 @@ void StepObserver::AfterStep(uint32_t, uint64_t) {}
 void StepObserver::AfterRound(uint32_t, uint64_t, uint64_t, Outcome) {}
 void StepObserver::BetweenRounds() {}
 
-namespace {
-
-/// Thrown to make a world fail for this reason.
-struct WorldFailure {
-  std::string why;
-};
-
-/// The scene of one or several pools: the data that their worlds share.
-class Scene {
- public:
-  Scene(const World& prototype, const WorldPoolOptions& options)
-      : source_(prototype, options.device), options_(source_.options()) {
-    if (!options.branch) return;
-    options_.branch = true;
-    options_.duration = 0;
-    options_.clock = false;
-  }
-
-  bool IsReady() const { return !source_.empty(); }
-
-  /// Makes a world. Throws WorldFailure. Several threads may call it at once.
-  std::unique_ptr<World> Make(uint64_t seed) const {
-    RunOptions options = options_;
-    options.seed = seed;
-    const messages::ErrorTrap errors;
-    std::unique_ptr<World> world = IsReady() ? source_.Make(options) : nullptr;
-    if (!world) throw WorldFailure{errors.Last("the world can't be copied")};
-    world->SetQuitTime(0);
-    return world;
-  }
-
-  /// The state to which worlds are reset; null if they must be made again. The first caller finds
-  /// it out, in a world of its own.
-  const InitialState* initial_state() {
-    std::call_once(initial_state_once_, [this] {
-      const std::unique_ptr<World> world = Make(options_.seed);
-      const WorldHandle handle(world.get());
-      initial_state_ = world->CaptureInitialState();
-    });
-    return initial_state_.get();
-  }
-
- private:
-  const CopySource source_;
-  RunOptions options_;
-  std::once_flag initial_state_once_;
-  std::shared_ptr<const InitialState> initial_state_;
-};
-
-}  // namespace
-
-struct WorldPool::Impl {
-  struct Slot {
-    WorldHandle world;
-    uint64_t times_made = 0;
-    std::string failure;
-  };
-  /// Aligned to a cache line, because each thread writes its own all the time.
-  struct alignas(64) StepCounter {
-    uint64_t steps = 0;
-  };
-
-  Impl(std::shared_ptr<Scene> of, const std::vector<uint64_t>& with_seeds, unsigned threads)
-      : scene(std::move(of)),
-        seeds(with_seeds),
-        slots(with_seeds.size()),
-        workers(threads::MakeWorkerPool(threads)),
-        steps_of_threads(workers->threads()) {}
-  ~Impl() {
-    for (const Slot& slot : slots) delete slot.world.get();
-  }
-
-  void Load(uint32_t id);
-  void TryToLoad(uint32_t id);
-  World* Require(uint32_t id);
-  void Reset(uint32_t id);
-  StepObserver::Outcome StepWorld(uint32_t id, uint64_t first, uint64_t end,
-                                  StepObserver* observer);
-  uint64_t StepsOfRound(size_t worlds, uint64_t unit) const;
-  void StepRound(const Ids& ids, uint64_t first, uint64_t end, StepObserver* observer);
-  /// Calls f(id, thread) for these worlds on all threads. An exception fails its world.
-  template <typename F>
-  void ForEach(const Ids& ids, F f);
-
-  const std::shared_ptr<Scene> scene;
-  std::vector<uint64_t> seeds;
-  std::vector<Slot> slots;  // one per world
-  const std::shared_ptr<threads::WorkerPool> workers;
-  std::vector<StepCounter> steps_of_threads;  // steps made in the present round
-  double step_seconds = 0;  // recent wall time per step and world, with all threads; 0: unknown
-};
-
-template <typename F>
-void WorldPool::Impl::ForEach(const Ids& ids, F f) {
-  workers->Run(ids.size(), 1, [&](size_t begin, size_t end, unsigned thread) {
-    for (size_t i = begin; i < end; i++) {
-      STAGE_ASSERT(ids[i] < slots.size());
-      try {
-        f(ids[i], thread);
-      } catch (const WorldFailure& failure) {
-        slots[ids[i]].failure = failure.why;
-      } catch (...) {
-        slots[ids[i]].failure = DescribeException();
-      }
-    }
-  });
+WorldPool::Impl::Impl(std::shared_ptr<PoolScene> of, const std::vector<uint64_t>& with_seeds,
+                      unsigned threads)
+    : scene(std::move(of)),
+      workers(threads::MakeWorkerPool(threads)),
+      of_threads(workers->threads()) {
+  Resize(with_seeds);
 }
 
-/// Makes the world, or makes it again.
-void WorldPool::Impl::Load(uint32_t id) {
+WorldPool::Impl::~Impl() {
+  for (const Slot& slot : slots) delete slot.world.get();
+}
+
+/// New worlds get the seeds at their ids.
+void WorldPool::Impl::Resize(const std::vector<uint64_t>& with_seeds) {
+  const size_t count = with_seeds.size(), before = slots.size();
+  for (size_t id = count; id < before; id++) delete slots[id].world.get();
+  for (size_t id = before; id < count; id++) seeds.push_back(with_seeds[id]);
+  seeds.resize(count);
+  slots.resize(count);
+  for (size_t id = before; id < count; id++) slots[id].subscriptions = scene->loaded();
+  for (const auto& owned : owned_rows)
+    if (owned) owned->Resize(count);
+}
+
+/// Makes the World object, or makes it again, in the state after loading.
+void WorldPool::Impl::MakeWorld(uint32_t id) {
   Slot& slot = slots[id];
   delete slot.world.get();
   slot.world = WorldHandle();
-  slot.failure.clear();
   slot.times_made++;
   slot.world = WorldHandle(scene->Make(seeds[id]).release());
 }
 
-/// Makes the world like Load(); it has failed if that fails.
-void WorldPool::Impl::TryToLoad(uint32_t id) {
+/// Resets the world by loading it again.
+void WorldPool::Impl::Load(uint32_t id) {
+  Slot& slot = slots[id];
+  slot.failure.clear();
+  slot.form = Form::kWorld;
+  slot.returns = false;
+  MakeWorld(id);
+}
+
+/// Makes the World object, or makes it again if it has been unloaded; the world has failed if that
+/// fails.
+void WorldPool::Impl::TryToMake(uint32_t id) {
   try {
-    Load(id);
+    if (slots[id].form == Form::kWorld) return Load(id);
+    BecomeWorld(id);
   } catch (const WorldFailure& failure) {
     slots[id].failure = failure.why;
   } catch (...) {
@@ -156,33 +76,93 @@ void WorldPool::Impl::TryToLoad(uint32_t id) {
   }
 }
 
-/// The world, made if this has not been done yet. Throws WorldFailure if there is none.
+/// The World object, made if this has not been done yet. Throws WorldFailure if there is none.
 World* WorldPool::Impl::Require(uint32_t id) {
-  Slot& slot = slots[id];
-  if (slot.times_made == 0) Load(id);
-  World* const world = slot.world.get();
+  World* const world = BecomeWorld(id);
   if (!world) throw WorldFailure{"there is no world number " + std::to_string(id)};
   return world;
 }
 
-/// Resets the world to the state after loading with its seed, and makes it again if it cannot be
-/// reset.
+template <typename F>
+void WorldPool::Impl::WithWorld(uint32_t id, Thread* thread, F f) {
+  const Slot& slot = slots[id];
+  if (!BecomeRow(id)) return f(*Require(id));
+  World* const spare = Spare(thread, 0);
+  if (!RowBridge::Write(*slot.rows, id, spare)) return f(*Require(id));
+  f(*spare);
+}
+
+/// Resets the world to the state after loading with its seed. It is loaded again if it can neither
+/// be a row nor be reset.
 void WorldPool::Impl::Reset(uint32_t id) {
   Slot& slot = slots[id];
+  if (scene->has_rows()) {
+    slot.form = Form::kStart;
+    slot.subscriptions = scene->loaded();
+    slot.failure.clear();
+    return;
+  }
   const InitialState* const initial_state = scene->initial_state();
   World* const world = slot.world.get();
   if (!world || !initial_state || !world->RestartFrom(*initial_state, seeds[id])) return Load(id);
+  slot.form = Form::kWorld;
+  slot.failure.clear();
+}
+
+/// Restores a snapshot in rows. Returns false, and changes nothing, if rows cannot hold it, or if a
+/// world has clients.
+bool WorldPool::Impl::RestoreRows(const Ids& ids, const Snapshot& from) {
+  if (ids.empty() || !scene->has_rows()) return false;
+  const bool have_clients = std::ranges::any_of(ids, [&](uint32_t id) {
+    const World* const world = slots[id].form == Form::kWorld ? slots[id].world.get() : nullptr;
+    return world && !RowBridge::WhyNotClosed(*world).empty();
+  });
+  const messages::ErrorTrap errors;
+  Thread& thread = of_threads[0];
+  World* const spare = Spare(&thread, 0);
+  if (have_clients || !spare->Restore(from)) return false;
+  Subscriptions* const subscriptions = scene->SubscriptionsOf(*spare);
+  rows::Rows* const into = RowsOf(subscriptions);
+  if (!into) return false;
+  rows::Rows read(subscriptions->scene(), std::vector<uint64_t>{0});
+  if (!RowBridge::Read(spare, &read, 0, Spare(&thread, 1))) return false;
+  ForEach(ids, [&](uint32_t id, Thread*) {
+    Slot& slot = slots[id];
+    into->Copy(id, read, 0);
+    slot.form = Form::kRow;
+    slot.is_new = false;
+    slot.subscriptions = subscriptions;
+    slot.rows = into;
+    slot.failure.clear();
+  });
+  return true;
+}
+
+/// Restores a snapshot in a World object. Throws WorldFailure.
+void WorldPool::Impl::RestoreWorld(uint32_t id, const Snapshot& from) {
+  Slot& slot = slots[id];
+  if (!slot.world) MakeWorld(id);
+  slot.form = Form::kWorld;
+  slot.returns = false;
+  World* const world = slot.world.get();
+  const messages::ErrorTrap errors;
+  if (!world || !world->Restore(from)) throw WorldFailure{errors.Last("the snapshot doesn't fit")};
+  world->CancelQuit();
   slot.failure.clear();
 }
 
 /// Makes steps first to end - 1, or fewer if the world ends.
 StepObserver::Outcome WorldPool::Impl::StepWorld(uint32_t id, uint64_t first, uint64_t end,
-                                                 StepObserver* observer) {
-  World* const world = Require(id);
-  const Slot& slot = slots[id];
+                                                 StepObserver* observer, Thread* thread) {
+  Slot& slot = slots[id];
   for (uint64_t step = first; step < end; step++) {
     if (observer) observer->BeforeStep(id, step);
-    if (world->Update()) {
+    if (BecomeRow(id)) {
+      slot.is_new = false;
+      const uint64_t steps = observer ? 1 : end - step;
+      slot.rows->Step(id, steps, ScratchOf(slot, thread));
+      step += steps - 1;
+    } else if (Require(id)->Update()) {
       if (!slot.world) throw WorldFailure{"a controller has deleted the world"};
       return StepObserver::kHasEnded;
     }
@@ -206,27 +186,29 @@ uint64_t WorldPool::Impl::StepsOfRound(size_t worlds, uint64_t unit) const {
 void WorldPool::Impl::StepRound(const Ids& ids, uint64_t first, uint64_t end,
                                 StepObserver* observer) {
   const double start = threads::WallClock();
-  for (StepCounter& counter : steps_of_threads) counter.steps = 0;
-  ForEach(ids, [&](uint32_t id, unsigned thread) {
-    if (!slots[id].failure.empty() || (slots[id].times_made > 0 && !slots[id].world)) return;
+  for (Thread& thread : of_threads) thread.steps = 0;
+  ForEach(ids, [&](uint32_t id, Thread* thread) {
+    const Slot& slot = slots[id];
+    if (!slot.failure.empty() || (slot.form == Form::kWorld && !slot.world)) return;
     StepObserver::Outcome outcome = StepObserver::kHasFailed;
     try {
-      outcome = StepWorld(id, first, end, observer);
+      TakeBackSometimes(id, thread);
+      outcome = StepWorld(id, first, end, observer, thread);
     } catch (...) {
       if (observer) observer->AfterRound(id, first, end, outcome);
       throw;
     }
     if (observer) observer->AfterRound(id, first, end, outcome);
-    if (outcome == StepObserver::kMadeAllSteps) steps_of_threads[thread].steps += end - first;
+    if (outcome == StepObserver::kMadeAllSteps) thread->steps += end - first;
   });
   uint64_t steps = 0;
-  for (const StepCounter& counter : steps_of_threads) steps += counter.steps;
+  for (const Thread& thread : of_threads) steps += thread.steps;
   if (steps > 0) step_seconds = (threads::WallClock() - start) / static_cast<double>(steps);
 }
 
 WorldPool::WorldPool(const World& prototype, const std::vector<uint64_t>& seeds,
                      const WorldPoolOptions& options)
-    : impl_(new Impl(std::make_shared<Scene>(prototype, options), seeds,
+    : impl_(new Impl(std::make_shared<PoolScene>(prototype, options), seeds,
                      options.threads > 0 ? options.threads : threads::CountUsableProcessors())) {}
 
 WorldPool::WorldPool(const WorldPool& other, const std::vector<uint64_t>& seeds)
@@ -246,13 +228,7 @@ WorldPool::Ids WorldPool::All() const {
   return all;
 }
 
-void WorldPool::Resize(const std::vector<uint64_t>& seeds) {
-  const size_t count = seeds.size();
-  for (size_t id = count; id < size(); id++) delete impl_->slots[id].world.get();
-  for (size_t id = size(); id < count; id++) impl_->seeds.push_back(seeds[id]);
-  impl_->seeds.resize(count);
-  impl_->slots.resize(count);
-}
+void WorldPool::Resize(const std::vector<uint64_t>& seeds) { impl_->Resize(seeds); }
 
 const std::vector<uint64_t>& WorldPool::seeds() const { return impl_->seeds; }
 
@@ -264,23 +240,49 @@ uint64_t WorldPool::times_made(uint32_t id) const { return impl_->slots[id].time
 
 World* WorldPool::At(uint32_t id) {
   if (id >= size()) return nullptr;
-  if (impl_->slots[id].times_made == 0) impl_->TryToLoad(id);
+  if (impl_->slots[id].form != Impl::Form::kWorld) impl_->TryToMake(id);
+  impl_->slots[id].returns = false;
   return impl_->slots[id].world.get();
 }
 
 World* WorldPool::AtOrMake(uint32_t id) {
   World* const world = At(id);
   if (id >= size() || (world && world->GetWorldFile())) return world;
-  impl_->TryToLoad(id);
+  impl_->TryToMake(id);
   return impl_->slots[id].world.get();
 }
 
 void WorldPool::Make(const Ids& ids) {
-  impl_->ForEach(ids, [this](uint32_t id, unsigned) { AtOrMake(id); });
+  impl_->ForEach(ids, [this](uint32_t id, Impl::Thread*) {
+    if (!impl_->BecomeRow(id)) AtOrMake(id);
+  });
 }
+
+void WorldPool::Release(const Ids& ids) {
+  impl_->ForEach(ids, [this](uint32_t id, Impl::Thread* thread) {
+    impl_->TakeBack(id, thread);
+    impl_->slots[id].returns = true;
+  });
+}
+
+bool WorldPool::Look(uint32_t id, const std::function<void(World& world)>& look) {
+  if (id >= size()) return false;
+  try {
+    impl_->WithWorld(id, &impl_->of_threads[0], look);
+    return true;
+  } catch (const WorldFailure& failure) {
+    impl_->slots[id].failure = failure.why;
+    return false;
+  }
+}
+
+void WorldPool::Subscribe(uint32_t id, uint32_t model) { impl_->Subscribe(id, model); }
+
+std::string WorldPool::WhyNotClosed(uint32_t id) const { return impl_->WhyNotClosed(id); }
 
 void WorldPool::Step(const Ids& ids, uint64_t steps, StepObserver* observer, uint64_t unit) {
   STAGE_ASSERT(unit > 0);
+  impl_->FreeUnusedRows();
   for (uint64_t done = 0; done < steps;) {
     const uint64_t end = done + std::min(impl_->StepsOfRound(ids.size(), unit), steps - done);
     impl_->StepRound(ids, done, end, observer);
@@ -292,22 +294,17 @@ void WorldPool::Step(const Ids& ids, uint64_t steps, StepObserver* observer, uin
 void WorldPool::Reset(const Ids& ids, const std::vector<uint64_t>& seeds) {
   STAGE_ASSERT(ids.size() == seeds.size());
   for (size_t i = 0; i < ids.size(); i++) impl_->seeds[ids[i]] = seeds[i];
-  impl_->ForEach(ids, [this](uint32_t id, unsigned) { impl_->Reset(id); });
+  impl_->ForEach(ids, [this](uint32_t id, Impl::Thread*) { impl_->Reset(id); });
 }
 
 void WorldPool::Restore(const Ids& ids, const Snapshot& from) {
-  impl_->ForEach(ids, [&](uint32_t id, unsigned) {
-    if (!impl_->slots[id].world) impl_->Load(id);
-    World* const world = impl_->Require(id);
-    const messages::ErrorTrap errors;
-    if (!world->Restore(from)) throw WorldFailure{errors.Last("the snapshot doesn't fit")};
-    world->CancelQuit();
-    impl_->slots[id].failure.clear();
-  });
+  if (impl_->RestoreRows(ids, from)) return;
+  impl_->ForEach(ids, [&](uint32_t id, Impl::Thread*) { impl_->RestoreWorld(id, from); });
 }
 
 bool WorldPool::Take(uint32_t id, Snapshot* to, Snapshot::Keep keep) {
-  if (const World* const world = At(id)) return world->Take(to, keep);
+  bool taken = false;
+  if (Look(id, [&](const World& world) { taken = world.Take(to, keep); })) return taken;
   messages::Report(LogLevel::kError, "stage: a snapshot can't be taken: there is no world number " +
                                          std::to_string(id));
   return false;
@@ -315,8 +312,9 @@ bool WorldPool::Take(uint32_t id, Snapshot* to, Snapshot::Keep keep) {
 
 std::vector<uint64_t> WorldPool::StateHashes(const Ids& ids) {
   std::vector<uint64_t> hashes(size(), 0);
-  impl_->ForEach(ids, [&](uint32_t id, unsigned) {
-    if (const World* const world = At(id)) hashes[id] = world->StateHash();
+  impl_->ForEach(ids, [&](uint32_t id, Impl::Thread* thread) {
+    if (impl_->slots[id].form == Impl::Form::kWorld && !impl_->slots[id].world) return;
+    impl_->WithWorld(id, thread, [&](const World& world) { hashes[id] = world.StateHash(); });
   });
   std::vector<uint64_t> of_ids;
   for (const uint32_t id : ids) of_ids.push_back(hashes[id]);
@@ -324,7 +322,7 @@ std::vector<uint64_t> WorldPool::StateHashes(const Ids& ids) {
 }
 
 void WorldPool::ForEach(const Ids& ids, const std::function<void(uint32_t id)>& call) {
-  impl_->ForEach(ids, [&](uint32_t id, unsigned) { call(id); });
+  impl_->ForEach(ids, [&](uint32_t id, Impl::Thread*) { call(id); });
 }
 
 void WorldPool::Run(size_t count, const std::function<void(size_t, unsigned)>& job) {

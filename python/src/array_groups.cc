@@ -2,6 +2,11 @@
 
 #include "array_groups.hh"
 
+#include <algorithm>
+#include <string>
+
+#include "messages/assert.hh"
+
 namespace Stg::python {
 
 namespace {
@@ -37,29 +42,35 @@ const ModelType& SensorTypeOf(const std::string& name) {
   throw Failure{Kind::kStage, "there is no type of sensor called " + name};
 }
 
-SensorArrays::SensorArrays(const std::vector<Members>& members, const ModelType* type, size_t index,
-                           size_t max_count)
-    : type_(type), index_(index), max_count_(max_count), found_(members.size()) {
-  bool any = false;
-  for (size_t world = 0; world < members.size(); world++) {
-    Find(world, members[world]);
-    for (const Model* sensor : found_[world]) any = any || sensor;
-  }
+SensorArrays::SensorArrays(const std::vector<Members>& examples, size_t worlds,
+                           const ModelType* type, size_t index, size_t max_count)
+    : type_(type), index_(index), max_count_(max_count), robots_(examples[0].robots.size()), found_(worlds) {
+  std::vector<Sensors> sensors;
+  for (const Members& members : examples) sensors.push_back(SensorsOf(members));
+  const bool any = std::ranges::any_of(sensors, [](const Sensors& of) {
+    return std::ranges::any_of(of, [](const Model* sensor) { return sensor != nullptr; });
+  });
   if (!any)
     throw Failure{Kind::kGone, "no robot has a " + type->name + " number " + std::to_string(index)};
   arrays_.push_back({&kTime});
-  for (const Reading& reading : type->readings) arrays_.push_back({&reading, SpaceFor(reading)});
+  for (const Reading& reading : type->readings)
+    arrays_.push_back({&reading, SpaceFor(reading, sensors)});
+}
+
+SensorArrays::Sensors SensorArrays::SensorsOf(const Members& members) const {
+  Sensors sensors;
+  for (ModelPosition* robot : members.robots) {
+    size_t n = index_;
+    sensors.push_back(robot ? FindInTree(*type_, robot, &n) : nullptr);
+  }
+  return sensors;
 }
 
 void SensorArrays::Find(size_t world, const Members& members) {
-  found_[world].clear();
-  for (ModelPosition* robot : members.robots) {
-    size_t n = index_;
-    found_[world].push_back(robot ? FindInTree(*type_, robot, &n) : nullptr);
-  }
+  found_[world] = SensorsOf(members);
 }
 
-void SensorArrays::Prepare(size_t world) {
+void SensorArrays::Prepare(size_t world, const Members&) {
   for (Model* sensor : found_[world])
     if (sensor) EnsureSubscribed(sensor);
 }
@@ -71,6 +82,62 @@ void SensorArrays::Fill(size_t world, const Members&, size_t begin, size_t end) 
         CopyReading(*of.reading, found_[world][i], of.space, of.array.Row(world, i));
 }
 
+const RowPlan& SensorArrays::PlanFor(const RowRobots& robots) { return SensorPlanFor(robots).row; }
+
+const SensorArrays::Plan& SensorArrays::SensorPlanFor(const RowRobots& robots) {
+  return plans_.Get(*robots.scene, [&] { return MakePlan(robots); });
+}
+
+/// Rows have the readings of rangers.
+SensorArrays::Plan SensorArrays::MakePlan(const RowRobots& robots) const {
+  Plan plan;
+  plan.row.possible = type_->name == "ranger";
+  for (const ModelPosition* robot : robots.models) {
+    size_t n = index_;
+    Plan::Sensor found;
+    if (robot) found.model = FindInTree(*type_, const_cast<ModelPosition*>(robot), &n);
+    if (found.model && !found.model->HasSubscribers())
+      plan.row.needs.push_back(found.model->GetId());
+    for (const rows::Sensor& sensor : robots.scene->sensors) {
+      if (sensor.ranger != found.model) continue;
+      if (found.rays == 0) found.first_ray = sensor.first_ray;
+      found.rays += sensor.rays;
+    }
+    plan.sensors.push_back(found);
+  }
+  return plan;
+}
+
+void SensorArrays::FillFromRow(size_t world, const RowOfCrowd& row) {
+  const Plan& plan = SensorPlanFor(row.robots);
+  for (size_t i = 0; i < plan.sensors.size(); i++)
+    for (const ReadingArray& of : arrays_)
+      if (of.array.exists()) FillFromRays(of, plan.sensors[i], row, of.array.Row(world, i));
+}
+
+/// Writes a reading of a ranger. What is constant is that of the prototype.
+void SensorArrays::FillFromRays(const ReadingArray& of, const Plan::Sensor& sensor,
+                                const RowOfCrowd& row, void* to) {
+  const rows::Columns& columns = row.rows.columns;
+  const std::string& name = of.reading->name;
+  auto* const numbers = static_cast<double*>(to);
+  const bool ranges = name == "ranges", intensities = name == "intensities";
+  if (!sensor.model || !(ranges || intensities || of.reading == &kTime))
+    return CopyReading(*of.reading, sensor.model, of.space, to);
+  const bool has_readings = row.rows.HasReadings(row.row);
+  if (of.reading == &kTime) {
+    *numbers = has_readings ? static_cast<double>(columns.last_update[row.row]) / 1e6 : kNaN;
+    return;
+  }
+  const size_t first = row.row * row.robots.scene->ray_count + sensor.first_ray;
+  const size_t space = of.space.Count(), known = has_readings ? sensor.rays : 0;
+  STAGE_ASSERT(known <= space);
+  if (ranges) std::copy_n(&columns.ranges[first], known, numbers);
+  for (size_t ray = 0; intensities && ray < known; ray++)
+    numbers[ray] = row.robots.scene->brightness[columns.brightness[first + ray]];
+  std::fill(numbers + known, numbers + space, kNaN);
+}
+
 const Array& SensorArrays::ArrayOf(const std::string& reading, bool* is_new) {
   const auto of = std::ranges::find_if(
       arrays_, [&](const ReadingArray& known) { return known.reading->name == reading; });
@@ -78,7 +145,7 @@ const Array& SensorArrays::ArrayOf(const std::string& reading, bool* is_new) {
     throw Failure{Kind::kStage, "a " + type_->name + " has no reading called " + reading};
   *is_new = !of->array.exists();
   if (*is_new) {
-    std::vector<size_t> shape{found_.size(), found_[0].size()};
+    std::vector<size_t> shape{found_.size(), robots_};
     shape.insert(shape.end(), of->space.lengths, of->space.lengths + of->space.axes);
     of->array.Make(shape, DtypeOf(*of->reading));
   }
@@ -86,9 +153,10 @@ const Array& SensorArrays::ArrayOf(const std::string& reading, bool* is_new) {
 }
 
 /// The shape into which the arrays of all sensors fit.
-ReadingShape SensorArrays::SpaceFor(const Reading& reading) const {
+ReadingShape SensorArrays::SpaceFor(const Reading& reading,
+                                    const std::vector<Sensors>& examples) const {
   ReadingShape space;
-  for (const std::vector<Model*>& sensors : found_)
+  for (const Sensors& sensors : examples)
     for (const Model* sensor : sensors) {
       if (!sensor) continue;
       const ReadingShape shape = reading.shape(*sensor);

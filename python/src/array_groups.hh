@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "crowd.hh"
+#include "rows/robot_view.hh"
 #include "stage.hh"
 
 namespace Stg::python {
@@ -28,32 +29,55 @@ inline void EnsureSubscribed(Model* model) {
 template <typename T>
 class RobotArray : public ArrayGroup {
  public:
-  /// Writes the row of `robot`, which is null if the robot is gone.
-  using FillRow = void (*)(const ModelPosition* robot, T* row);
+  /// Functions that write the row of `robot`, which is null if the robot is gone.
+  struct Fills {
+    void (*of_model)(const ModelPosition* robot, T* row);
+    void (*of_row)(const rows::RobotView* robot, T* row);
+  };
 
   /// `width`: elements per robot; 0 means one element without an axis. `runs`: the data is valid
   /// only while the robots update, so keep them subscribed.
-  RobotArray(const std::vector<Members>& members, size_t width, FillRow fill, bool runs)
-      : fill_(fill), members_(members), runs_(runs) {
-    std::vector<size_t> shape{members.size(), members[0].robots.size()};
+  RobotArray(const std::vector<Members>& examples, size_t worlds, size_t width, Fills fills,
+             bool runs)
+      : fills_(fills), runs_(runs) {
+    std::vector<size_t> shape{worlds, examples[0].robots.size()};
     if (width > 0) shape.push_back(width);
     array.Make<T>(shape);
   }
-  void Prepare(size_t world) override {
+  void Prepare(size_t, const Members& members) override {
     if (!runs_) return;
-    for (ModelPosition* robot : members_[world].robots)
+    for (ModelPosition* robot : members.robots)
       if (robot) EnsureSubscribed(robot);
   }
   void Fill(size_t world, const Members& members, size_t begin, size_t end) override {
-    for (size_t i = begin; i < end; i++) fill_(members.robots[i], array.Row<T>(world, i));
+    for (size_t i = begin; i < end; i++) fills_.of_model(members.robots[i], array.Row<T>(world, i));
+  }
+  const RowPlan& PlanFor(const RowRobots& robots) override {
+    return plans_.Get(*robots.scene, [&] {
+      RowPlan plan{true, {}};
+      for (const ModelPosition* robot : robots.models)
+        if (runs_ && robot && !robot->HasSubscribers()) plan.needs.push_back(robot->GetId());
+      return plan;
+    });
+  }
+  void FillFromRow(size_t world, const RowOfCrowd& row) override {
+    for (size_t i = 0; i < row.robots.movers.size(); i++) {
+      T* const to = array.Row<T>(world, i);
+      if (row.robots.movers[i] == RowRobots::kNone) {
+        fills_.of_row(nullptr, to);
+        continue;
+      }
+      const rows::RobotView robot(row.rows, row.row, row.robots.movers[i]);
+      fills_.of_row(&robot, to);
+    }
   }
 
   Array array;
 
  private:
-  const FillRow fill_;
-  const std::vector<Members>& members_;  // owned by the crowd
+  const Fills fills_;
   const bool runs_;
+  ByScene<RowPlan> plans_;
 };
 
 /// An array with one element per world.
@@ -62,19 +86,27 @@ class WorldArray : public ArrayGroup {
  public:
   /// Writes the element of `world`, which is null if the world is gone.
   using FillNumber = void (*)(World* world, T* number);
+  using FillNumberOfRow = void (*)(const RowOfCrowd& row, T* number);
 
-  WorldArray(const std::vector<Members>& members, FillNumber fill) : fill_(fill) {
-    array.Make<T>({members.size()});
+  WorldArray(const std::vector<Members>&, size_t worlds, FillNumber fill, FillNumberOfRow of_row)
+      : fill_(fill), of_row_(of_row) {
+    array.Make<T>({worlds});
   }
   void Fill(size_t world, const Members& members, size_t begin, size_t) override {
     if (begin > 0) return;
     fill_(members.world, static_cast<T*>(array.data()) + world);
+  }
+  const RowPlan& PlanFor(const RowRobots&) override { return plan_; }
+  void FillFromRow(size_t world, const RowOfCrowd& row) override {
+    of_row_(row, static_cast<T*>(array.data()) + world);
   }
 
   Array array;
 
  private:
   const FillNumber fill_;
+  const FillNumberOfRow of_row_;
+  const RowPlan plan_{true, {}};
 };
 
 /// The readings of one sensor of each robot: of sensor number `index` of a type in its tree.
@@ -82,11 +114,13 @@ class SensorArrays : public ArrayGroup {
  public:
   /// `max_count`: detections per robot in the arrays of lists. Throws Failure if no robot has such
   /// a sensor.
-  SensorArrays(const std::vector<Members>& members, const ModelType* type, size_t index,
-               size_t max_count);
+  SensorArrays(const std::vector<Members>& examples, size_t worlds, const ModelType* type,
+               size_t index, size_t max_count);
   void Find(size_t world, const Members& members) override;
-  void Prepare(size_t world) override;
+  void Prepare(size_t world, const Members& members) override;
   void Fill(size_t world, const Members& members, size_t begin, size_t end) override;
+  const RowPlan& PlanFor(const RowRobots& robots) override;
+  void FillFromRow(size_t world, const RowOfCrowd& row) override;
   /// The array of a reading, or of "time", the times of the sensors' last updates. `*is_new` is set
   /// if it was made by this call and must be filled. Throws Failure if there is no such reading.
   const Array& ArrayOf(const std::string& reading, bool* is_new);
@@ -97,11 +131,27 @@ class SensorArrays : public ArrayGroup {
     ReadingShape space{};  // of a robot's row, fixed when the group is made
     Array array{};
   };
-  ReadingShape SpaceFor(const Reading& reading) const;
+  /// Where the readings of the robots are in rows of a scene.
+  struct Plan {
+    struct Sensor {
+      const Model* model = nullptr;  // of the prototype; null: the robot has none
+      uint32_t first_ray = 0, rays = 0;
+    };
+    RowPlan row;
+    std::vector<Sensor> sensors;  // by robot
+  };
+  using Sensors = std::vector<Model*>;  // by robot; null: no such sensor
+  Sensors SensorsOf(const Members& members) const;
+  ReadingShape SpaceFor(const Reading& reading, const std::vector<Sensors>& examples) const;
+  const Plan& SensorPlanFor(const RowRobots& robots);
+  Plan MakePlan(const RowRobots& robots) const;
+  static void FillFromRays(const ReadingArray& of, const Plan::Sensor& sensor,
+                           const RowOfCrowd& row, void* to);
 
   const ModelType* const type_;  // registered for good
-  const size_t index_, max_count_;
-  std::vector<std::vector<Model*>> found_;  // [world][robot]; null: no such sensor
+  const size_t index_, max_count_, robots_;
+  std::vector<Sensors> found_;  // by world; empty for those in rows
+  ByScene<Plan> plans_;
   std::vector<ReadingArray> arrays_;
 };
 

@@ -9,6 +9,7 @@
 #include "gil.hh"
 #include "signals.hh"
 #include "world/world.hh"
+#include "worlds/pool_access.hh"
 
 namespace Stg::python {
 
@@ -47,7 +48,7 @@ Batch::Batch(Batch* other, const std::vector<uint64_t>& seeds)
 /// Throws Failure if a world cannot be made.
 void Batch::MakeWorlds() {
   const GilRelease no_gil;
-  times_made_.resize(size(), 1);
+  times_made_.resize(size(), 0);
   pool_->Make(pool_->All());
   for (uint32_t i = 0; i < size(); i++)
     if (!pool_->Failure(i).empty()) throw Failure{Kind::kWorld, pool_->Failure(i)};
@@ -59,17 +60,35 @@ void Batch::MakeCrowd(const std::vector<uint32_t>& robots) {
   crowd_ = std::make_shared<Crowd>(weak_from_this(), keys, size(), false);
 }
 
-World* Batch::WorldAt(size_t index) const { return pool_->At(static_cast<uint32_t>(index)); }
+World* Batch::WorldAt(size_t index) const {
+  return PoolAccess::Borrow(*pool_, static_cast<uint32_t>(index));
+}
+
+PoolRow Batch::RowAt(size_t index) const {
+  return PoolAccess::RowOf(*pool_, static_cast<uint32_t>(index));
+}
+
+PoolRow Batch::RowToChange(size_t index) const {
+  return PoolAccess::Write(*pool_, static_cast<uint32_t>(index));
+}
+
+void Batch::Subscribe(size_t index, uint32_t model) const {
+  pool_->Subscribe(static_cast<uint32_t>(index), model);
+}
+
+void Batch::Place(size_t index, size_t mover, const rows::Planar& pose, unsigned thread) const {
+  PoolAccess::Place(*pool_, static_cast<uint32_t>(index), mover, pose, thread);
+}
 
 Model* Batch::Find(size_t index, const ModelKey& key) const {
   World* const world = WorldAt(index);
   return world ? world->FindModel(key.id) : nullptr;
 }
 
-World& Batch::WorldOf(uint32_t index) const {
-  World* const world = index < size() ? WorldAt(index) : nullptr;
-  if (!world) throw Failure{Kind::kGone, "there is no world number " + std::to_string(index)};
-  return *world;
+/// Throws Failure if the world does not exist.
+void Batch::Look(uint32_t index, const std::function<void(World& world)>& look) const {
+  if (!pool_->Look(index, look))
+    throw Failure{Kind::kGone, "there is no world number " + std::to_string(index)};
 }
 
 /// Applies the commands before each step of a world, and fills in its arrays after each round.
@@ -187,12 +206,12 @@ void Batch::Restore(const Indices& which, const Snapshot& from) {
 
 Snapshot Batch::Take(uint32_t index) {
   const Use use(this);
-  WorldOf(index);
   const GilRelease no_gil;
   const ErrorCollector collector;
   Snapshot snapshot;
-  if (!pool_->Take(index, &snapshot))
-    throw Failure{Kind::kStage, collector.Last("no snapshot can be taken")};
+  bool taken = false;
+  Look(index, [&](const World& world) { taken = world.Take(&snapshot); });
+  if (!taken) throw Failure{Kind::kStage, collector.Last("no snapshot can be taken")};
   return snapshot;
 }
 
@@ -204,15 +223,19 @@ std::vector<uint64_t> Batch::StateHashes() {
 
 std::shared_ptr<Simulation> Batch::Fork(uint32_t index) {
   const Use use(this);
-  return Simulation::CopyOf(WorldOf(index));
+  std::shared_ptr<Simulation> copy;
+  Look(index, [&](const World& world) { copy = Simulation::CopyOf(world); });
+  return copy;
 }
 
 void Batch::Teleport(const double* poses, const bool* which) {
   const Use use(this);
-  for (size_t i = 0; i < size(); i++) {
-    crowd_->Teleport(*this, i, poses + 3 * i * crowd_->size(), which + i * crowd_->size());
+  const GilRelease no_gil;
+  pool_->Run(size(), [&](size_t i, unsigned thread) {
+    const size_t first = i * crowd_->size();
+    crowd_->Teleport(*this, i, poses + 3 * first, which + first, thread);
     crowd_->Gather(*this, i);
-  }
+  });
 }
 
 std::vector<uint64_t> Batch::Seeds() {
@@ -238,8 +261,9 @@ Batch::Metrics Batch::MetricsOfAll() {
   const Use use(this);
   Metrics metrics;
   for (size_t i = 0; i < size(); i++) {
-    const World* const world = WorldAt(i);
-    if (!world) continue;
+    const auto id = static_cast<uint32_t>(i);
+    const World* const world = PoolAccess::HasWorld(*pool_, id) ? WorldAt(i) : nullptr;
+    if (!world) continue;  // worlds in rows have no metrics
     for (const NamedMetric& metric : world->Metrics()) {
       auto known = std::ranges::find(metrics, metric.name, &Metrics::value_type::first);
       if (known == metrics.end()) {

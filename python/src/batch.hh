@@ -2,14 +2,14 @@
 //
 // Many worlds of the same file, with arrays of all their robots: a pool of worlds for Python.
 //
-// A batch keeps one World object per row between calls. Rows of whatif's Branches take less memory,
-// but each call would copy every row into a world and back, which costs as much as one or two
-// steps, and learning makes calls of few steps. Copies share the scenery, so they are small, too.
+// Closed worlds are rows of the pool; the arrays are filled from the columns. Other worlds have World
+// objects.
 
 #ifndef STAGE_PYTHON_BATCH_HH
 #define STAGE_PYTHON_BATCH_HH
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -61,9 +61,9 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   void Teleport(const double* poses, const bool* which);
   /// Calls f(world) with the GIL held.
   template <typename F>
-  auto With(uint32_t index, F f) {
+  void With(uint32_t index, F f) {
     const Use use(this);
-    return f(WorldOf(index));
+    Look(index, f);
   }
 
   size_t size() const { return pool_->size(); }
@@ -81,6 +81,10 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   bool is_open() const override { return true; }
   World* WorldAt(size_t index) const override;
   Model* Find(size_t index, const ModelKey& key) const override;
+  PoolRow RowAt(size_t index) const override;
+  PoolRow RowToChange(size_t index) const override;
+  void Subscribe(size_t index, uint32_t model) const override;
+  void Place(size_t index, size_t mover, const rows::Planar& pose, unsigned thread) const override;
 
  private:
   class Stepper;
@@ -88,7 +92,7 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
 
   void MakeWorlds();
   void GatherAgain(uint32_t index);
-  World& WorldOf(uint32_t index) const;
+  void Look(uint32_t index, const std::function<void(World& world)>& look) const;
 
   const std::unique_ptr<WorldPool> pool_;
   std::vector<uint64_t> times_made_;  // of each world when its robots were last gathered

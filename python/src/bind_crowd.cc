@@ -100,10 +100,12 @@ void Render(Batch& batch, uint32_t index, double x, double y, double scale, bool
 }
 
 std::tuple<double, double, double> Fit(Batch& batch, uint32_t index, int width, int height) {
-  return batch.With(index, [&](World& world) {
+  std::tuple<double, double, double> fitted;
+  batch.With(index, [&](World& world) {
     const View view = FittedView(world, width, height);
-    return std::tuple(view.x, view.y, view.scale);
+    fitted = {view.x, view.y, view.scale};
   });
+  return fitted;
 }
 
 void BindBatch(nb::module_& module) {

@@ -10,6 +10,7 @@
 
 #include "array_groups.hh"
 #include "messages/assert.hh"
+#include "rows/robot_view.hh"
 #include "world/engine.hh"
 
 namespace Stg::python {
@@ -17,8 +18,8 @@ namespace Stg::python {
 namespace {
 
 /// Writes x, y and heading of what `get` returns.
-template <auto get>
-void FillPlane(const ModelPosition* robot, double* row) {
+template <auto get, class Robot>
+void FillPlane(const Robot* robot, double* row) {
   if (!robot) return static_cast<void>(std::fill(row, row + 3, kNaN));
   const Pose pose = std::invoke(get, robot);
   row[0] = pose.x;
@@ -27,58 +28,95 @@ void FillPlane(const ModelPosition* robot, double* row) {
 }
 
 /// Writes a covariance matrix row by row.
-template <auto get>
-void FillCovariance(const ModelPosition* robot, double* matrix) {
+template <auto get, class Robot>
+void FillCovariance(const Robot* robot, double* matrix) {
   const PoseCovariance covariance = robot ? std::invoke(get, robot) : PoseCovariance();
   for (int row = 0; row < 3; row++)
     for (int column = 0; column < 3; column++)
       *matrix++ = robot ? covariance.At(row, column) : kNaN;
 }
 
-void FillSensedTime(const ModelPosition* robot, double* time) {
+template <class Robot>
+void FillSensedTime(const Robot* robot, double* time) {
   *time = robot ? static_cast<double>(robot->GetSensedTime()) / 1e6 : kNaN;
 }
 
-void FillStalled(const ModelPosition* robot, bool* row) { *row = robot && robot->Stalled(); }
+template <class Robot>
+void FillStalled(const Robot* robot, bool* row) {
+  *row = robot && robot->Stalled();
+}
 
 void FillEnergy(const ModelPosition* robot, double* row) {
   const PowerPack* const pack = robot ? robot->FindPowerPack() : nullptr;
   *row = pack ? pack->GetStored() : kNaN;
 }
 
+void FillStored(const rows::RobotView* robot, double* row) {
+  *row = robot ? robot->GetStored() : kNaN;
+}
+
 /// The arrays of numbers of robots; the columns are the arguments of RobotArray.
 struct BodyArrayKind {
   const char* name;
   size_t width;
-  RobotArray<double>::FillRow fill;
+  RobotArray<double>::Fills fills;
   bool runs;
 };
 constexpr BodyArrayKind kBodyArrays[] = {
-    {"pose", 3, FillPlane<&ModelPosition::GetGlobalPose>, false},
-    {"velocity", 3, FillPlane<&ModelPosition::GetVelocity>, false},
-    {"actual_velocity", 3, FillPlane<&ModelPosition::GetActualVelocity>, false},
-    {"estimate", 3, FillPlane<&ModelPosition::est_pose>, true},
-    {"estimated_velocity", 3, FillPlane<&ModelPosition::GetEstimatedVelocity>, true},
-    {"estimate_covariance", 9, FillCovariance<&ModelPosition::GetOdomCovariance>, true},
-    {"estimated_velocity_covariance", 9, FillCovariance<&ModelPosition::GetOdomVelocityCovariance>,
+    {"pose",
+     3,
+     {FillPlane<&ModelPosition::GetGlobalPose>, FillPlane<&rows::RobotView::GetGlobalPose>},
+     false},
+    {"velocity",
+     3,
+     {FillPlane<&ModelPosition::GetVelocity>, FillPlane<&rows::RobotView::GetVelocity>},
+     false},
+    {"actual_velocity",
+     3,
+     {FillPlane<&ModelPosition::GetActualVelocity>, FillPlane<&rows::RobotView::GetActualVelocity>},
+     false},
+    {"estimate",
+     3,
+     {FillPlane<&ModelPosition::est_pose>, FillPlane<&rows::RobotView::GetEstimate>},
      true},
-    {"sensed_pose", 3, FillPlane<&ModelPosition::GetSensedPose>, true},
-    {"sensed_time", 0, FillSensedTime, true},
-    {"energy", 0, FillEnergy, false}};
+    {"estimated_velocity",
+     3,
+     {FillPlane<&ModelPosition::GetEstimatedVelocity>,
+      FillPlane<&rows::RobotView::GetEstimatedVelocity>},
+     true},
+    {"estimate_covariance",
+     9,
+     {FillCovariance<&ModelPosition::GetOdomCovariance>,
+      FillCovariance<&rows::RobotView::GetOdomCovariance>},
+     true},
+    {"estimated_velocity_covariance",
+     9,
+     {FillCovariance<&ModelPosition::GetOdomVelocityCovariance>,
+      FillCovariance<&rows::RobotView::GetOdomVelocityCovariance>},
+     true},
+    {"sensed_pose",
+     3,
+     {FillPlane<&ModelPosition::GetSensedPose>, FillPlane<&rows::RobotView::GetSensedPose>},
+     true},
+    {"sensed_time", 0, {FillSensedTime<ModelPosition>, FillSensedTime<rows::RobotView>}, true},
+    {"energy", 0, {FillEnergy, FillStored}, false}};
 
 void FillTime(World* world, double* time) {
   *time = world ? static_cast<double>(world->SimTimeNow()) / 1e6 : kNaN;
 }
 
+void FillTimeOfRow(const RowOfCrowd& row, double* time) {
+  *time = static_cast<double>(row.rows.columns.time[row.row]) / 1e6;
+}
+
 void FillEnded(World* world, bool* ended) { *ended = !world || world->TestQuit(); }
+
+void FillEndedOfRow(const RowOfCrowd&, bool* ended) { *ended = false; }
 
 }  // namespace
 
 Crowd::Crowd(std::weak_ptr<Source> source, std::vector<ModelKey> robots, size_t worlds, bool single)
-    : source_(std::move(source)), robots_(std::move(robots)), single_(single), members_(worlds) {
-  const std::shared_ptr<Source> held = source_.lock();
-  for (size_t world = 0; world < worlds; world++) MembersOf(held.get(), world);
-}
+    : source_(std::move(source)), robots_(std::move(robots)), single_(single), members_(worlds) {}
 
 /// Flushes pending commands: they stay in force after the array is garbage-collected.
 Crowd::~Crowd() {
@@ -105,6 +143,7 @@ const Members& Crowd::MembersOf(const Source* source, size_t index) {
 }
 
 void Crowd::Gather(const Source& source, size_t world) {
+  if (GatherRow(source, world, groups_)) return;
   const Members& members = MembersOf(&source, world);
   for (const Named& named : groups_) FillGroup(named.group.get(), world, members);
 }
@@ -112,7 +151,7 @@ void Crowd::Gather(const Source& source, size_t world) {
 /// Fills a group for one world, on the world's workers, whose caches hold the robots' data.
 void Crowd::FillGroup(ArrayGroup* group, size_t world, const Members& members) {
   constexpr size_t kTooFew = 200, kGrain = 32;
-  group->Prepare(world);
+  group->Prepare(world, members);
   const size_t count = members.robots.size();
   if (!members.world || count < kTooFew) return group->Fill(world, members, 0, count);
   members.world->engine().workers()->Run(count, kGrain, [&](size_t begin, size_t end, unsigned) {
@@ -122,17 +161,128 @@ void Crowd::FillGroup(ArrayGroup* group, size_t world, const Members& members) {
 
 /// Fills a group for all worlds, after a lookup of their robots.
 void Crowd::FillGroup(const Source& source, ArrayGroup* group) {
-  for (size_t world = 0; world < worlds(); world++)
-    FillGroup(group, world, MembersOf(&source, world));
+  const auto found = std::ranges::find(groups_, group, [](const Named& n) { return n.group.get(); });
+  STAGE_ASSERT(found != groups_.end());
+  for (size_t world = 0; world < worlds(); world++) {
+    if (GatherRow(source, world, std::span(found, 1))) continue;
+    const Members& members = MembersOf(&source, world);
+    group->Find(world, members);
+    FillGroup(group, world, members);
+  }
 }
 
+/// The members of worlds of all kinds that there are now.
+std::vector<Members> Crowd::Examples(const Source& source) {
+  std::vector<Members> examples;
+  const rows::Scene* last = nullptr;
+  for (size_t world = 0; world < worlds(); world++) {
+    const PoolRow row = source.RowAt(world);
+    if (!row) {
+      examples.push_back(MembersOf(&source, world));
+    } else if (&row.rows->scene() != last) {
+      last = &row.rows->scene();
+      examples.emplace_back();
+      for (const ModelPosition* robot : RobotsIn(*last).models)
+        examples.back().robots.push_back(const_cast<ModelPosition*>(robot));
+    }
+  }
+  return examples;
+}
+
+// ---- rows ---------------------------------------------------------------------------------------
+
+const RowRobots& Crowd::RobotsIn(const rows::Scene& scene) {
+  return row_robots_.Get(scene, [&] {
+    RowRobots robots{&scene, {}, {}};
+    for (const ModelKey& key : robots_) {
+      const auto mover = std::ranges::find_if(scene.movers, [&](const rows::Mover& m) {
+        return m.robot && m.robot->GetId() == key.id;
+      });
+      const bool is_one = mover != scene.movers.end();
+      robots.models.push_back(
+          dynamic_cast<const ModelPosition*>(scene.prototype->FindModel(key.id)));
+      robots.movers.push_back(is_one ? static_cast<uint32_t>(mover - scene.movers.begin())
+                                     : RowRobots::kNone);
+    }
+    return robots;
+  });
+}
+
+/// Fills these groups for a world in a row. Returns false if it is not in a row, or if a group can
+/// only be filled from a World.
+bool Crowd::GatherRow(const Source& source, size_t world, std::span<const Named> groups) {
+  PoolRow row = source.RowAt(world);
+  for (size_t i = 0; row && i < groups.size();) {
+    const RowPlan& plan = groups[i].group->PlanFor(RobotsIn(row.rows->scene()));
+    if (!plan.possible) return false;
+    i = plan.needs.empty() ? i + 1 : 0;
+    if (plan.needs.empty()) continue;
+    for (const uint32_t model : plan.needs) source.Subscribe(world, model);
+    row = source.RowAt(world);
+  }
+  if (!row) return false;
+  Forget(world);
+  const RowOfCrowd of{*row.rows, row.row, RobotsIn(row.rows->scene())};
+  for (const Named& named : groups) named.group->FillFromRow(world, of);
+  return true;
+}
+
+namespace {
+
+/// True if a robot gets no command from these numbers.
+bool IsNoCommand(const double* numbers) {
+  return std::isnan(numbers[0]) || std::isnan(numbers[1]) || std::isnan(numbers[2]);
+}
+
+}  // namespace
+
+/// Command() for a world in a row. Returns false if it is not in a row.
+bool Crowd::CommandRow(const Source& source, size_t world) {
+  PoolRow row = source.RowAt(world);
+  if (!row) return false;
+  const RowRobots* robots = &RobotsIn(row.rows->scene());
+  for (size_t i = 0; i < size(); i++) {
+    if (IsNoCommand(commands_.Row<double>(world, i)) || !robots->models[i]) continue;
+    if (!robots->models[i]->HasSubscribers()) source.Subscribe(world, robots->models[i]->GetId());
+  }
+  row = source.RowToChange(world);
+  if (!row) return false;
+  Forget(world);
+  robots = &RobotsIn(row.rows->scene());
+  rows::Columns& columns = row.rows->columns;
+  const size_t first = row.row * row.rows->scene().movers.size();
+  for (size_t i = 0; i < size(); i++) {
+    const double* const command = commands_.Row<double>(world, i);
+    if (IsNoCommand(command) || robots->movers[i] == RowRobots::kNone) continue;
+    columns.mode[first + robots->movers[i]] = DriveInput::kVelocity;
+    columns.command[first + robots->movers[i]] = {command[0], command[1], command[2]};
+  }
+  return true;
+}
+
+/// Teleport() for a world in a row. Returns false if it is not in a row.
+bool Crowd::TeleportRow(const Source& source, size_t world, const double* poses, const bool* which,
+                        unsigned thread) {
+  const PoolRow row = source.RowToChange(world);
+  if (!row) return false;
+  const RowRobots& robots = RobotsIn(row.rows->scene());
+  for (size_t i = 0; i < size(); i++) {
+    if (robots.movers[i] == RowRobots::kNone || (which && !which[i])) continue;
+    const double* const to = poses + 3 * i;
+    source.Place(world, robots.movers[i], {to[0], to[1], to[2]}, thread);
+  }
+  return true;
+}
+
+// ---- worlds -------------------------------------------------------------------------------------
+
 void Crowd::Command(const Source& source, size_t world) {
-  if (!commands_.exists()) return;
+  if (!commands_.exists() || CommandRow(source, world)) return;
   const Members& members = MembersOf(&source, world);
   for (size_t i = 0; i < members.robots.size(); i++) {
     ModelPosition* const robot = members.robots[i];
     const double* const row = commands_.Row<double>(world, i);
-    if (!robot || std::isnan(row[0]) || std::isnan(row[1]) || std::isnan(row[2])) continue;
+    if (!robot || IsNoCommand(row)) continue;
     EnsureSubscribed(robot);
     robot->SetSpeed(row[0], row[1], row[2]);
   }
@@ -148,7 +298,9 @@ void Crowd::SetCommands(size_t world, const double* rows) {
   std::copy(rows, rows + 3 * size(), commands_.Row<double>(world, 0));
 }
 
-void Crowd::Teleport(const Source& source, size_t world, const double* poses, const bool* which) {
+void Crowd::Teleport(const Source& source, size_t world, const double* poses, const bool* which,
+                     unsigned thread) {
+  if (TeleportRow(source, world, poses, which, thread)) return;
   const Members& members = MembersOf(&source, world);
   for (size_t i = 0; i < members.robots.size(); i++) {
     ModelPosition* const robot = members.robots[i];
@@ -177,8 +329,7 @@ template <typename T, typename... Arguments>
 T& Crowd::GroupOf(const Source& source, const std::string& name, Arguments... arguments) {
   for (const Named& named : groups_)
     if (named.name == name) return static_cast<T&>(*named.group);
-  for (size_t world = 0; world < worlds(); world++) MembersOf(&source, world);
-  auto group = std::make_unique<T>(members_, arguments...);
+  auto group = std::make_unique<T>(Examples(source), worlds(), arguments...);
   T& made = *group;
   groups_.push_back({name, std::move(group)});
   FillGroup(source, &made);
@@ -202,26 +353,26 @@ class Crowd::SourceLock {
 
 nb::object Crowd::BodyArray(const std::string& name) {
   const SourceLock hold(*this);
-  for (const auto& [known, width, fill, runs] : kBodyArrays)
+  for (const auto& [known, width, fills, runs] : kBodyArrays)
     if (name == known)
-      return View(GroupOf<RobotArray<double>>(hold.source(), name, width, fill, runs).array);
+      return View(GroupOf<RobotArray<double>>(hold.source(), name, width, fills, runs).array);
   throw Failure{Kind::kStage, "there is no array called " + name};
 }
 
 nb::object Crowd::StalledArray() {
   const SourceLock hold(*this);
-  return View(
-      GroupOf<RobotArray<bool>>(hold.source(), "stalled", size_t{0}, FillStalled, false).array);
+  constexpr RobotArray<bool>::Fills kFills{FillStalled<ModelPosition>, FillStalled<rows::RobotView>};
+  return View(GroupOf<RobotArray<bool>>(hold.source(), "stalled", size_t{0}, kFills, false).array);
 }
 
 nb::object Crowd::TimeArray() {
   const SourceLock hold(*this);
-  return View(GroupOf<WorldArray<double>>(hold.source(), "time", FillTime).array);
+  return View(GroupOf<WorldArray<double>>(hold.source(), "time", FillTime, FillTimeOfRow).array);
 }
 
 nb::object Crowd::EndedArray() {
   const SourceLock hold(*this);
-  return View(GroupOf<WorldArray<bool>>(hold.source(), "ended", FillEnded).array);
+  return View(GroupOf<WorldArray<bool>>(hold.source(), "ended", FillEnded, FillEndedOfRow).array);
 }
 
 nb::object Crowd::CommandArray() {

@@ -11,10 +11,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "array.hh"
+#include "row_crowd.hh"
 #include "source.hh"
 
 namespace Stg {
@@ -37,10 +39,14 @@ class ArrayGroup {
   /// Called when the members of a world have changed: looks up the sensors again.
   virtual void Find(size_t /*world*/, const Members&) {}
   /// Called before the arrays of a world are filled, on one thread; it may change the world.
-  virtual void Prepare(size_t /*world*/) {}
+  virtual void Prepare(size_t /*world*/, const Members&) {}
   /// Fills the rows of robots [begin, end) of a world. Several threads may call it at the same time
   /// with disjoint ranges.
   virtual void Fill(size_t world, const Members& members, size_t begin, size_t end) = 0;
+  /// How the arrays are filled from rows. Several threads may call it and FillFromRow() at the same
+  /// time for different worlds.
+  virtual const RowPlan& PlanFor(const RowRobots& robots) = 0;
+  virtual void FillFromRow(size_t world, const RowOfCrowd& row) = 0;
 };
 
 class Crowd : public std::enable_shared_from_this<Crowd> {
@@ -75,8 +81,9 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   /// Applies the commands in the array to the robots; called before each step.
   void Command(const Source& source, size_t world);
   /// Moves robots. `poses`: x, y (metres) and heading (radians) per robot. `which`: one flag per
-  /// robot to move, or null for all.
-  void Teleport(const Source& source, size_t world, const double* poses, const bool* which);
+  /// robot to move, or null for all. `thread` is that of the caller in a pool.
+  void Teleport(const Source& source, size_t world, const double* poses, const bool* which,
+                unsigned thread);
   /// Replaces the commands of a world: 3 numbers per robot.
   void SetCommands(size_t world, const double* rows);
   /// Sets all commands of a world to 0.
@@ -88,19 +95,26 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   nb::object View(const Array& array, bool writable = false);
   template <typename T, typename... Arguments>
   T& GroupOf(const Source& source, const std::string& name, Arguments... arguments);
-  const Members& MembersOf(const Source* source, size_t world);
-  void FillGroup(const Source& source, ArrayGroup* group);
-  static void FillGroup(ArrayGroup* group, size_t world, const Members& members);
-
   struct Named {
     std::string name;
     std::unique_ptr<ArrayGroup> group;
   };
+  const Members& MembersOf(const Source* source, size_t world);
+  std::vector<Members> Examples(const Source& source);
+  void FillGroup(const Source& source, ArrayGroup* group);
+  static void FillGroup(ArrayGroup* group, size_t world, const Members& members);
+  const RowRobots& RobotsIn(const rows::Scene& scene);
+  bool GatherRow(const Source& source, size_t world, std::span<const Named> groups);
+  bool CommandRow(const Source& source, size_t world);
+  bool TeleportRow(const Source& source, size_t world, const double* poses, const bool* which,
+                   unsigned thread);
+
   const std::weak_ptr<Source> source_;
   const std::vector<ModelKey> robots_;
   const bool single_;
   std::vector<Members> members_;  // one entry per world
   std::vector<Named> groups_;
+  ByScene<RowRobots> row_robots_;
   Array commands_;
 };
 

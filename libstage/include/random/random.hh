@@ -61,6 +61,8 @@ class LazyRandomStream {
 
   std::uint64_t seed() const { return seed_; }
   RandomStream& Get();
+  /// A copy of the stream in its present state.
+  RandomStream Copy() const { return stream_ ? *stream_ : RandomStream(seed_); }
   /// Restarts the sequence.
   void Restart() { stream_.reset(); }
   void Restart(std::uint64_t seed) {

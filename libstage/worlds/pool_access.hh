@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The rows of a pool, for code of the library that reads and writes their columns.
+
+#ifndef STAGE_WORLDS_POOL_ACCESS_HH
+#define STAGE_WORLDS_POOL_ACCESS_HH
+
+#include <cstddef>
+#include <cstdint>
+
+#include "rows/rows.hh"
+#include "worlds/world_pool.hh"
+
+namespace Stg {
+
+/// A world in a row; without rows it has none.
+struct PoolRow {
+  rows::Rows* rows = nullptr;
+  size_t row = 0;
+
+  explicit operator bool() const { return rows != nullptr; }
+};
+
+class PoolAccess {
+ public:
+  /// The row of a world. A world that has just been loaded becomes one if it is closed. Several
+  /// threads may call it for different worlds. Read only, unless Write() was called.
+  static PoolRow RowOf(WorldPool& pool, uint32_t id);
+  /// The row, to be changed.
+  static PoolRow Write(WorldPool& pool, uint32_t id);
+  /// Moves a robot of a row; see rows::Rows::Place(). `thread` is that of WorldPool::Run().
+  static void Place(WorldPool& pool, uint32_t id, size_t mover, const rows::Planar& pose,
+                    unsigned thread);
+  /// True if the state of the world is in a World object.
+  static bool HasWorld(const WorldPool& pool, uint32_t id);
+  /// Like WorldPool::At(), for a caller that does not keep the World object: the world becomes a
+  /// row again if it can.
+  static World* Borrow(WorldPool& pool, uint32_t id);
+};
+
+}  // namespace Stg
+
+#endif

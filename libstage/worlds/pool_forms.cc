@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// How the worlds of a pool change their form.
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "models/model.hh"
+#include "rows/row_bridge.hh"
+#include "worlds/pool_access.hh"
+#include "worlds/pool_impl.hh"
+
+namespace Stg {
+
+/// The rows of worlds with these subscriptions; null if such worlds are not closed.
+rows::Rows* WorldPool::Impl::RowsOf(Subscriptions* subscriptions) {
+  if (!subscriptions || !scene->has_rows() || !subscriptions->scene()) return nullptr;
+  std::atomic<rows::Rows*>& known = rows[subscriptions->number()];
+  if (rows::Rows* const found = known.load(std::memory_order_acquire)) return found;
+  const std::lock_guard lock(making_rows);
+  std::unique_ptr<rows::Rows>& owned = owned_rows[subscriptions->number()];
+  if (owned) return owned.get();
+  owned = std::make_unique<rows::Rows>(subscriptions->scene(), std::vector<uint64_t>());
+  owned->Resize(slots.size());
+  known.store(owned.get(), std::memory_order_release);
+  return owned.get();
+}
+
+/// Frees rows of which no world is left, for example those from before a subscription.
+void WorldPool::Impl::FreeUnusedRows() {
+  if (std::ranges::count_if(owned_rows, [](const auto& owned) { return owned != nullptr; }) < 2)
+    return;
+  for (size_t i = 0; i < owned_rows.size(); i++) {
+    if (std::ranges::any_of(slots, [&](const Slot& slot) {
+          return slot.form == Form::kRow && slot.rows == owned_rows[i].get();
+        }))
+      continue;
+    owned_rows[i].reset();
+    rows[i] = nullptr;
+  }
+}
+
+/// Makes a world that has just been loaded a row. Returns whether the world is a row now.
+bool WorldPool::Impl::BecomeRow(uint32_t id) {
+  Slot& slot = slots[id];
+  if (slot.form != Form::kStart) return slot.form == Form::kRow;
+  slot.rows = RowsOf(slot.subscriptions);
+  if (!slot.rows) return false;
+  slot.rows->Reset(id, seeds[id]);
+  slot.form = Form::kRow;
+  slot.is_new = true;
+  return true;
+}
+
+/// Puts the state of a world into a World object. Throws WorldFailure.
+World* WorldPool::Impl::BecomeWorld(uint32_t id) {
+  Slot& slot = slots[id];
+  if (slot.form == Form::kWorld) return slot.world.get();
+  if (slot.form == Form::kRow) {
+    const auto write = [&] { return RowBridge::Write(*slot.rows, id, slot.world.get()); };
+    if (!slot.world || !write()) {
+      MakeWorld(id);
+      if (!write()) throw WorldFailure{"its state cannot be written into a World"};
+    }
+  } else {
+    const InitialState* const initial = slot.world ? scene->initial_state() : nullptr;
+    if (!initial || !slot.world.get()->RestartFrom(*initial, seeds[id])) MakeWorld(id);
+    for (const uint32_t model : slot.subscriptions->models())
+      if (Model* const found = slot.world.get()->FindModel(model)) found->Subscribe();
+  }
+  slot.form = Form::kWorld;
+  slot.returns = false;
+  return slot.world.get();
+}
+
+/// Makes a world a row if it is closed, and deletes its World object. Returns whether it did.
+bool WorldPool::Impl::TakeBack(uint32_t id, Thread* thread) {
+  Slot& slot = slots[id];
+  World* const world = slot.form == Form::kWorld ? slot.world.get() : nullptr;
+  if (!world) return false;
+  Subscriptions* const subscriptions = scene->SubscriptionsOf(*world);
+  rows::Rows* const into = RowsOf(subscriptions);
+  if (!into || !RowBridge::Read(world, into, id, Spare(thread, 0))) return false;
+  delete world;
+  slot.world = WorldHandle();
+  slot.form = Form::kRow;
+  slot.is_new = false;
+  slot.subscriptions = subscriptions;
+  slot.rows = into;
+  return true;
+}
+
+/// Takes a world back that got its World object for a short while. An attempt may fail, for example
+/// right after a subscription, so the intervals between them double.
+void WorldPool::Impl::TakeBackSometimes(uint32_t id, Thread* thread) {
+  constexpr uint16_t kLongest = 1024;
+  Slot& slot = slots[id];
+  if (!slot.returns || ++slot.waited < slot.wait) return;
+  slot.waited = 0;
+  slot.wait = TakeBack(id, thread) ? uint16_t{1} : std::min<uint16_t>(2 * slot.wait, kLongest);
+}
+
+/// A world of the thread that is never stepped.
+World* WorldPool::Impl::Spare(Thread* thread, int number) {
+  std::unique_ptr<World>& spare = thread->spares[number];
+  if (!spare) spare = scene->Make();
+  return spare.get();
+}
+
+rows::Rows::Scratch* WorldPool::Impl::ScratchOf(const Slot& slot, Thread* thread) {
+  std::shared_ptr<rows::Rows::Scratch>& scratch = thread->scratches[slot.subscriptions->number()];
+  if (!scratch) scratch = slot.rows->MakeScratch();
+  return scratch.get();
+}
+
+void WorldPool::Impl::Subscribe(uint32_t id, uint32_t model) {
+  Slot& slot = slots[id];
+  if (slot.form == Form::kRow && slot.is_new) slot.form = Form::kStart;
+  const bool by_object = slot.form != Form::kStart;
+  if (!by_object && scene->has_rows()) {
+    if (!slot.subscriptions->Has(model) && !scene->IsRunningAfterLoading(model))
+      slot.subscriptions = slot.subscriptions->With(model);
+    return;
+  }
+  const bool was_row = slot.form == Form::kRow;
+  World* const world = BecomeWorld(id);
+  Model* const found = world ? world->FindModel(model) : nullptr;
+  if (found && !found->HasSubscribers()) found->Subscribe();
+  slot.returns = slot.returns || was_row;
+}
+
+std::string WorldPool::Impl::WhyNotClosed(uint32_t id) {
+  const Slot& slot = slots[id];
+  if (!scene->has_rows()) return scene->WhyNoRows();
+  if (slot.form != Form::kWorld) return slot.subscriptions->reason();
+  const World* const world = slot.world.get();
+  if (!world) return "it does not exist";
+  std::string reason = RowBridge::WhyNotClosed(*world);
+  return reason.empty() && !slot.returns ? "its World object was asked for and not released"
+                                         : reason;
+}
+
+// ---- access of the library ----------------------------------------------------------------------
+
+PoolRow PoolAccess::RowOf(WorldPool& pool, uint32_t id) {
+  if (!pool.impl_->BecomeRow(id)) return {};
+  return {pool.impl_->slots[id].rows, id};
+}
+
+PoolRow PoolAccess::Write(WorldPool& pool, uint32_t id) {
+  const PoolRow row = RowOf(pool, id);
+  if (row) pool.impl_->slots[id].is_new = false;
+  return row;
+}
+
+void PoolAccess::Place(WorldPool& pool, uint32_t id, size_t mover, const rows::Planar& pose,
+                       unsigned thread) {
+  WorldPool::Impl& impl = *pool.impl_;
+  const WorldPool::Impl::Slot& slot = impl.slots[id];
+  slot.rows->Place(id, mover, pose, impl.ScratchOf(slot, &impl.of_threads[thread]));
+}
+
+World* PoolAccess::Borrow(WorldPool& pool, uint32_t id) {
+  if (id >= pool.size()) return nullptr;
+  WorldPool::Impl::Slot& slot = pool.impl_->slots[id];
+  const bool returns = slot.returns || slot.form != WorldPool::Impl::Form::kWorld;
+  World* const world = pool.At(id);
+  slot.returns = returns;
+  return world;
+}
+
+bool PoolAccess::HasWorld(const WorldPool& pool, uint32_t id) {
+  return pool.impl_->slots[id].form == WorldPool::Impl::Form::kWorld;
+}
+
+}  // namespace Stg

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The worlds of a pool, and how they change their form; part of world_pool.hh.
+
+#ifndef STAGE_WORLDS_POOL_IMPL_HH
+#define STAGE_WORLDS_POOL_IMPL_HH
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "messages/assert.hh"
+#include "models/exception_origin.hh"
+#include "rows/rows.hh"
+#include "threads/worker_pool.hh"
+#include "world/world_handle.hh"
+#include "worlds/pool_scene.hh"
+#include "worlds/world_pool.hh"
+
+namespace Stg {
+
+struct WorldPool::Impl {
+  /// Where the state of a world is.
+  enum class Form : uint8_t {
+    kStart,  ///< nowhere: it is that after loading with its seed and subscriptions
+    kRow,
+    kWorld  ///< in a World object, unless there is none
+  };
+  struct Slot {
+    Form form = Form::kStart;
+    bool is_new = false;                     // kRow: as it was loaded, except for its subscriptions
+    bool returns = false;                    // kWorld: becomes a row as soon as it can
+    uint16_t wait = 1, waited = 0;           // rounds until the next attempt at that
+    Subscriptions* subscriptions = nullptr;  // kStart, kRow
+    rows::Rows* rows = nullptr;              // kRow
+    WorldHandle world;  // if another form than kWorld has one, its state is undefined
+    uint64_t times_made = 0;
+    std::string failure;
+  };
+  /// What a thread uses. Aligned to a cache line, because each thread writes its own all the time.
+  struct alignas(64) Thread {
+    uint64_t steps = 0;  // made in the present round
+    std::unique_ptr<World> spares[2];
+    std::array<std::shared_ptr<rows::Rows::Scratch>, Subscriptions::kMost> scratches;
+  };
+
+  Impl(std::shared_ptr<PoolScene> of, const std::vector<uint64_t>& with_seeds, unsigned threads);
+  ~Impl();
+  void Resize(const std::vector<uint64_t>& with_seeds);
+
+  // Forms.
+  bool BecomeRow(uint32_t id);
+  World* BecomeWorld(uint32_t id);
+  bool TakeBack(uint32_t id, Thread* thread);
+  void TakeBackSometimes(uint32_t id, Thread* thread);
+  rows::Rows* RowsOf(Subscriptions* subscriptions);
+  void FreeUnusedRows();
+  World* Spare(Thread* thread, int number);
+  rows::Rows::Scratch* ScratchOf(const Slot& slot, Thread* thread);
+  /// Calls f(world) with a World object in the state of the world. Throws WorldFailure.
+  template <typename F>
+  void WithWorld(uint32_t id, Thread* thread, F f);
+  void Subscribe(uint32_t id, uint32_t model);
+  std::string WhyNotClosed(uint32_t id);
+
+  // World objects.
+  void MakeWorld(uint32_t id);
+  void Load(uint32_t id);
+  void TryToMake(uint32_t id);
+  World* Require(uint32_t id);
+  void Reset(uint32_t id);
+  bool RestoreRows(const Ids& ids, const Snapshot& from);
+  void RestoreWorld(uint32_t id, const Snapshot& from);
+
+  // Steps.
+  StepObserver::Outcome StepWorld(uint32_t id, uint64_t first, uint64_t end, StepObserver* observer,
+                                  Thread* thread);
+  uint64_t StepsOfRound(size_t worlds, uint64_t unit) const;
+  void StepRound(const Ids& ids, uint64_t first, uint64_t end, StepObserver* observer);
+  /// Calls f(id, thread) for these worlds on all threads. An exception fails its world.
+  template <typename F>
+  void ForEach(const Ids& ids, F f);
+
+  const std::shared_ptr<PoolScene> scene;
+  std::vector<uint64_t> seeds;
+  std::vector<Slot> slots;  // one per world
+  const std::shared_ptr<threads::WorkerPool> workers;
+  std::vector<Thread> of_threads;
+  double step_seconds = 0;  // recent wall time per step and world, with all threads; 0: unknown
+  // Rows by the number of their subscriptions. World i is row i of one of them.
+  std::mutex making_rows;
+  std::array<std::unique_ptr<rows::Rows>, Subscriptions::kMost> owned_rows;
+  std::array<std::atomic<rows::Rows*>, Subscriptions::kMost> rows{};
+};
+
+template <typename F>
+void WorldPool::Impl::ForEach(const Ids& ids, F f) {
+  workers->Run(ids.size(), 1, [&](size_t begin, size_t end, unsigned thread) {
+    for (size_t i = begin; i < end; i++) {
+      STAGE_ASSERT(ids[i] < slots.size());
+      try {
+        f(ids[i], &of_threads[thread]);
+      } catch (const WorldFailure& failure) {
+        slots[ids[i]].failure = failure.why;
+      } catch (...) {
+        slots[ids[i]].failure = DescribeException();
+      }
+    }
+  });
+}
+
+}  // namespace Stg
+
+#endif

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "worlds/pool_scene.hh"
+
+#include <algorithm>
+#include <utility>
+
+#include "messages/report.hh"
+#include "rows/row_bridge.hh"
+#include "world/engine.hh"
+#include "world/world_handle.hh"
+
+namespace Stg {
+
+// ---- subscriptions ------------------------------------------------------------------------------
+
+Subscriptions::~Subscriptions() {
+  for (Child* child = children_; child;) delete std::exchange(child, child->next);
+}
+
+bool Subscriptions::Has(uint32_t model) const {
+  return std::ranges::find(models_, model) != models_.end();
+}
+
+Subscriptions* Subscriptions::Find(uint32_t model) const {
+  for (const Child* child = children_.load(std::memory_order_acquire); child; child = child->next)
+    if (child->model == model) return child->with;
+  return nullptr;
+}
+
+Subscriptions* Subscriptions::With(uint32_t model) {
+  if (Subscriptions* const known = Find(model)) return known;
+  const std::lock_guard lock(source_.mutex_);
+  if (Subscriptions* const known = Find(model)) return known;
+  std::vector<uint32_t> models = models_;
+  models.push_back(model);
+  Child* const child = new Child{model, source_.Add(std::move(models)), children_};
+  children_.store(child, std::memory_order_release);
+  return child->with;
+}
+
+const std::shared_ptr<const rows::Scene>& Subscriptions::scene() {
+  std::call_once(scene_once_, [this] { MakeScene(); });
+  return scene_;
+}
+
+const std::string& Subscriptions::reason() {
+  scene();
+  return reason_;
+}
+
+void Subscriptions::MakeScene() {
+  reason_ = "there are too many combinations of subscriptions";
+  if (number_ >= kMost) return;
+  try {
+    std::unique_ptr<World> world = source_.Make();
+    for (const uint32_t id : models_) {
+      Model* const model = world->FindModel(id);
+      if (model && !model->HasSubscribers()) model->Subscribe();
+    }
+    scene_ = RowBridge::MakeScene(std::move(world), &reason_);
+  } catch (const WorldFailure& failure) {
+    reason_ = failure.why;
+  }
+}
+
+// ---- the scene ----------------------------------------------------------------------------------
+
+PoolScene::PoolScene(const World& prototype, const WorldPoolOptions& options)
+    : source_(prototype, options.device), options_(source_.options()) {
+  Add({});
+  if (!options.branch) return;
+  options_.branch = true;
+  options_.duration = 0;
+  options_.clock = false;
+}
+
+std::unique_ptr<World> PoolScene::Make(uint64_t seed) const {
+  RunOptions options = options_;
+  options.seed = seed;
+  const messages::ErrorTrap errors;
+  std::unique_ptr<World> world = IsReady() ? source_.Make(options) : nullptr;
+  if (!world) throw WorldFailure{errors.Last("the world can't be copied")};
+  world->SetQuitTime(0);
+  return world;
+}
+
+const InitialState* PoolScene::initial_state() {
+  std::call_once(initial_state_once_, [this] {
+    const std::unique_ptr<World> world = Make();
+    const WorldHandle handle(world.get());
+    initial_state_ = world->CaptureInitialState();
+  });
+  return initial_state_.get();
+}
+
+Subscriptions* PoolScene::Add(std::vector<uint32_t> models) {
+  const auto number = static_cast<unsigned>(all_.size());
+  all_.push_back(std::make_unique<Subscriptions>(this, std::move(models), number));
+  return all_.back().get();
+}
+
+std::string PoolScene::WhyNoRows() {
+  if (options_.branch) return "it belongs to branches";
+  return IsReady() ? loaded()->reason() : "no world is loaded";
+}
+
+bool PoolScene::IsRunningAfterLoading(uint32_t model) {
+  return std::ranges::any_of(loaded()->scene()->updating,
+                             [&](const Model* known) { return known->GetId() == model; });
+}
+
+Subscriptions* PoolScene::SubscriptionsOf(const World& world) {
+  if (!has_rows() || !RowBridge::WhyNotClosed(world).empty()) return nullptr;
+  Subscriptions* found = loaded();
+  for (const uint32_t model : RowBridge::RunningModels(world))
+    if (!IsRunningAfterLoading(model)) found = found->With(model);
+  return found;
+}
+
+}  // namespace Stg

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What the worlds of one or several pools share: how worlds are made, the state to which they are
+// reset, and the scenes of their rows.
+
+#ifndef STAGE_WORLDS_POOL_SCENE_HH
+#define STAGE_WORLDS_POOL_SCENE_HH
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "rows/scene.hh"
+#include "world/copy_source.hh"
+#include "world/world.hh"
+#include "worlds/world_pool.hh"
+
+namespace Stg {
+
+/// Thrown to make a world fail for this reason.
+struct WorldFailure {
+  std::string why;
+};
+
+class PoolScene;
+
+/// The models that clients have subscribed to since loading, in this order. Worlds with the same
+/// subscriptions have the same scene.
+class Subscriptions {
+ public:
+  static constexpr unsigned kMost = 64;  ///< of a pool that have rows
+
+  Subscriptions(PoolScene* source, std::vector<uint32_t> models, unsigned number)
+      : source_(*source), models_(std::move(models)), number_(number) {}
+  ~Subscriptions();
+
+  const std::vector<uint32_t>& models() const { return models_; }
+  /// Counts from 0 in the order of creation.
+  unsigned number() const { return number_; }
+  bool Has(uint32_t model) const;
+  /// These and one more. Several threads may call it at once.
+  Subscriptions* With(uint32_t model);
+  /// The scene of the rows of worlds that were loaded and then subscribed to; null if such worlds
+  /// are not closed. The first call makes it. Several threads may call it at once.
+  const std::shared_ptr<const rows::Scene>& scene();
+  /// Why there is no scene, in words that follow "because".
+  const std::string& reason();
+
+ private:
+  struct Child {
+    uint32_t model;
+    Subscriptions* with;
+    Child* next;
+  };
+  Subscriptions* Find(uint32_t model) const;
+  void MakeScene();
+
+  PoolScene& source_;
+  const std::vector<uint32_t> models_;
+  const unsigned number_;
+  std::atomic<Child*> children_{nullptr};
+  std::once_flag scene_once_;
+  std::shared_ptr<const rows::Scene> scene_;
+  std::string reason_;
+};
+
+class PoolScene {
+ public:
+  PoolScene(const World& prototype, const WorldPoolOptions& options);
+
+  bool IsReady() const { return !source_.empty(); }
+  /// Makes a world. Throws WorldFailure. Several threads may call it at once.
+  std::unique_ptr<World> Make(uint64_t seed) const;
+  /// Makes a world with the seed of the prototype.
+  std::unique_ptr<World> Make() const { return Make(options_.seed); }
+  /// The state to which worlds are reset; null if they must be made again. The first caller finds
+  /// it out, in a world of its own.
+  const InitialState* initial_state();
+
+  /// The subscriptions of a world that has just been loaded: none.
+  Subscriptions* loaded() { return all_[0].get(); }
+  /// True if worlds can be rows as long as clients do nothing that prevents it.
+  bool has_rows() { return !options_.branch && IsReady() && loaded()->scene() != nullptr; }
+  /// Why they cannot, in words that follow "because".
+  std::string WhyNoRows();
+  bool IsRunningAfterLoading(uint32_t model);
+  /// The subscriptions of a world, or null if it is not closed.
+  Subscriptions* SubscriptionsOf(const World& world);
+
+ private:
+  friend class Subscriptions;
+  Subscriptions* Add(std::vector<uint32_t> models);
+
+  const CopySource source_;
+  RunOptions options_;
+  std::once_flag initial_state_once_;
+  std::shared_ptr<const InitialState> initial_state_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Subscriptions>> all_;
+};
+
+}  // namespace Stg
+
+#endif

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// What the arrays of a crowd need to know about rows: which mover each robot is, and data that are
+// found once for each scene.
+
+#ifndef STAGE_PYTHON_ROW_CROWD_HH
+#define STAGE_PYTHON_ROW_CROWD_HH
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "rows/scene.hh"
+#include "worlds/pool_access.hh"
+
+namespace Stg {
+class ModelPosition;
+}
+
+namespace Stg::python {
+
+/// A value for each scene. Several threads may look up values at once.
+template <typename T>
+class ByScene {
+ public:
+  ByScene() = default;
+  ByScene(const ByScene&) = delete;
+  ByScene& operator=(const ByScene&) = delete;
+  ~ByScene() {
+    for (Entry* entry = first_; entry;) delete std::exchange(entry, entry->next);
+  }
+
+  /// The value of a scene; made by make() the first time. Scenes must not be deleted.
+  template <typename F>
+  const T& Get(const rows::Scene& scene, F make) {
+    if (const T* const known = Find(scene)) return *known;
+    const std::lock_guard lock(mutex_);
+    if (const T* const known = Find(scene)) return *known;
+    Entry* const entry = new Entry{&scene, make(), first_};
+    first_.store(entry, std::memory_order_release);
+    return entry->value;
+  }
+
+ private:
+  struct Entry {
+    const rows::Scene* scene;
+    T value;
+    Entry* next;
+  };
+  const T* Find(const rows::Scene& scene) const {
+    for (const Entry* entry = first_.load(std::memory_order_acquire); entry; entry = entry->next)
+      if (entry->scene == &scene) return &entry->value;
+    return nullptr;
+  }
+
+  std::atomic<Entry*> first_{nullptr};
+  std::mutex mutex_;
+};
+
+/// The robots of a crowd in a scene.
+struct RowRobots {
+  static constexpr uint32_t kNone = UINT32_MAX;
+  const rows::Scene* scene;
+  std::vector<const ModelPosition*> models;  ///< of the prototype; null: it does not exist
+  std::vector<uint32_t> movers;              ///< or kNone
+};
+
+/// A world in a row.
+struct RowOfCrowd {
+  const rows::Rows& rows;
+  size_t row;
+  const RowRobots& robots;
+};
+
+/// How a group of arrays is filled from rows of a scene.
+struct RowPlan {
+  bool possible = false;
+  std::vector<uint32_t> needs;  ///< ids of models that must run, but do not yet
+};
+
+}  // namespace Stg::python
+
+#endif
