@@ -100,6 +100,8 @@ void RowBridge::ReadModels(const World& world, rows::Rows* to, size_t row) {
   rows::Columns& c = to->columns;
   c.time[row] = world.sim_time;
   c.steps[row] = world.updates;
+  c.last_update[row] =
+      scene.updating.empty() ? 0 : world.FindModel(scene.updating[0]->GetId())->updated_at_;
   for (size_t k = 0; k < scene.movers.size(); k++) {
     const Model& model = *world.FindModel(scene.movers[k].model->GetId());
     const size_t i = row * scene.movers.size() + k;

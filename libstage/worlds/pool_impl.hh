@@ -74,7 +74,9 @@ struct WorldPool::Impl {
   void TryToMake(uint32_t id);
   World* Require(uint32_t id);
   void Reset(uint32_t id);
-  bool RestoreRows(const Ids& ids, const Snapshot& from);
+  enum class Fit { kFits, kFitsWorlds, kDoesNotFit };
+  bool CanRestoreRow(uint32_t id);
+  Fit RestoreRows(const Ids& ids, const Snapshot& from, std::string* error);
   void RestoreWorld(uint32_t id, const Snapshot& from);
 
   // Steps.

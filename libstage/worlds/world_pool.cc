@@ -109,23 +109,28 @@ void WorldPool::Impl::Reset(uint32_t id) {
   slot.failure.clear();
 }
 
-/// Restores a snapshot in rows. Returns false, and changes nothing, if rows cannot hold it, or if a
-/// world has clients.
-bool WorldPool::Impl::RestoreRows(const Ids& ids, const Snapshot& from) {
-  if (ids.empty() || !scene->has_rows()) return false;
-  const bool have_clients = std::ranges::any_of(ids, [&](uint32_t id) {
-    const World* const world = slots[id].form == Form::kWorld ? slots[id].world.get() : nullptr;
-    return world && !RowBridge::WhyNotClosed(*world).empty();
-  });
-  const messages::ErrorTrap errors;
+/// False if a World object has clients, which expect callbacks.
+bool WorldPool::Impl::CanRestoreRow(uint32_t id) {
+  if (!scene->has_rows()) return false;
+  const World* const world = slots[id].form == Form::kWorld ? slots[id].world.get() : nullptr;
+  return !world || RowBridge::WhyNotClosed(*world).empty();
+}
+
+/// Restores a snapshot in rows, unless it fits only worlds or does not fit.
+WorldPool::Impl::Fit WorldPool::Impl::RestoreRows(const Ids& ids, const Snapshot& from,
+                                                  std::string* error) {
   Thread& thread = of_threads[0];
   World* const spare = Spare(&thread, 0);
-  if (have_clients || !spare->Restore(from)) return false;
+  const messages::ErrorTrap errors;
+  if (!spare->Restore(from)) {
+    *error = errors.Last("the snapshot doesn't fit");
+    return Fit::kDoesNotFit;
+  }
   Subscriptions* const subscriptions = scene->SubscriptionsOf(*spare);
   rows::Rows* const into = RowsOf(subscriptions);
-  if (!into) return false;
+  if (!into) return Fit::kFitsWorlds;
   rows::Rows read(subscriptions->scene(), std::vector<uint64_t>{0});
-  if (!RowBridge::Read(spare, &read, 0, Spare(&thread, 1))) return false;
+  if (!RowBridge::Read(spare, &read, 0, Spare(&thread, 1))) return Fit::kFitsWorlds;
   ForEach(ids, [&](uint32_t id, Thread*) {
     Slot& slot = slots[id];
     into->Copy(id, read, 0);
@@ -135,7 +140,7 @@ bool WorldPool::Impl::RestoreRows(const Ids& ids, const Snapshot& from) {
     slot.rows = into;
     slot.failure.clear();
   });
-  return true;
+  return Fit::kFits;
 }
 
 /// Restores a snapshot in a World object. Throws WorldFailure.
@@ -298,8 +303,15 @@ void WorldPool::Reset(const Ids& ids, const std::vector<uint64_t>& seeds) {
 }
 
 void WorldPool::Restore(const Ids& ids, const Snapshot& from) {
-  if (impl_->RestoreRows(ids, from)) return;
-  impl_->ForEach(ids, [&](uint32_t id, Impl::Thread*) { impl_->RestoreWorld(id, from); });
+  Ids as_rows, as_worlds;
+  for (const uint32_t id : ids) (impl_->CanRestoreRow(id) ? as_rows : as_worlds).push_back(id);
+  std::string error;
+  const Impl::Fit fit =
+      as_rows.empty() ? Impl::Fit::kFits : impl_->RestoreRows(as_rows, from, &error);
+  if (fit == Impl::Fit::kFitsWorlds) as_worlds = ids;
+  if (fit == Impl::Fit::kDoesNotFit)
+    for (const uint32_t id : as_rows) SetFailure(id, error);
+  impl_->ForEach(as_worlds, [&](uint32_t id, Impl::Thread*) { impl_->RestoreWorld(id, from); });
 }
 
 bool WorldPool::Take(uint32_t id, Snapshot* to, Snapshot::Keep keep) {

@@ -33,6 +33,10 @@ const char kOneRobot[] =
     "position( name \"r\" size [0.2 0.2 0.2] localization \"odom\" odom_error [0.1 0 0 0.1]\n"
     "  ranger( alwayson 1 sensor( range [0 2] samples 3 noise [0 0.1 0] ) ) alwayson 1 )\n";
 
+/// The radio keeps the world from being closed, so that its state is in a World object.
+const char kRobotWithRadio[] =
+    "position( name \"r\" size [0.2 0.2 0.2] alwayson 1 wifi( alwayson 1 ) )\n";
+
 std::unique_ptr<World> LoadOwn(const std::string& text, uint64_t seed = 1) {
   auto world = std::make_unique<World>(OptionsOf(seed));
   std::istringstream content(text);
@@ -315,7 +319,7 @@ TEST_F(WorldPoolTest, AFailureConcernsOnlyItsWorld) {
 }
 
 TEST_F(WorldPoolTest, DeletedWorldsAreMadeAgainWhenRestored) {
-  WorldPool pool(*LoadOwn(kOneRobot), SeedsFrom(1, 2));
+  WorldPool pool(*LoadOwn(kRobotWithRadio), SeedsFrom(1, 2));
   Snapshot start;
   ASSERT_TRUE(pool.Take(0, &start));
   delete pool.At(1);
@@ -345,7 +349,7 @@ TEST_F(WorldPoolTest, IsNotReadyWithoutAPrototype) {
 // ---- numbers of worlds --------------------------------------------------------------------------
 
 TEST_F(WorldPoolTest, WorldsAreMadeWhenFirstNeeded) {
-  const std::unique_ptr<World> prototype = LoadOwn(kOneRobot);
+  const std::unique_ptr<World> prototype = LoadOwn(kRobotWithRadio);
   WorldPool pool(*prototype, SeedsFrom(1, 4));
   const auto made = [&] {
     std::vector<uint64_t> times;

@@ -133,7 +133,7 @@ class WorldPool {
   /// populations; such worlds are made again.
   void Reset(const Ids& ids, const std::vector<uint64_t>& seeds);
   /// Restores a snapshot in each of these worlds; see World::Restore(). A world that the snapshot
-  /// does not fit has failed, and its state is undefined.
+  /// does not fit has failed.
   void Restore(const Ids& ids, const Snapshot& from);
   /// Takes a snapshot of a world; see World::Take(). Returns false with a message, also if there is
   /// no such world.
