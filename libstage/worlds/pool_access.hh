@@ -23,14 +23,15 @@ struct PoolRow {
 
 class PoolAccess {
  public:
-  /// The row of a world. A world that has just been loaded becomes one if it is closed. Several
-  /// threads may call it for different worlds. Read only, unless Write() was called.
-  static PoolRow RowOf(WorldPool& pool, uint32_t id);
-  /// The row, to be changed.
-  static PoolRow Write(WorldPool& pool, uint32_t id);
-  /// Moves a robot of a row; see rows::Rows::Place(). `thread` is that of WorldPool::Run().
-  static void Place(WorldPool& pool, uint32_t id, size_t mover, const rows::Planar& pose,
-                    unsigned thread);
+  /// The scene of the row that a world is in or can become; null if it has a World object.
+  static const rows::Scene* SceneOf(WorldPool& pool, uint32_t id);
+  /// A row with the state of the world, if it has no World object. It may be read until the next
+  /// call by this thread. Several threads may call it for different worlds.
+  static PoolRow RowToRead(WorldPool& pool, uint32_t id);
+  /// The row of the world, which may be changed.
+  static PoolRow RowToChange(WorldPool& pool, uint32_t id);
+  /// Moves a robot of RowToChange(); see rows::Rows::Place().
+  static void Place(WorldPool& pool, uint32_t id, size_t mover, const rows::Planar& pose);
   /// True if the state of the world is in a World object.
   static bool HasWorld(const WorldPool& pool, uint32_t id);
   /// Like WorldPool::At(), for a caller that does not keep the World object: the world becomes a

@@ -3,6 +3,7 @@
 // How the worlds of a pool change their form.
 
 #include <algorithm>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -49,8 +50,29 @@ bool WorldPool::Impl::BecomeRow(uint32_t id) {
   if (!slot.rows) return false;
   slot.rows->Reset(id, seeds[id]);
   slot.form = Form::kRow;
-  slot.is_new = true;
   return true;
+}
+
+/// A row with the state of a world, which has no World object. As long as a world is as it was
+/// loaded, it is a row of the thread, which is used for the next such world as well.
+PoolRow WorldPool::Impl::RowToRead(uint32_t id, Thread* thread) {
+  const Slot& slot = slots[id];
+  if (slot.form == Form::kRow) return {slot.rows, id};
+  if (slot.form == Form::kWorld || !scene->has_rows() || !slot.subscriptions->scene()) return {};
+  std::unique_ptr<rows::Rows>& start = thread->starts[slot.subscriptions->number()];
+  if (start)
+    start->Reset(0, seeds[id]);
+  else
+    start = std::make_unique<rows::Rows>(slot.subscriptions->scene(), std::span(&seeds[id], 1));
+  return {start.get(), 0};
+}
+
+thread_local WorldPool::Impl::Thread* WorldPool::Impl::current = nullptr;
+
+/// The thread of the pool that calls, or the first one, which the caller of the pool is.
+WorldPool::Impl::Thread* WorldPool::Impl::CurrentThread() {
+  const bool is_own = current >= of_threads.data() && current < of_threads.data() + of_threads.size();
+  return is_own ? current : &of_threads[0];
 }
 
 /// Puts the state of a world into a World object. Throws WorldFailure.
@@ -85,7 +107,6 @@ bool WorldPool::Impl::TakeBack(uint32_t id, Thread* thread) {
   delete world;
   slot.world = WorldHandle();
   slot.form = Form::kRow;
-  slot.is_new = false;
   slot.subscriptions = subscriptions;
   slot.rows = into;
   return true;
@@ -116,9 +137,7 @@ rows::Rows::Scratch* WorldPool::Impl::ScratchOf(const Slot& slot, Thread* thread
 
 void WorldPool::Impl::Subscribe(uint32_t id, uint32_t model) {
   Slot& slot = slots[id];
-  if (slot.form == Form::kRow && slot.is_new) slot.form = Form::kStart;
-  const bool by_object = slot.form != Form::kStart;
-  if (!by_object && scene->has_rows()) {
+  if (slot.form == Form::kStart && scene->has_rows()) {
     if (!slot.subscriptions->Has(model) && !scene->IsRunningAfterLoading(model))
       slot.subscriptions = slot.subscriptions->With(model);
     return;
@@ -143,22 +162,25 @@ std::string WorldPool::Impl::WhyNotClosed(uint32_t id) {
 
 // ---- access of the library ----------------------------------------------------------------------
 
-PoolRow PoolAccess::RowOf(WorldPool& pool, uint32_t id) {
+const rows::Scene* PoolAccess::SceneOf(WorldPool& pool, uint32_t id) {
+  const WorldPool::Impl::Slot& slot = pool.impl_->slots[id];
+  if (slot.form == WorldPool::Impl::Form::kWorld || !pool.impl_->scene->has_rows()) return nullptr;
+  return slot.subscriptions->scene().get();
+}
+
+PoolRow PoolAccess::RowToRead(WorldPool& pool, uint32_t id) {
+  return pool.impl_->RowToRead(id, pool.impl_->CurrentThread());
+}
+
+PoolRow PoolAccess::RowToChange(WorldPool& pool, uint32_t id) {
   if (!pool.impl_->BecomeRow(id)) return {};
   return {pool.impl_->slots[id].rows, id};
 }
 
-PoolRow PoolAccess::Write(WorldPool& pool, uint32_t id) {
-  const PoolRow row = RowOf(pool, id);
-  if (row) pool.impl_->slots[id].is_new = false;
-  return row;
-}
-
-void PoolAccess::Place(WorldPool& pool, uint32_t id, size_t mover, const rows::Planar& pose,
-                       unsigned thread) {
+void PoolAccess::Place(WorldPool& pool, uint32_t id, size_t mover, const rows::Planar& pose) {
   WorldPool::Impl& impl = *pool.impl_;
   const WorldPool::Impl::Slot& slot = impl.slots[id];
-  slot.rows->Place(id, mover, pose, impl.ScratchOf(slot, &impl.of_threads[thread]));
+  slot.rows->Place(id, mover, pose, impl.ScratchOf(slot, impl.CurrentThread()));
 }
 
 World* PoolAccess::Borrow(WorldPool& pool, uint32_t id) {

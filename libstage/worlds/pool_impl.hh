@@ -19,6 +19,7 @@
 #include "rows/rows.hh"
 #include "threads/worker_pool.hh"
 #include "world/world_handle.hh"
+#include "worlds/pool_access.hh"
 #include "worlds/pool_scene.hh"
 #include "worlds/world_pool.hh"
 
@@ -33,7 +34,6 @@ struct WorldPool::Impl {
   };
   struct Slot {
     Form form = Form::kStart;
-    bool is_new = false;                     // kRow: as it was loaded, except for its subscriptions
     bool returns = false;                    // kWorld: becomes a row as soon as it can
     uint16_t wait = 1, waited = 0;           // rounds until the next attempt at that
     Subscriptions* subscriptions = nullptr;  // kStart, kRow
@@ -46,7 +46,20 @@ struct WorldPool::Impl {
   struct alignas(64) Thread {
     uint64_t steps = 0;  // made in the present round
     std::unique_ptr<World> spares[2];
+    // By the number of the subscriptions.
     std::array<std::shared_ptr<rows::Rows::Scratch>, Subscriptions::kMost> scratches;
+    std::array<std::unique_ptr<rows::Rows>, Subscriptions::kMost> starts;  // one row each
+  };
+  /// Tells the functions that clients call on threads of the pool which thread that is.
+  class OnThread {
+   public:
+    explicit OnThread(Thread* thread) : before_(current) { current = thread; }
+    ~OnThread() { current = before_; }
+    OnThread(const OnThread&) = delete;
+    OnThread& operator=(const OnThread&) = delete;
+
+   private:
+    Thread* const before_;
   };
 
   Impl(std::shared_ptr<PoolScene> of, const std::vector<uint64_t>& with_seeds, unsigned threads);
@@ -59,6 +72,8 @@ struct WorldPool::Impl {
   bool TakeBack(uint32_t id, Thread* thread);
   void TakeBackSometimes(uint32_t id, Thread* thread);
   rows::Rows* RowsOf(Subscriptions* subscriptions);
+  PoolRow RowToRead(uint32_t id, Thread* thread);
+  Thread* CurrentThread();
   void FreeUnusedRows();
   World* Spare(Thread* thread, int number);
   rows::Rows::Scratch* ScratchOf(const Slot& slot, Thread* thread);
@@ -98,11 +113,14 @@ struct WorldPool::Impl {
   std::mutex making_rows;
   std::array<std::unique_ptr<rows::Rows>, Subscriptions::kMost> owned_rows;
   std::array<std::atomic<rows::Rows*>, Subscriptions::kMost> rows{};
+
+  static thread_local Thread* current;
 };
 
 template <typename F>
 void WorldPool::Impl::ForEach(const Ids& ids, F f) {
   workers->Run(ids.size(), 1, [&](size_t begin, size_t end, unsigned thread) {
+    const OnThread on_thread(&of_threads[thread]);
     for (size_t i = begin; i < end; i++) {
       STAGE_ASSERT(ids[i] < slots.size());
       try {

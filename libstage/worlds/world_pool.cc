@@ -85,10 +85,9 @@ World* WorldPool::Impl::Require(uint32_t id) {
 
 template <typename F>
 void WorldPool::Impl::WithWorld(uint32_t id, Thread* thread, F f) {
-  const Slot& slot = slots[id];
-  if (!BecomeRow(id)) return f(*Require(id));
-  World* const spare = Spare(thread, 0);
-  if (!RowBridge::Write(*slot.rows, id, spare)) return f(*Require(id));
+  const PoolRow row = RowToRead(id, thread);
+  World* const spare = row ? Spare(thread, 0) : nullptr;
+  if (!spare || !RowBridge::Write(*row.rows, row.row, spare)) return f(*Require(id));
   f(*spare);
 }
 
@@ -135,7 +134,6 @@ WorldPool::Impl::Fit WorldPool::Impl::RestoreRows(const Ids& ids, const Snapshot
     Slot& slot = slots[id];
     into->Copy(id, read, 0);
     slot.form = Form::kRow;
-    slot.is_new = false;
     slot.subscriptions = subscriptions;
     slot.rows = into;
     slot.failure.clear();
@@ -163,7 +161,6 @@ StepObserver::Outcome WorldPool::Impl::StepWorld(uint32_t id, uint64_t first, ui
   for (uint64_t step = first; step < end; step++) {
     if (observer) observer->BeforeStep(id, step);
     if (BecomeRow(id)) {
-      slot.is_new = false;
       const uint64_t steps = observer ? 1 : end - step;
       slot.rows->Step(id, steps, ScratchOf(slot, thread));
       step += steps - 1;
@@ -259,7 +256,7 @@ World* WorldPool::AtOrMake(uint32_t id) {
 
 void WorldPool::Make(const Ids& ids) {
   impl_->ForEach(ids, [this](uint32_t id, Impl::Thread*) {
-    if (!impl_->BecomeRow(id)) AtOrMake(id);
+    if (!PoolAccess::SceneOf(*this, id)) AtOrMake(id);
   });
 }
 
@@ -273,7 +270,7 @@ void WorldPool::Release(const Ids& ids) {
 bool WorldPool::Look(uint32_t id, const std::function<void(World& world)>& look) {
   if (id >= size()) return false;
   try {
-    impl_->WithWorld(id, &impl_->of_threads[0], look);
+    impl_->WithWorld(id, impl_->CurrentThread(), look);
     return true;
   } catch (const WorldFailure& failure) {
     impl_->slots[id].failure = failure.why;
@@ -339,6 +336,7 @@ void WorldPool::ForEach(const Ids& ids, const std::function<void(uint32_t id)>& 
 
 void WorldPool::Run(size_t count, const std::function<void(size_t, unsigned)>& job) {
   impl_->workers->Run(count, 1, [&](size_t begin, size_t end, unsigned thread) {
+    const Impl::OnThread on_thread(&impl_->of_threads[thread]);
     for (size_t i = begin; i < end; i++) job(i, thread);
   });
 }

@@ -64,20 +64,24 @@ World* Batch::WorldAt(size_t index) const {
   return PoolAccess::Borrow(*pool_, static_cast<uint32_t>(index));
 }
 
+const rows::Scene* Batch::SceneAt(size_t index) const {
+  return PoolAccess::SceneOf(*pool_, static_cast<uint32_t>(index));
+}
+
 PoolRow Batch::RowAt(size_t index) const {
-  return PoolAccess::RowOf(*pool_, static_cast<uint32_t>(index));
+  return PoolAccess::RowToRead(*pool_, static_cast<uint32_t>(index));
 }
 
 PoolRow Batch::RowToChange(size_t index) const {
-  return PoolAccess::Write(*pool_, static_cast<uint32_t>(index));
+  return PoolAccess::RowToChange(*pool_, static_cast<uint32_t>(index));
 }
 
 void Batch::Subscribe(size_t index, uint32_t model) const {
   pool_->Subscribe(static_cast<uint32_t>(index), model);
 }
 
-void Batch::Place(size_t index, size_t mover, const rows::Planar& pose, unsigned thread) const {
-  PoolAccess::Place(*pool_, static_cast<uint32_t>(index), mover, pose, thread);
+void Batch::Place(size_t index, size_t mover, const rows::Planar& pose) const {
+  PoolAccess::Place(*pool_, static_cast<uint32_t>(index), mover, pose);
 }
 
 Model* Batch::Find(size_t index, const ModelKey& key) const {
@@ -231,9 +235,9 @@ std::shared_ptr<Simulation> Batch::Fork(uint32_t index) {
 void Batch::Teleport(const double* poses, const bool* which) {
   const Use use(this);
   const GilRelease no_gil;
-  pool_->Run(size(), [&](size_t i, unsigned thread) {
+  pool_->Run(size(), [&](size_t i, unsigned) {
     const size_t first = i * crowd_->size();
-    crowd_->Teleport(*this, i, poses + 3 * first, which + first, thread);
+    crowd_->Teleport(*this, i, poses + 3 * first, which + first);
     crowd_->Gather(*this, i);
   });
 }

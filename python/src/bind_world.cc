@@ -113,7 +113,7 @@ void Teleport(Simulation& simulation, Crowd& crowd, const Poses& poses, const Ma
   if (poses.shape(0) != crowd.size() || which.shape(0) != crowd.size())
     throw nb::value_error("found another number of poses than there are robots");
   simulation.With([&](World&) {
-    crowd.Teleport(simulation, 0, poses.data(), which.data(), 0);
+    crowd.Teleport(simulation, 0, poses.data(), which.data());
     simulation.Refresh();
   });
 }

@@ -176,11 +176,11 @@ std::vector<Members> Crowd::Examples(const Source& source) {
   std::vector<Members> examples;
   const rows::Scene* last = nullptr;
   for (size_t world = 0; world < worlds(); world++) {
-    const PoolRow row = source.RowAt(world);
-    if (!row) {
+    const rows::Scene* const scene = source.SceneAt(world);
+    if (!scene) {
       examples.push_back(MembersOf(&source, world));
-    } else if (&row.rows->scene() != last) {
-      last = &row.rows->scene();
+    } else if (scene != last) {
+      last = scene;
       examples.emplace_back();
       for (const ModelPosition* robot : RobotsIn(*last).models)
         examples.back().robots.push_back(const_cast<ModelPosition*>(robot));
@@ -211,15 +211,16 @@ const RowRobots& Crowd::RobotsIn(const rows::Scene& scene) {
 /// Fills these groups for a world in a row. Returns false if it is not in a row, or if a group can
 /// only be filled from a World.
 bool Crowd::GatherRow(const Source& source, size_t world, std::span<const Named> groups) {
-  PoolRow row = source.RowAt(world);
-  for (size_t i = 0; row && i < groups.size();) {
-    const RowPlan& plan = groups[i].group->PlanFor(RobotsIn(row.rows->scene()));
+  const rows::Scene* scene = source.SceneAt(world);
+  for (size_t i = 0; scene && i < groups.size();) {
+    const RowPlan& plan = groups[i].group->PlanFor(RobotsIn(*scene));
     if (!plan.possible) return false;
     i = plan.needs.empty() ? i + 1 : 0;
     if (plan.needs.empty()) continue;
     for (const uint32_t model : plan.needs) source.Subscribe(world, model);
-    row = source.RowAt(world);
+    scene = source.SceneAt(world);
   }
+  const PoolRow row = source.RowAt(world);
   if (!row) return false;
   Forget(world);
   const RowOfCrowd of{*row.rows, row.row, RobotsIn(row.rows->scene())};
@@ -238,14 +239,14 @@ bool IsNoCommand(const double* numbers) {
 
 /// Command() for a world in a row. Returns false if it is not in a row.
 bool Crowd::CommandRow(const Source& source, size_t world) {
-  PoolRow row = source.RowAt(world);
-  if (!row) return false;
-  const RowRobots* robots = &RobotsIn(row.rows->scene());
+  const rows::Scene* const scene = source.SceneAt(world);
+  if (!scene) return false;
+  const RowRobots* robots = &RobotsIn(*scene);
   for (size_t i = 0; i < size(); i++) {
     if (IsNoCommand(commands_.Row<double>(world, i)) || !robots->models[i]) continue;
     if (!robots->models[i]->HasSubscribers()) source.Subscribe(world, robots->models[i]->GetId());
   }
-  row = source.RowToChange(world);
+  const PoolRow row = source.RowToChange(world);
   if (!row) return false;
   Forget(world);
   robots = &RobotsIn(row.rows->scene());
@@ -261,15 +262,14 @@ bool Crowd::CommandRow(const Source& source, size_t world) {
 }
 
 /// Teleport() for a world in a row. Returns false if it is not in a row.
-bool Crowd::TeleportRow(const Source& source, size_t world, const double* poses, const bool* which,
-                        unsigned thread) {
+bool Crowd::TeleportRow(const Source& source, size_t world, const double* poses, const bool* which) {
   const PoolRow row = source.RowToChange(world);
   if (!row) return false;
   const RowRobots& robots = RobotsIn(row.rows->scene());
   for (size_t i = 0; i < size(); i++) {
     if (robots.movers[i] == RowRobots::kNone || (which && !which[i])) continue;
     const double* const to = poses + 3 * i;
-    source.Place(world, robots.movers[i], {to[0], to[1], to[2]}, thread);
+    source.Place(world, robots.movers[i], {to[0], to[1], to[2]});
   }
   return true;
 }
@@ -298,9 +298,8 @@ void Crowd::SetCommands(size_t world, const double* rows) {
   std::copy(rows, rows + 3 * size(), commands_.Row<double>(world, 0));
 }
 
-void Crowd::Teleport(const Source& source, size_t world, const double* poses, const bool* which,
-                     unsigned thread) {
-  if (TeleportRow(source, world, poses, which, thread)) return;
+void Crowd::Teleport(const Source& source, size_t world, const double* poses, const bool* which) {
+  if (TeleportRow(source, world, poses, which)) return;
   const Members& members = MembersOf(&source, world);
   for (size_t i = 0; i < members.robots.size(); i++) {
     ModelPosition* const robot = members.robots[i];

@@ -81,9 +81,8 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   /// Applies the commands in the array to the robots; called before each step.
   void Command(const Source& source, size_t world);
   /// Moves robots. `poses`: x, y (metres) and heading (radians) per robot. `which`: one flag per
-  /// robot to move, or null for all. `thread` is that of the caller in a pool.
-  void Teleport(const Source& source, size_t world, const double* poses, const bool* which,
-                unsigned thread);
+  /// robot to move, or null for all.
+  void Teleport(const Source& source, size_t world, const double* poses, const bool* which);
   /// Replaces the commands of a world: 3 numbers per robot.
   void SetCommands(size_t world, const double* rows);
   /// Sets all commands of a world to 0.
@@ -106,8 +105,7 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   const RowRobots& RobotsIn(const rows::Scene& scene);
   bool GatherRow(const Source& source, size_t world, std::span<const Named> groups);
   bool CommandRow(const Source& source, size_t world);
-  bool TeleportRow(const Source& source, size_t world, const double* poses, const bool* which,
-                   unsigned thread);
+  bool TeleportRow(const Source& source, size_t world, const double* poses, const bool* which);
 
   const std::weak_ptr<Source> source_;
   const std::vector<ModelKey> robots_;

@@ -37,15 +37,18 @@ class Source {
   /// Null if the model is gone.
   virtual Model* Find(size_t index, const ModelKey& key) const = 0;
 
-  /// The row in which the state of the world is; none if it is in a World object. It may be read.
+  /// The scene of the row in which the state of the world is or will be; null if it is in a World
+  /// object.
+  virtual const rows::Scene* SceneAt(size_t /*index*/) const { return nullptr; }
+  /// A row with the state of the world; none if it is in a World object. It may be read until the
+  /// next call by this thread.
   virtual PoolRow RowAt(size_t /*index*/) const { return {}; }
   /// The row, to be changed.
   virtual PoolRow RowToChange(size_t /*index*/) const { return {}; }
   /// Subscribes to a model of a world in a row, which may get a World object by that.
   virtual void Subscribe(size_t /*index*/, uint32_t /*model*/) const {}
-  /// Moves a robot of a world in a row. `thread` is that of the caller in the pool.
-  virtual void Place(size_t /*index*/, size_t /*mover*/, const rows::Planar& /*pose*/,
-                     unsigned /*thread*/) const {}
+  /// Moves a robot of RowToChange().
+  virtual void Place(size_t /*index*/, size_t /*mover*/, const rows::Planar& /*pose*/) const {}
 
   /// Called by the destructor of a crowd: applies its pending commands.
   virtual void OnCrowdDestroyed(Crowd*) noexcept {}
