@@ -90,8 +90,10 @@ void Model::ExchangeContacts(StateExchange& exchange) {
   if (!exchange.hashing() && !exchange.omits_readings()) {
     bool has_pose = pose_before_push_ != nullptr;
     exchange(has_pose);
-    if (exchange.restoring() && has_pose != (pose_before_push_ != nullptr))
+    if (exchange.restoring() && has_pose != (pose_before_push_ != nullptr)) {
       pose_before_push_.reset(has_pose ? new Pose() : nullptr);
+      host().contacts_changed = true;  // the next step makes the pose again
+    }
     if (pose_before_push_) exchange(*pose_before_push_);
   }
   if (exchange.restoring() && (pushable_ != pushable_before || round_ != round_before ||
