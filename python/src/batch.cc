@@ -255,6 +255,13 @@ std::map<uint32_t, std::string> Batch::Failures() {
   return failures;
 }
 
+std::vector<std::string> Batch::Reasons() {
+  const Use use(this);
+  std::vector<std::string> reasons;
+  for (uint32_t i = 0; i < size(); i++) reasons.push_back(pool_->WhyNotClosed(i));
+  return reasons;
+}
+
 void Batch::SetFailures(const std::map<uint32_t, std::string>& failures) {
   const Use use(this);
   for (const auto& [index, text] : failures)

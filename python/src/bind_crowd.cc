@@ -115,6 +115,7 @@ void BindBatch(nb::module_& module) {
       .def_prop_ro("crowd", &Batch::crowd)
       .def_prop_ro("threads", &Batch::threads)
       .def("failures", &Batch::Failures)
+      .def("reasons", &Batch::Reasons)
       .def("set_failures", &Batch::SetFailures, nb::arg("failures"))
       .def("metrics", &Batch::MetricsOfAll)
       .def("seeds", &Batch::Seeds)

@@ -122,6 +122,14 @@ class Batch(Crowd):
         failures = self._core.failures()
         return [failures.get(i) for i in range(self.n)]
 
+    def explain(self) -> list[str | None]:
+        """Says for each world what keeps it from being stepped fast, or None.
+
+        A world is stepped fast, without an object per model, if it is closed: all its models are of types that
+        such steps know, and nobody calls back. The results are equal to the bit.
+        """
+        return [reason or None for reason in self._core.reasons()]
+
     @property
     def metrics(self) -> dict[str, Floats]:
         """World.metrics of all worlds: a new array of shape (n,) per name; NaN: no value."""

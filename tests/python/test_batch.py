@@ -340,3 +340,69 @@ def test_copies_of_a_world_that_has_grown_equal_it(tmp_path: Path) -> None:
             assert leave(world) == fresh
     moved.reset(1)
     assert leave(moved) == fresh
+
+
+def test_explain_tells_what_keeps_worlds_from_fast_steps(tmp_path: Path) -> None:
+    closed = tmp_path / "closed.world"
+    closed.write_text("position( name \"r\" ranger( sensor( range [0 2] samples 3 ) ) )\n")
+    batch = st.Batch(closed, 3)
+    assert batch.ranges.shape == (3, 1, 3)
+    batch.cmd[...] = 0.1
+    batch.step(5)
+    assert batch.explain() == [None] * 3
+    with_radio = tmp_path / "radio.world"
+    with_radio.write_text("position( name \"r\" wifi( alwayson 1 ) )\n")
+    for reason in st.Batch(with_radio, 2).explain():
+        assert reason is not None and "runs and is a wifi" in reason
+
+
+#: Each model and sensor twice: robots with odometry errors and noise, several kinds of readings, a thing to push.
+CLOSED = """
+resolution 0.05
+contacts "{contacts}"
+ray_model "{rays}"
+model( pose [2 0 0 0] size [0.2 6 0.5] )
+model( pose [0.6 0.6 0 20] size [0.3 0.3 0.3] pushable 1 mass 0.5 )
+position( name "a" pose [0 0 0 30] size [0.3 0.3 0.3] localization "odom" odom_noise [0.02 0.01 0.03 0.02]
+  joules 5000 joules_capacity 6000 ranger( sensor( range [0 4] fov 200 samples 9 noise [0.01 0.02 0] ) ) )
+position( name "b" pose [-1 1 0 -90] size [0.4 0.3 0.3] drive "omni"
+  ranger( pose [0.1 0 0 0] sensor( range [0.1 3] samples 5 ) sensor( range [0 2] samples 4 pose [0 0.1 0 90] ) ) )
+position( name "c" pose [-1 -1 0 60] size [0.4 0.3 0.3] drive "car" localization "odom" )
+"""
+ARRAYS = ("pose", "velocity", "actual_velocity", "estimate", "estimated_velocity", "estimate_covariance",
+          "estimated_velocity_covariance", "sensed_pose", "sensed_time", "energy", "stalled")
+READINGS = ("ranges", "intensities", "bearings", "origins", "time")
+
+
+def test_arrays_of_rows_equal_those_of_worlds(tmp_path: Path) -> None:
+    """All arrays, of worlds in rows and of the same worlds with an object per model, step by step."""
+    for contacts, rays in (("cells", "cell"), ("outlines", "exact")):
+        text = CLOSED.format(contacts=contacts, rays=rays)
+        rows, objects = tmp_path / "rows.world", tmp_path / "objects.world"
+        rows.write_text(text)
+        # The radio keeps the worlds from being rows, and changes nothing else.
+        objects.write_text(text + "model( pose [9 9 0 0] size [0.1 0.1 0.1] wifi( alwayson 1 ) )\n")
+        both = [st.Batch(file, 6, threads=2) for file in (rows, objects)]
+        got = [{name: getattr(batch, name) for name in ARRAYS}
+               | {name: getattr(batch.ranger(0), name) for name in READINGS}
+               | {"t": batch.time, "ended": batch.ended} for batch in both]
+        assert both[0].explain() == [None] * 6 and None not in both[1].explain()
+        random = np.random.default_rng(5)
+        for moment in range(40):
+            commands = random.uniform(-1, 1, both[0].cmd.shape)
+            commands[random.random(commands.shape[:2]) < 0.2] = np.nan
+            poses = random.uniform(-1, 1, both[0].pose.shape)
+            for batch in both:
+                batch.cmd[...] = commands
+                if moment % 7 == 3:
+                    batch.teleport(poses, poses[:, :, 0] > 0.5)
+                if moment % 11 == 5:
+                    batch.reset(moment, ids=[1, 4])
+                if moment % 13 == 6:
+                    batch.restore(batch.snapshot(2), [0, 3])
+                batch.step(1 + moment % 3)
+            for name in got[0]:
+                np.testing.assert_array_equal(got[0][name], got[1][name], f"{name} at moment {moment}")
+        assert both[0].explain() == [None] * 6
+        assert got[0]["stalled"].any() or contacts == "outlines"
+        assert np.nanmin(got[0]["ranges"]) < 1

@@ -15,6 +15,7 @@
 #include "support/closed_world.hh"
 #include "support/model_testing.hh"
 #include "support/random_source.hh"
+#include "support/saved_difference.hh"
 #include "world/engine.hh"
 #include "world/snapshot.hh"
 
@@ -119,8 +120,9 @@ class Comparison {
     if (world.StateHash() == written_->StateHash()) {
       Stg::Snapshot of_world, of_row;
       if (!world.Take(&of_world) || !written_->Take(&of_row)) return "no snapshot";
-      return of_world.hash() == of_row.hash() ? ""
-                                              : "the snapshots differ" + SavedDifference(world);
+      return of_world.hash() == of_row.hash()
+                 ? ""
+                 : "the snapshots differ" + Stg::test::SavedDifference(world, *written_);
     }
     std::string text = "at step " + std::to_string(world.GetUpdateCount()) + ":";
     for (Stg::Model* model : world.engine().models) {
@@ -139,20 +141,6 @@ class Comparison {
   }
 
  private:
-  /// The models whose saved states differ.
-  std::string SavedDifference(const Stg::World& world) const {
-    std::string text;
-    for (Stg::Model* model : world.engine().models) {
-      std::vector<unsigned char> a, b;
-      Stg::StateExchange save_a(world.engine().models, &a), save_b(written_->engine().models, &b);
-      model->ExchangeState(save_a);
-      written_->FindModel(model->GetId())->ExchangeState(save_b);
-      save_a.Finish();
-      save_b.Finish();
-      if (a != b) text += " " + model->TokenStr();
-    }
-    return text;
-  }
   static std::string RangeDifference(const Stg::ModelRanger& a, const Stg::ModelRanger& b) {
     std::string text;
     for (size_t s = 0; s < a.GetSensors().size(); s++)

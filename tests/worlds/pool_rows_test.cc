@@ -18,6 +18,7 @@
 #include "support/own_worlds.hh"
 #include "support/random_source.hh"
 #include "support/sanitized.hh"
+#include "support/saved_difference.hh"
 #include "world/engine.hh"
 #include "worlds/pool_access.hh"
 
@@ -110,7 +111,10 @@ class Twins {
     if (pool_->StateHashes({id})[0] != alone_[id]->StateHash()) return "the states differ";
     Snapshot of_pool, of_alone;
     if (!pool_->Take(id, &of_pool) || !alone_[id]->Take(&of_alone)) return "no snapshot";
-    return of_pool.hash() == of_alone.hash() ? "" : "the snapshots differ";
+    if (of_pool.hash() == of_alone.hash()) return "";
+    std::string text = "the snapshots differ:";
+    pool_->Look(id, [&](World& world) { text += test::SavedDifference(*alone_[id], world); });
+    return text;
   }
 
  private:
