@@ -71,7 +71,8 @@ thread_local WorldPool::Impl::Thread* WorldPool::Impl::current = nullptr;
 
 /// The thread of the pool that calls, or the first one, which the caller of the pool is.
 WorldPool::Impl::Thread* WorldPool::Impl::CurrentThread() {
-  const bool is_own = current >= of_threads.data() && current < of_threads.data() + of_threads.size();
+  const bool is_own =
+      current >= of_threads.data() && current < of_threads.data() + of_threads.size();
   return is_own ? current : &of_threads[0];
 }
 

@@ -42,7 +42,7 @@ struct WorldPool::Impl {
     uint64_t times_made = 0;
     std::string failure;
   };
-  /// What a thread uses. Aligned to a cache line, because each thread writes its own all the time.
+  /// Data of one thread. Aligned to a cache line, because each thread writes its own all the time.
   struct alignas(64) Thread {
     uint64_t steps = 0;  // made in the present round
     std::unique_ptr<World> spares[2];

@@ -44,7 +44,11 @@ const ModelType& SensorTypeOf(const std::string& name) {
 
 SensorArrays::SensorArrays(const std::vector<Members>& examples, size_t worlds,
                            const ModelType* type, size_t index, size_t max_count)
-    : type_(type), index_(index), max_count_(max_count), robots_(examples[0].robots.size()), found_(worlds) {
+    : type_(type),
+      index_(index),
+      max_count_(max_count),
+      robots_(examples[0].robots.size()),
+      found_(worlds) {
   std::vector<Sensors> sensors;
   for (const Members& members : examples) sensors.push_back(SensorsOf(members));
   const bool any = std::ranges::any_of(sensors, [](const Sensors& of) {

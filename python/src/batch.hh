@@ -2,8 +2,8 @@
 //
 // Many worlds of the same file, with arrays of all their robots: a pool of worlds for Python.
 //
-// Closed worlds are rows of the pool; the arrays are filled from the columns. Other worlds have World
-// objects.
+// Closed worlds are rows of the pool; the arrays are filled from the columns. Other worlds have
+// World objects.
 
 #ifndef STAGE_PYTHON_BATCH_HH
 #define STAGE_PYTHON_BATCH_HH

@@ -161,7 +161,8 @@ void Crowd::FillGroup(ArrayGroup* group, size_t world, const Members& members) {
 
 /// Fills a group for all worlds, after a lookup of their robots.
 void Crowd::FillGroup(const Source& source, ArrayGroup* group) {
-  const auto found = std::ranges::find(groups_, group, [](const Named& n) { return n.group.get(); });
+  const auto found =
+      std::ranges::find(groups_, group, [](const Named& n) { return n.group.get(); });
   STAGE_ASSERT(found != groups_.end());
   for (size_t world = 0; world < worlds(); world++) {
     if (GatherRow(source, world, std::span(found, 1))) continue;
@@ -262,7 +263,8 @@ bool Crowd::CommandRow(const Source& source, size_t world) {
 }
 
 /// Teleport() for a world in a row. Returns false if it is not in a row.
-bool Crowd::TeleportRow(const Source& source, size_t world, const double* poses, const bool* which) {
+bool Crowd::TeleportRow(const Source& source, size_t world, const double* poses,
+                        const bool* which) {
   const PoolRow row = source.RowToChange(world);
   if (!row) return false;
   const RowRobots& robots = RobotsIn(row.rows->scene());
@@ -360,7 +362,8 @@ nb::object Crowd::BodyArray(const std::string& name) {
 
 nb::object Crowd::StalledArray() {
   const SourceLock hold(*this);
-  constexpr RobotArray<bool>::Fills kFills{FillStalled<ModelPosition>, FillStalled<rows::RobotView>};
+  constexpr RobotArray<bool>::Fills kFills{FillStalled<ModelPosition>,
+                                           FillStalled<rows::RobotView>};
   return View(GroupOf<RobotArray<bool>>(hold.source(), "stalled", size_t{0}, kFills, false).array);
 }
 

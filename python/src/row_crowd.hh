@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// What the arrays of a crowd need to know about rows: which mover each robot is, and data that are
-// found once for each scene.
+// The arrays of a crowd need to know about rows which mover each robot is, and data that are found
+// once for each scene.
 
 #ifndef STAGE_PYTHON_ROW_CROWD_HH
 #define STAGE_PYTHON_ROW_CROWD_HH

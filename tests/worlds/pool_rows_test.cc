@@ -161,7 +161,7 @@ class Counter : public StepObserver {
   std::vector<uint64_t> steps;
 };
 
-/// What has happened, which shows that the tests do what they claim.
+/// Counts of events, which show that the tests do what they claim.
 struct Happened {
   size_t rows = 0, worlds = 0, came_back = 0, resets = 0, copies = 0;
 };

@@ -58,10 +58,10 @@ class StepObserver {
 /// world depends only on its seed and on what is done with it, not on the number of worlds or
 /// threads or on other worlds.
 ///
-/// World objects are made only where they are needed: as long as a world is closed, which means
-/// that all its models are of types that can be stepped without objects and that nobody calls back,
-/// it takes about a kilobyte, and its steps are several times as fast. WhyNotClosed() tells the
-/// reason why a world is not. The results are equal to the bit.
+/// World objects are made only where they are needed. A world is closed if all its models are of
+/// types that can be stepped without objects, and if nobody calls back. A closed world takes about
+/// a kilobyte, and its steps are several times as fast, with equal bits. WhyNotClosed() tells the
+/// reason why a world is not closed.
 ///
 /// Functions with ids work on these worlds, each of which must be listed once, on all threads of
 /// the pool. Only one thread may call functions of a pool at a time.
