@@ -40,6 +40,27 @@ void CheckDevice(const ::cl::Device& device) {
                                   " bits, the kernels need " + std::to_string(kBits));
 }
 
+/// Rows need doubles whose operations are rounded as on the host.
+void CheckDoubles(const ::cl::Device& device) {
+  constexpr cl_device_fp_config kNeeded = CL_FP_ROUND_TO_NEAREST | CL_FP_DENORM | CL_FP_INF_NAN;
+  cl_device_fp_config config = 0;
+  if (device.getInfo<CL_DEVICE_EXTENSIONS>().find("cl_khr_fp64") != std::string::npos)
+    device.getInfo(CL_DEVICE_DOUBLE_FP_CONFIG, &config);
+  if ((config & kNeeded) != kNeeded)
+    throw sensing::PrefilterError("it has no doubles (cl_khr_fp64), which steps of rows need");
+}
+
+std::string SourceOf(Kernels kernels) {
+  std::string source = std::string(kRayWalkSource) + "\n" + kRecordsSource + "\n";
+  if (kernels == Kernels::kWalks) return source + kPrefilterSource;
+  for (const char* const part :
+       {kRowRecordsSource, kRowMathSource, kRowAccessSource, kRowDriveSource, kRowOdometrySource,
+        kRowMoveSource, kRowWallsSource, kRowExactSource, kRowRaysSource, kRowStepSource,
+        kRowKernelsSource})
+    source += std::string(part) + "\n";
+  return source;
+}
+
 std::string LogOf(const ::cl::Program& program, const ::cl::Device& device) {
   try {
     return Shortened(program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device));
@@ -48,11 +69,9 @@ std::string LogOf(const ::cl::Program& program, const ::cl::Device& device) {
   }
 }
 
-::cl::Program Compile(const ::cl::Context& context, const ::cl::Device& device) {
-  const std::string source =
-      std::string(kRayWalkSource) + "\n" + kRecordsSource + "\n" + kPrefilterSource;
+::cl::Program Compile(const ::cl::Context& context, const ::cl::Device& device, Kernels kernels) {
   const std::string options = "-cl-std=CL1.1 " + FromEnvironment("STAGE_CL_OPTIONS");
-  ::cl::Program program(context, source);
+  ::cl::Program program(context, SourceOf(kernels));
   try {
     program.build(std::vector<::cl::Device>{device}, options.c_str());
   } catch (const ::cl::Error& error) {
@@ -64,13 +83,15 @@ std::string LogOf(const ::cl::Program& program, const ::cl::Device& device) {
 
 }  // namespace
 
-OpenDevice::OpenDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> watch_)
+OpenDevice::OpenDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> watch_,
+                       Kernels kernels)
     : watch(std::move(watch_)), found(device) {
   calls::SetDriver(found.platform);
   CheckDevice(found.device);
+  if (kernels == Kernels::kRows) CheckDoubles(found.device);
   context = ::cl::Context(found.device);
   const double start = threads::WallClock();
-  program = Compile(context, found.device);
+  program = Compile(context, found.device, kernels);
   compile_seconds = threads::WallClock() - start;
 }
 

@@ -14,11 +14,15 @@
 
 namespace Stg::cl {
 
+/// The programs: walks of rays (prefilter.cl), or steps of rows (row_step.cl), which need doubles.
+enum class Kernels { kWalks, kRows };
+
 struct OpenDevice {
   /// Compiles the kernels. Throws cl::Error, or sensing::PrefilterError with the start of the
   /// compiler's log. The environment variable STAGE_CL_OPTIONS adds compiler options. `watch`
   /// watches the driver while the device is open; may be null.
-  OpenDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> watch);
+  OpenDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> watch,
+             Kernels kernels = Kernels::kWalks);
 
   std::unique_ptr<DriverWatch> watch;  ///< destroyed last
   FoundDevice found;

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -14,6 +15,8 @@
 #include "libstage_cl/environment.hh"
 #include "libstage_cl/pocl_cache.hh"
 #include "libstage_cl/probe.hh"
+#include "libstage_cl/row_device.hh"
+#include "rows/row_backend.hh"
 #include "sensing/backend.hh"
 
 namespace Stg::cl {
@@ -26,9 +29,11 @@ uint32_t HitsPerRay() { return NumberFromEnvironment("STAGE_CL_HITS", 1, 1, 16);
 /// STAGE_CL_TIMEOUT: time limit of a call in seconds.
 uint32_t Timeout() { return NumberFromEnvironment("STAGE_CL_TIMEOUT", 120, 0, 100000); }
 
-/// Returns null and sets *message if there is no such device or it cannot be used.
-std::unique_ptr<ClPrefilter> Make(const std::string& choice, uint32_t hits_per_ray,
-                                  std::unique_ptr<DriverWatch> watch, std::string* message) {
+/// Returns make(device) for the device of this choice. Returns null and sets *message if there is
+/// no such device or it cannot be used.
+template <typename MakeOf>
+auto MakeFor(const std::string& choice, std::string* message, MakeOf make)
+    -> decltype(make(FoundDevice())) {
   std::string reason;
   const std::vector<FoundDevice>& devices = FindDevices(&reason);
   if (devices.empty()) {
@@ -43,9 +48,8 @@ std::unique_ptr<ClPrefilter> Make(const std::string& choice, uint32_t hits_per_r
   }
   const FoundDevice& device = matching.front();
   try {
-    return std::make_unique<ClPrefilter>(std::make_shared<OpenDevice>(device, std::move(watch)),
-                                         hits_per_ray);
-  } catch (const sensing::PrefilterError& error) {
+    return make(device);
+  } catch (const std::runtime_error& error) {  // sensing::PrefilterError, rows::RowDeviceError
     *message = error.what();
   } catch (const ::cl::Error& error) {
     *message = std::string(error.what()) + ", error " + std::to_string(error.err());
@@ -73,22 +77,47 @@ std::string ProbeOnce(const std::string& key, const std::function<std::string()>
   return wrong;
 }
 
-std::unique_ptr<sensing::Prefilter> MakeWatched(const std::string& choice, std::string* message) {
-  const uint32_t hits_per_ray = HitsPerRay(), timeout = Timeout();
-  const std::string key = choice + '\n' + FromEnvironment("STAGE_CL_OPTIONS") + '\n' +
-                          FromEnvironment("STAGE_CL_MEMORY");
+/// Calls make(watch, message), first in a child process and without a watch. `key` names all that
+/// the result of the call depends on.
+template <typename Make>
+auto MakeProbed(const std::string& key, std::string* message, Make make)
+    -> decltype(make(nullptr, message)) {
+  const uint32_t timeout = Timeout();
   const std::lock_guard lock(g_mutex);
   KeepPoclCachePrivate();
   const auto task = [&] {
     std::string wrong;
-    Make(choice, hits_per_ray, nullptr, &wrong);
+    make(nullptr, &wrong);
     return wrong;
   };
-  *message = ProbeOnce(key, task, timeout);
+  *message = ProbeOnce(
+      key + '\n' + FromEnvironment("STAGE_CL_OPTIONS") + '\n' + FromEnvironment("STAGE_CL_MEMORY"),
+      task, timeout);
   if (!message->empty()) return nullptr;
   auto watch = std::make_unique<DriverWatch>(timeout);
   const SetUpWatch set_up;
-  return Make(choice, hits_per_ray, std::move(watch), message);
+  return make(std::move(watch), message);
+}
+
+std::unique_ptr<sensing::Prefilter> MakePrefilter(const std::string& choice, std::string* message) {
+  const uint32_t hits_per_ray = HitsPerRay();
+  const auto make = [&](std::unique_ptr<DriverWatch> watch, std::string* wrong) {
+    return MakeFor(choice, wrong, [&](const FoundDevice& device) {
+      return std::make_unique<ClPrefilter>(std::make_shared<OpenDevice>(device, std::move(watch)),
+                                           hits_per_ray);
+    });
+  };
+  return MakeProbed("walks " + choice, message, make);
+}
+
+std::unique_ptr<rows::RowDevice> MakeRowDevice(const std::string& choice, uint32_t work_items,
+                                               std::string* message) {
+  const auto make = [&](std::unique_ptr<DriverWatch> watch, std::string* wrong) {
+    return MakeFor(choice, wrong, [&](const FoundDevice& device) {
+      return std::make_unique<ClRowDevice>(device, std::move(watch), work_items);
+    });
+  };
+  return MakeProbed("rows " + choice, message, make);
 }
 
 /// One line per device, or the reason why there is none.
@@ -115,4 +144,5 @@ std::string ListDevices() {
 
 }  // namespace Stg::cl
 
-STAGE_EXPORT_BACKEND(Stg::cl::MakeWatched, Stg::cl::ListDevices);
+STAGE_EXPORT_BACKEND(Stg::cl::MakePrefilter, Stg::cl::ListDevices);
+STAGE_EXPORT_ROW_BACKEND(Stg::cl::MakeRowDevice);

@@ -35,6 +35,15 @@ class CellMap {
   template <class Word>
   bool Meets(const OutlineBox& box, const Word* rows) const;
 
+  /// All that a copy on a device needs.
+  struct Content {
+    int32_t x, y, width, height;         ///< box, in tiles
+    std::span<const uint8_t> distances;  ///< by tile
+    std::span<const uint64_t> bits;      ///< rows of cells, `words` words each
+    int64_t words;
+  };
+  Content content() const { return {x_, y_, width_, height_, distances_, bits_, words_}; }
+
  private:
   void MeasureDistances();
   /// A lower bound of the distance in tiles to the nearest occupied tile, columns or rows.

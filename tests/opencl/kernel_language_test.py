@@ -16,12 +16,15 @@ import unittest
 from pathlib import Path
 
 KERNELS = Path(__file__).resolve().parents[2] / "kernels"
-PARTS = ("ray_walk.h", "records.h", "prefilter.cl")  # in the order in which drivers get them
+# The programs: their parts in the order in which drivers get them.
+WALKS = ("ray_walk.h", "records.h", "prefilter.cl")
+ROWS = ("ray_walk.h", "records.h", "row_records.h", "row_math.h", "row_access.h", "row_drive.h", "row_odometry.h",
+        "row_move.h", "row_walls.h", "row_exact.h", "row_rays.h", "row_step.h", "row_step.cl")
 CLANG = next((name for name in ("clang", "clang-19", "clang-16", "clang-14") if shutil.which(name)), None)
 
 
-def read_kernels() -> str:
-    return "".join((KERNELS / part).read_text(encoding="utf-8") for part in PARTS)
+def read_kernels(parts: tuple[str, ...] = WALKS) -> str:
+    return "".join((KERNELS / part).read_text(encoding="utf-8") for part in parts)
 
 
 def run_clang(text: str, *options: str) -> subprocess.CompletedProcess:
@@ -32,9 +35,9 @@ def run_clang(text: str, *options: str) -> subprocess.CompletedProcess:
                               capture_output=True, text=True, check=False)
 
 
-def compile_kernels(version: str, target: str, tail: str = "") -> str:
+def compile_kernels(version: str, target: str, tail: str = "", parts: tuple[str, ...] = WALKS) -> str:
     """Returns Clang's errors; empty if it accepts the kernels."""
-    done = run_clang(read_kernels() + tail, f"-cl-std={version}", "-target", target, "-Wall", "-Wextra", "-pedantic",
+    done = run_clang(read_kernels(parts) + tail, f"-cl-std={version}", "-target", target, "-Wall", "-Wextra", "-pedantic",
                      "-Wconversion", "-Werror", "-fsyntax-only")
     return done.stderr if done.returncode != 0 else ""
 
@@ -44,8 +47,18 @@ class KernelLanguageTest(unittest.TestCase):
     def test_every_version_and_width_of_addresses(self) -> None:
         for version in ("CL1.1", "CL1.2", "CL2.0", "CL3.0"):
             for target in ("spir", "spir64"):
-                with self.subTest(version=version, target=target):
-                    self.assertEqual(compile_kernels(version, target), "")
+                for parts in (WALKS, ROWS):
+                    with self.subTest(version=version, target=target, kernels=parts[-1]):
+                        self.assertEqual(compile_kernels(version, target, parts=parts), "")
+
+    def test_drivers_get_all_parts_in_this_order(self) -> None:
+        """A part that is embedded, but not here, would not be checked."""
+        self.assertEqual({path.name for path in KERNELS.iterdir()}, {*WALKS, *ROWS})
+        source = (KERNELS.parent / "libstage_cl/open_device.cc").read_text(encoding="utf-8")
+        embedded = (KERNELS.parent / "libstage_cl/CMakeLists.txt").read_text(encoding="utf-8")
+        files = dict(re.findall(r"(k\w+Source) kernels/([\w.]+)", embedded))
+        order = [files[name] for name in re.findall(r"kRow\w+Source", source)]
+        self.assertEqual(order, list(ROWS[2:]))
 
     def test_newer_functions_would_be_noticed(self) -> None:
         later = "__kernel void later(__global uint* a) { a[0] = popcount(a[0]); }\n"
@@ -78,14 +91,16 @@ class KernelLanguageTest(unittest.TestCase):
 
     def test_records_are_the_same_for_all_devices(self) -> None:
         """The sizes of size_t and of pointers depend on the device."""
-        text = (KERNELS / "records.h").read_text(encoding="utf-8")
-        records = re.findall(r"typedef struct[^{]*\{(.*?)\}", text, re.DOTALL)
-        self.assertGreaterEqual(len(records), 3)
-        for record in records:
-            members = re.sub(r"/\*.*?\*/", "", record, flags=re.DOTALL)
-            types = {line.split()[0] for line in members.split(";") if line.strip()}
-            self.assertLessEqual(types, {"int", "ray_uint"})
-            self.assertNotIn("*", members)
+        for header, least, allowed in (("records.h", 3, {"int", "ray_uint"}),
+                                       ("row_records.h", 20, {"int", "ray_uint", "ray_ulong", "double"})):
+            text = (KERNELS / header).read_text(encoding="utf-8")
+            records = re.findall(r"typedef struct[^{]*\{(.*?)\}", text, re.DOTALL)
+            self.assertGreaterEqual(len(records), least)
+            for record in records:
+                members = re.sub(r"/\*.*?\*/", "", record, flags=re.DOTALL)
+                types = {line.split()[0] for line in members.split(";") if line.strip()}
+                self.assertLessEqual({name for name in types if not name.startswith("row_")}, allowed)
+                self.assertNotIn("*", members)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later
+ *
+ * The step of a closed world on a device: Rows::Stepper::Step() with the same operations in the
+ * same order, and the reset. Compiled after row_rays.h.
+ */
+#ifndef STAGE_KERNELS_ROW_STEP_H
+#define STAGE_KERNELS_ROW_STEP_H
+
+#ifndef RAY_IN_OPENCL
+#include "kernels/row_rays.h"
+namespace Stg {
+#endif
+
+#define ROW_SECOND 1e6 /* microseconds */
+
+/* See Rows::Stepper::DrawEnergy(). */
+RAY_FUNCTION void row_draw_energy(const row_world_t* w) {
+  ray_uint i;
+  for (i = 0; i < w->scene->consumers; i++) {
+    const row_consumer_t consumer = ROW_PART(w, row_consumer_t, ROW_CONSUMERS)[i];
+    RAY_GLOBAL double* const stored = ROW_COLUMN(w, double, ROW_STORED) + consumer.pack;
+    RAY_GLOBAL row_energy_t* const totals = ROW_COLUMN(w, row_energy_t, ROW_ENERGY);
+    const double watts = consumer.mover == ROW_NONE
+                             ? consumer.watts
+                             : ROW_COLUMN(w, double, ROW_WATTS)[consumer.mover];
+    const double before = *stored, wanted = watts * 0.1;
+    const int infinite = before < 0 || row_is_infinite(before);
+    const double amount = infinite ? wanted : row_smaller(wanted, before);
+    if (!(watts > 0) || !(wanted > 0) || row_is_infinite(amount)) continue;
+    if (amount > 0 && infinite) totals->input += amount;
+    if (amount > 0 && !infinite) {
+      const double left = before - row_smaller(before, amount);
+      const double change = (left > 0 ? left : 0) - (before > 0 ? before : 0);
+      if (change != 0) totals->stored += change;
+      *stored = left;
+    }
+    ROW_COLUMN(w, double, ROW_DISSIPATED)[consumer.pack] += amount;
+    if (amount != 0) totals->dissipated += amount;
+  }
+}
+
+/* Velocities and readings, if the models are due. */
+RAY_FUNCTION void row_update(const row_world_t* w, int is_due, double dt) {
+  RAY_GLOBAL const row_scene_t* const scene = w->scene;
+  const ray_uint movers = is_due ? scene->movers : 0, sensors = is_due ? scene->sensors : 0;
+  ray_uint i;
+  for (i = ROW_ITEM; i < movers; i += ROW_ITEMS) row_drive(w, i, dt);
+  for (i = ROW_ITEM; i < sensors; i += ROW_ITEMS) row_place_fan(w, i);
+  if (is_due && scene->any_exact)
+    for (i = ROW_ITEM; i < scene->bodies; i += ROW_ITEMS) row_place_corners(w, i);
+  ROW_BARRIER();
+  for (i = ROW_ITEM; is_due && i < scene->rays; i += ROW_ITEMS) row_cast_ray(w, i);
+  ROW_BARRIER();
+  if (scene->any_noise)
+    for (i = ROW_ITEM; i < sensors; i += ROW_ITEMS) row_add_noise(w, i);
+  for (i = ROW_ITEM; i < movers; i += ROW_ITEMS) row_store_sensed_pose(w, i);
+}
+
+/* Makes steps of a world. */
+RAY_FUNCTION void row_step(const row_world_t* w, ray_uint steps) {
+  RAY_GLOBAL const row_scene_t* const scene = w->scene;
+  ray_ulong now = *ROW_COLUMN(w, ray_ulong, ROW_TIME);
+  ray_ulong next = *ROW_COLUMN(w, ray_ulong, ROW_NEXT_UPDATE);
+  ray_ulong last = *ROW_COLUMN(w, ray_ulong, ROW_LAST_UPDATE);
+  ray_uint i;
+  for (i = 0; i < steps; i++) {
+    double dt;
+    int is_due;
+    now += scene->step;
+    is_due = next <= now;
+    dt = (double)(now - last) / ROW_SECOND;
+    if (is_due) {
+      last = now;
+      next = scene->interval > 1 ? (now / scene->interval + 1) * scene->interval
+                                 : now + scene->interval;
+    }
+    row_update(w, is_due, dt);
+    row_move(w);
+    ROW_BARRIER();
+    if (ROW_ITEM == 0) row_draw_energy(w);
+    ROW_BARRIER();
+  }
+  if (ROW_ITEM == 0) {
+    *ROW_COLUMN(w, ray_ulong, ROW_TIME) = now;
+    *ROW_COLUMN(w, ray_ulong, ROW_NEXT_UPDATE) = next;
+    *ROW_COLUMN(w, ray_ulong, ROW_LAST_UPDATE) = last;
+    *ROW_COLUMN(w, ray_ulong, ROW_STEPS) += steps;
+  }
+}
+
+/* Resets a world to its state after loading. `given` are `given_bytes` bytes that follow each
+ * other: the columns with a bit in `columns`, which depend on the world's seed. */
+RAY_FUNCTION void row_reset(const row_world_t* w, RAY_GLOBAL const row_byte* given,
+                            ray_uint columns) {
+  RAY_GLOBAL const row_scene_t* const scene = w->scene;
+  ray_uint column;
+  for (column = 0; column < ROW_COLUMNS; column++) {
+    const int is_given = ((columns >> column) & 1) != 0;
+    RAY_GLOBAL const row_byte* const from =
+        is_given ? given : ROW_PART(w, row_byte, ROW_START) + scene->starts[column];
+    RAY_GLOBAL row_byte* const to =
+        w->state + scene->columns[column] + w->world * scene->row_bytes[column];
+    ray_ulong i;
+    for (i = ROW_ITEM; i < scene->row_bytes[column]; i += ROW_ITEMS) to[i] = from[i];
+    if (is_given) given += scene->row_bytes[column];
+  }
+}
+
+#ifndef RAY_IN_OPENCL
+}  // namespace Stg
+#endif
+#endif

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The self-test of devices: random drives of some scenes on host and device.
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <numeric>
+#include <sstream>
+
+#include "messages/assert.hh"
+#include "models/position.hh"
+#include "rows/device_columns.hh"
+#include "rows/device_rows.hh"
+#include "rows/row_bridge.hh"
+#include "world/world.hh"
+
+namespace Stg::rows {
+
+namespace {
+
+constexpr size_t kWorlds = 24;
+constexpr uint32_t kRounds = 20;
+
+/// Robots of all drives with noise, odometry, packs and rays of both models, among walls.
+constexpr char kRobots[] = R"(
+define wheeled sized(
+  drive "diff" localization "odom" odom_noise [0.02 0.01 0.03 0.02] wheel_slip 0.3
+  joules 20 joules_capacity 200
+  block( points 6 point[0] [0.75 0] point[1] [1 0.25] point[2] [1 0.75] point[3] [0.75 1]
+         point[4] [0 1] point[5] [0 0] z [0 1] )
+  ranger( pose [0.05 0 -0.1 10] sensor( range [0.1 1.5] fov 240 samples 24 noise [0.01 0.02 0.5] ) )
+)
+define omni sized(
+  drive "omni" localization "gps" round 1 acceleration_bounds [-1 1 -1 1 0 0 -90 90]
+  ranger( pose [0 0 -0.1 0] sensor( range [0 3] fov 360 samples 32 ) )
+)
+define car sized(
+  drive "car" origin [0.05 0 0 0] ranger_return 0.5
+  ranger( pose [0 0 -0.1 0] sensor( range [0 2] fov 90 samples 16 ray_model "exact" ) )
+)
+model( pose [0 1.2 0 3] size [2.4 0.05 1] )
+model( pose [0 -1.2 0 0] size [2.4 0.05 0.15] ranger_return 2 )
+model( pose [1.2 0 0 0] size [0.05 2.4 1] )
+model( pose [-1.2 0 0 -5] size [0.05 2.4 1] ranger_return -1 )
+wheeled( pose [-0.5 -0.5 0 30] )
+omni( pose [0.5 -0.5 0 100] )
+car( pose [0.5 0.5 0 -70] )
+omni( pose [-0.5 0.5 0 -160] )
+)";
+
+/// A scene with robots of this size in metres.
+std::shared_ptr<const Scene> MakeScene(const std::string& size) {
+  std::ostringstream text;
+  text << "resolution 0.02\ncontacts \"cells\"\ndefine sized position( size [" << size << " "
+       << size << " 0.3] )\n"
+       << kRobots;
+  RunOptions options;
+  options.threads = 1;
+  options.listed = false;
+  auto world = std::make_unique<World>(options);
+  std::istringstream content(text.str());
+  if (!world->Load(content, "self-test")) return nullptr;
+  for (Model* model : world->GetChildren()) {
+    if (!dynamic_cast<ModelPosition*>(model)) continue;
+    model->Subscribe();
+    for (Model* child : model->GetChildren()) child->Subscribe();
+  }
+  std::string reason;
+  return RowBridge::MakeScene(std::move(world), &reason);
+}
+
+void Command(RandomStream* random, Rows* rows) {
+  for (size_t i = 0; i < rows->columns.command.size(); i++) {
+    const bool car = rows->scene().movers[i % rows->scene().movers.size()].steers;
+    rows->columns.command[i] = {random->Uniform(-1, 1), random->Uniform(-1, 1),
+                                random->Uniform(-2, 2)};
+    rows->columns.mode[i] = car ? uint8_t{DriveInput::kVelocity}
+                                : static_cast<uint8_t>(random->Choose(DriveInput::kPosition + 1));
+  }
+}
+
+std::vector<std::byte> BytesOf(const Rows& rows) {
+  std::vector<std::byte> bytes;
+  ForEachDeviceColumn(&rows.columns, [&](int, const auto* column) {
+    using T = typename std::decay_t<decltype(*column)>::value_type;
+    const size_t end = bytes.size();
+    bytes.resize(end + column->size() * kSizeOnDevice<T>);
+    ToDevice(column->data(), column->size(), bytes.data() + end);
+  });
+  return bytes;
+}
+
+/// Lends a device, which its owner keeps.
+class LentDevice : public RowDevice {
+ public:
+  explicit LentDevice(RowDevice* device) : device_(*device) {}
+  std::string Name() const override { return device_.Name(); }
+  void Begin(std::span<const uint64_t> image, const RowBuffers& buffers) override {
+    device_.Begin(image, buffers);
+  }
+  void Write(size_t offset, const void* from, size_t bytes) override {
+    device_.Write(offset, from, bytes);
+  }
+  void Read(size_t offset, void* to, size_t bytes) override { device_.Read(offset, to, bytes); }
+  void Step(uint32_t steps) override { device_.Step(steps); }
+  void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
+             uint32_t columns) override {
+    device_.Reset(worlds, given, columns);
+  }
+  void Finish() override { device_.Finish(); }
+
+ private:
+  RowDevice& device_;
+};
+
+/// True if robots have moved and stall, some of them have run out of energy, and rays hit things.
+[[maybe_unused]] bool IsVaried(const Rows& rows) {
+  const Columns& c = rows.columns;
+  const auto count = [](const auto& column, auto value) {
+    return static_cast<size_t>(std::ranges::count(column, value));
+  };
+  return count(c.stamp, uint64_t{0}) < c.stamp.size() / 2 && count(c.stalled, 1) > 0 &&
+         count(c.stored, 0.0) > 0 && count(c.brightness, 0) < c.brightness.size() / 4 * 3;
+}
+
+std::string SelfTestWith(RowDevice* device, const std::string& size) {
+  const std::shared_ptr<const Scene> scene = MakeScene(size);
+  if (!scene || !WhyNotOnDevice(scene).empty()) return "the scene of the self-test has an error";
+  std::array<uint64_t, kWorlds> seeds;
+  std::iota(seeds.begin(), seeds.end(), uint64_t{1});
+  Rows host(scene, seeds), read(scene, seeds);
+  DeviceRows rows(scene, kWorlds, std::make_unique<LentDevice>(device));
+  rows.Write(host);
+  const auto scratch = host.MakeScratch();
+  RandomStream random(7);
+  for (uint32_t round = 0; round < kRounds; round++) {
+    Command(&random, &host);
+    rows.Write(host, 1u << ROW_COMMAND | 1u << ROW_MODE);
+    const uint32_t steps = 1 + round % 4;
+    for (size_t i = 0; i < kWorlds; i++) host.Step(i, steps, scratch.get());
+    rows.Step(steps);
+    if (round % 7 != 6) continue;
+    const std::array<uint32_t, 2> reset = {round % uint32_t{kWorlds}, kWorlds - 1};
+    const std::array<uint64_t, 2> new_seeds = {random.Next(), random.Next()};
+    for (size_t i = 0; i < 2; i++) host.Reset(reset[i], new_seeds[i]);
+    rows.Reset(reset, new_seeds);
+  }
+  STAGE_ASSERT(IsVaried(host));
+  rows.Read(&read);
+  return BytesOf(host) == BytesOf(read) ? "" : "its results differ from those of the host";
+}
+
+}  // namespace
+
+std::string SelfTest(RowDevice* device) try {
+  for (const char* const size : {"0.2", "0.45"})
+    if (std::string wrong = SelfTestWith(device, size); !wrong.empty()) return wrong;
+  return "";
+} catch (const RowDeviceError& error) {
+  return error.what();
+}
+
+}  // namespace Stg::rows

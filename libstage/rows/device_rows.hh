@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Rows whose columns are on a device and are stepped there, with the same bits as on the host.
+
+#ifndef STAGE_ROWS_DEVICE_ROWS_HH
+#define STAGE_ROWS_DEVICE_ROWS_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "rows/device_image.hh"
+#include "rows/row_backend.hh"
+#include "rows/rows.hh"
+
+namespace Stg::rows {
+
+/// Opens a device of the OpenCL plug-in and tests it, see SelfTest(). `choice` is the text after
+/// --opencl=, `work_items` the number of work-items for a world (0: the device's choice). Returns
+/// null and a message if there is none that can step rows.
+std::unique_ptr<RowDevice> OpenRowDevice(const std::string& choice, uint32_t work_items,
+                                         std::string* message);
+
+/// Steps some worlds on the device and on the host. Returns what differs, in one line; empty if the
+/// device has the same bits.
+std::string SelfTest(RowDevice* device);
+
+/// A set of columns: bit ROW_... of kernels/row_records.h.
+using ColumnSet = uint32_t;
+inline constexpr ColumnSet kAllColumns = (ColumnSet{1} << ROW_COLUMNS) - 1;
+
+/// All functions throw RowDeviceError.
+class DeviceRows {
+ public:
+  /// Worlds in an unspecified state: call Write() or Reset() first. The scene can be stepped on a
+  /// device, see WhyNotOnDevice().
+  DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds, std::unique_ptr<RowDevice> device);
+
+  size_t size() const { return worlds_; }
+  RowDevice& device() { return *device_; }
+  /// Copies columns of all worlds from or to rows of the same scene and size.
+  void Write(const Rows& from, ColumnSet columns = kAllColumns);
+  void Read(Rows* to, ColumnSet columns = kAllColumns);
+  /// Starts `steps` steps of all worlds with the commands that were written last.
+  void Step(uint32_t steps) { device_->Step(steps); }
+  /// Resets worlds, which differ, to their states after loading with these seeds.
+  void Reset(std::span<const uint32_t> worlds, std::span<const uint64_t> seeds);
+
+ private:
+  const std::shared_ptr<const Scene> scene_;
+  const size_t worlds_;
+  const DeviceImage image_;
+  std::unique_ptr<RowDevice> device_;
+  ColumnSet seeded_ = 0;         // columns that depend on the seed
+  std::unique_ptr<Rows> reset_;  // one world
+  std::vector<std::byte> buffer_;
+};
+
+}  // namespace Stg::rows
+
+#endif

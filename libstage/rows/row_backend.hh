@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The interface to a device that steps closed worlds, and what a plug-in with such a device
+// exports. A device knows neither worlds nor columns: it keeps buffers and runs the kernels of
+// kernels/row_step.cl on them.
+
+#ifndef STAGE_ROWS_ROW_BACKEND_HH
+#define STAGE_ROWS_ROW_BACKEND_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+#include "kernels/row_records.h"
+#include "random/fnv1a.hh"
+#include "sensing/backend.hh"
+
+namespace Stg::rows {
+
+/// A device that fails. The state on it is lost.
+struct RowDeviceError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Sizes of the buffers of a device.
+struct RowBuffers {
+  size_t worlds = 0;
+  size_t state_bytes = 0;    ///< columns of all worlds
+  size_t scratch_bytes = 0;  ///< memory of all worlds during a step
+};
+
+/// All functions but Name() throw RowDeviceError.
+class RowDevice {
+ public:
+  virtual ~RowDevice() = default;
+  virtual std::string Name() const = 0;
+  /// Sends an image, see row_scene_t, and makes the buffers. The state is unspecified.
+  virtual void Begin(std::span<const uint64_t> image, const RowBuffers& buffers) = 0;
+  /// Writes and reads bytes of the state. Both wait until they are done.
+  virtual void Write(size_t offset, const void* from, size_t bytes) = 0;
+  virtual void Read(size_t offset, void* to, size_t bytes) = 0;
+  /// Starts steps of all worlds.
+  virtual void Step(uint32_t steps) = 0;
+  /// Starts to reset some worlds. `columns` has a bit for each column that does not come from
+  /// ROW_START; `given` has those columns of the first world, then of the second one, and so on.
+  virtual void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
+                     uint32_t columns) = 0;
+  /// Waits until everything that was started is done.
+  virtual void Finish() = 0;
+};
+
+/// Raise it whenever the meaning of the interface or of an image changes.
+inline constexpr uint32_t kRowBackendVersion = 1;
+
+/// A hash that differs if the layout of shared objects or of records differs.
+constexpr uint64_t RowBackendLayout() {
+  uint64_t hash = kFnv1aStart;
+  for (const size_t size :
+       {sizeof(void*), sizeof(std::string), sizeof(RowDevice), sizeof(RowBuffers),
+        sizeof(row_scene_t), sizeof(row_mover_t), sizeof(row_body_t), sizeof(row_sensor_t),
+        sizeof(row_fragment_t), size_t{ROW_COLUMNS}, size_t{ROW_PARTS}, size_t{ROW_SCRATCHES},
+        size_t{__GXX_ABI_VERSION}})
+    hash = Fnv1aStep(hash, size);
+  return hash;
+}
+
+/// Exported as `stage_row_backend`. The first three members are the same in every version.
+struct RowBackend {
+  uint32_t version;  ///< kRowBackendVersion
+  uint32_t size;     ///< size of this struct in bytes
+  uint64_t layout;   ///< RowBackendLayout()
+  /// Makes a device, which the caller must delete. `choice` selects it (empty: the best one),
+  /// `work_items` is the number of work-items for a world (0: the device's choice). Returns null
+  /// and reports a message if there is no such device. Never throws.
+  RowDevice* (*make)(const char* choice, uint32_t work_items, internal::sensing::TextSink tell,
+                     void* user);
+};
+
+}  // namespace Stg::rows
+
+/// `make_device`(const std::string& choice, uint32_t work_items, std::string* message) returns a
+/// std::unique_ptr to a device, or null.
+#define STAGE_EXPORT_ROW_BACKEND(make_device)                                                      \
+  extern "C" __attribute__((visibility("default"))) const Stg::rows::RowBackend stage_row_backend; \
+  const Stg::rows::RowBackend stage_row_backend = {                                                \
+      Stg::rows::kRowBackendVersion, sizeof(Stg::rows::RowBackend), Stg::rows::RowBackendLayout(), \
+      [](const char* choice, uint32_t work_items, Stg::internal::sensing::TextSink tell,           \
+         void* user) {                                                                             \
+        Stg::rows::RowDevice* made = nullptr;                                                      \
+        Stg::internal::sensing::CallForBackend(tell, user, [&] {                                   \
+          std::string message;                                                                     \
+          made = make_device(std::string(choice), work_items, &message).release();                 \
+          if (!made) tell(user, message.c_str());                                                  \
+        });                                                                                        \
+        return made;                                                                               \
+      }}
+
+#endif

@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Rows on devices against rows on the host: all columns have the same bits after each of many
+// steps. The kernels' text is compiled for the host, too.
+
+#include "rows/device_rows.hh"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "rows/device_columns.hh"
+#include "rows/row_bridge.hh"
+#include "support/closed_world.hh"
+#include "support/device.hh"
+#include "support/host_row_device.hh"
+#include "support/model_testing.hh"
+#include "support/random_source.hh"
+#include "world/engine.hh"
+
+namespace {
+
+using Stg::rows::DeviceRows;
+using Stg::rows::RowDevice;
+using Stg::rows::Rows;
+using Stg::test::ClosedWorldKind;
+using Stg::test::RandomSource;
+
+using ScenePointer = std::shared_ptr<const Stg::rows::Scene>;
+
+/// Numbers of work-items of a device; kHost is the kernels' text on the host.
+constexpr uint32_t kHost = 1000, kChosen = 0;
+
+std::unique_ptr<RowDevice> MakeDevice(uint32_t work_items) {
+  if (work_items == kHost) return std::make_unique<Stg::test::HostRowDevice>();
+  std::string message;
+  auto device = Stg::rows::OpenRowDevice("", work_items, &message);
+  EXPECT_TRUE(device) << message;
+  return device;
+}
+
+ScenePointer SceneOf(const std::string& text, uint64_t idle) {
+  Stg::InitLibrary();
+  Stg::RunOptions options;
+  options.threads = 1;
+  options.listed = false;
+  auto world = std::make_unique<Stg::World>(options);
+  std::istringstream content(text);
+  EXPECT_TRUE(world->Load(content, "t.world")) << text;
+  Stg::test::SubscribeToMost(world.get(), idle);
+  std::string reason;
+  ScenePointer scene = Stg::RowBridge::MakeScene(std::move(world), &reason);
+  EXPECT_TRUE(scene) << reason << "\n" << text;
+  return scene;
+}
+
+/// Gives a random command to a robot of rows.
+void Command(RandomSource* random, Rows* rows, size_t i) {
+  const Stg::rows::Mover& mover = rows->scene().movers[i % rows->scene().movers.size()];
+  if (!mover.runs) return;
+  const int mode = random->Int(0, 6);
+  rows->columns.mode[i] = static_cast<uint8_t>(mover.steers || mode > 2 ? 1 : mode);
+  rows->columns.command[i] = {random->Real(-1, 1), random->Real(-1, 1), random->Real(-2, 2)};
+}
+
+/// Names the first element of a column that differs; empty if none does.
+std::string Difference(const Rows& host, const Rows& device) {
+  std::string text;
+  std::vector<std::string> of_host(Stg::ROW_COLUMNS), of_device(Stg::ROW_COLUMNS);
+  const auto save = [](std::vector<std::string>* to) {
+    return [to](int id, const auto* column) {
+      using T = typename std::decay_t<decltype(*column)>::value_type;
+      std::vector<std::byte> bytes(column->size() * Stg::rows::kSizeOnDevice<T>);
+      Stg::rows::ToDevice(column->data(), column->size(), bytes.data());
+      (*to)[static_cast<size_t>(id)].assign(reinterpret_cast<const char*>(bytes.data()),
+                                            bytes.size());
+    };
+  };
+  Stg::rows::ForEachDeviceColumn(&host.columns, save(&of_host));
+  Stg::rows::ForEachDeviceColumn(&device.columns, save(&of_device));
+  for (size_t id = 0; id < Stg::ROW_COLUMNS; id++) {
+    if (of_host[id] == of_device[id]) continue;
+    size_t at = 0;
+    while (of_host[id][at] == of_device[id][at]) at++;
+    text += " column " + std::to_string(id) + " differs from byte " + std::to_string(at) + " of " +
+            std::to_string(of_host[id].size()) + " on";
+  }
+  return text;
+}
+
+/// Rows on a device and on the host that get the same commands.
+class Comparison {
+ public:
+  Comparison(const ScenePointer& scene, size_t worlds, uint32_t work_items, RandomSource* random)
+      : random_(*random),
+        host_(scene, Seeds(worlds, random)),
+        read_(scene, Seeds(worlds, random)),
+        device_(scene, worlds, MakeDevice(work_items)) {
+    device_.Write(host_);
+  }
+
+  Rows& host() { return host_; }
+  void Step(uint32_t steps) {
+    const auto scratch = host_.MakeScratch();
+    const size_t movers = host_.scene().movers.size();
+    for (size_t i = 0; i < host_.size() * movers; i++)
+      if (random_.OneIn(10)) Command(&random_, &host_, i);
+    device_.Write(host_, 1u << Stg::ROW_COMMAND | 1u << Stg::ROW_MODE);
+    for (size_t i = 0; i < host_.size(); i++) host_.Step(i, steps, scratch.get());
+    device_.Step(steps);
+  }
+  void ResetSome() {
+    std::vector<uint32_t> worlds;
+    std::vector<uint64_t> seeds;
+    for (size_t i = 0; i < host_.size(); i++) {
+      if (!random_.OneIn(2)) continue;
+      worlds.push_back(static_cast<uint32_t>(i));
+      seeds.push_back(random_.Next());
+      host_.Reset(i, seeds.back());
+    }
+    device_.Reset(worlds, seeds);
+  }
+  /// Lets the host make steps of what the device has read back, and the device go on from there.
+  void HandOver(uint64_t steps) {
+    device_.Read(&read_);
+    const auto scratch = host_.MakeScratch();
+    for (size_t i = 0; i < host_.size(); i++) {
+      read_.Step(i, steps, scratch.get());
+      host_.Step(i, steps, scratch.get());
+    }
+    device_.Write(read_);
+  }
+  std::string Difference() {
+    device_.Read(&read_);
+    return ::Difference(host_, read_);
+  }
+
+ private:
+  static std::vector<uint64_t> Seeds(size_t worlds, RandomSource* random) {
+    std::vector<uint64_t> seeds(worlds);
+    for (uint64_t& seed : seeds) seed = random->Next();
+    return seeds;
+  }
+
+  RandomSource& random_;
+  Rows host_, read_;
+  DeviceRows device_;
+};
+
+/// Number of random worlds of each kind; more for a long search.
+uint64_t Worlds(uint64_t usual) {
+  const char* const wanted = std::getenv("STAGE_RANDOM_WORLDS");
+  return wanted ? std::strtoull(wanted, nullptr, 10) : usual;
+}
+
+struct Case {
+  uint32_t work_items;
+  bool exact;
+};
+
+class DeviceRowsTest : public testing::TestWithParam<Case> {
+ protected:
+  void SetUp() override {
+    if (GetParam().work_items == kHost) return;
+    if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
+  }
+};
+
+TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
+  const auto [work_items, exact] = GetParam();
+  size_t stalls = 0, hits = 0, empty_packs = 0, wide = 0, noisy = 0;
+  for (uint64_t seed = 1; seed <= Worlds(work_items == kHost ? 60 : 12); seed++) {
+    RandomSource random(seed * 100 + exact);
+    const ClosedWorldKind kind{false, exact, random.Int(1, 8), random.Real(1, 6)};
+    const std::string text = ClosedWorld(kind, &random);
+    const ScenePointer scene = SceneOf(text, random.OneIn(3) ? random.Next() & random.Next() : 0);
+    ASSERT_TRUE(scene);
+    ASSERT_EQ(WhyNotOnDevice(scene), "");
+    Comparison comparison(scene, 3, work_items, &random);
+    for (int round = 0; round < 40; round++) {
+      comparison.Step(round < 20 ? 1 : 5);
+      ASSERT_EQ(comparison.Difference(), "") << seed << " round " << round << "\n" << text;
+      if (round % 10 == 6) comparison.ResetSome();
+      if (round % 10 == 8) comparison.HandOver(3);
+      const Stg::rows::Columns& c = comparison.host().columns;
+      for (const uint8_t stalled : c.stalled) stalls += stalled;
+      for (const uint8_t brightness : c.brightness) hits += brightness > 0;
+      for (const double stored : c.stored) empty_packs += stored == 0;
+    }
+    wide += !scene->narrow;
+    noisy += !comparison.host().columns.noise.empty();
+  }
+  EXPECT_GT(stalls, 100u);
+  EXPECT_GT(hits, 1000u);
+  EXPECT_GT(empty_packs, 5u);
+  EXPECT_GT(wide, 0u);
+  EXPECT_GT(noisy, 3u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, DeviceRowsTest,
+                         testing::Values(Case{kHost, false}, Case{kHost, true},
+                                         Case{kChosen, false}, Case{kChosen, true}, Case{32, false},
+                                         Case{32, true}));
+
+constexpr char kTwoRobots[] = R"(
+contacts "cells"
+define robot position( size [0.3 0.3 0.3] odom_error [0 0 0 0] localization "odom"
+  ranger( sensor( range [0 2] fov 360 samples 12 ) ) )
+robot( pose [0 0 0 0] )
+robot( pose [1 0 0 180] )
+)";
+
+TEST(DeviceRowsSizesTest, AnyNumberOfWorldsHasTheBitsOfTheHost) {
+  if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
+  const ScenePointer scene = SceneOf(kTwoRobots, 0);
+  for (const size_t worlds : {1, 33, 1000}) {
+    SCOPED_TRACE(worlds);
+    RandomSource random(worlds);
+    Comparison comparison(scene, worlds, kChosen, &random);
+    for (int round = 0; round < 8; round++) {
+      comparison.Step(4);
+      EXPECT_EQ(comparison.Difference(), "") << round;
+      comparison.ResetSome();
+    }
+    EXPECT_EQ(comparison.Difference(), "");
+  }
+}
+
+TEST(DeviceRowsReasonsTest, ContactsOfOutlinesAreRefusedWithAReason) {
+  const ScenePointer scene = SceneOf("position( size [0.3 0.3 0.3] )", 0);
+  ASSERT_TRUE(scene);
+  EXPECT_NE(Stg::rows::WhyNotOnDevice(scene).find("contacts are those of outlines"),
+            std::string::npos);
+  EXPECT_EQ(Stg::rows::WhyNotOnDevice(SceneOf(kTwoRobots, 0)), "");
+}
+
+/// A device with an error in one bit of a column.
+class WrongDevice : public Stg::test::HostRowDevice {
+ public:
+  explicit WrongDevice(int column) : column_(column) {}
+  void Step(uint32_t steps) override {
+    HostRowDevice::Step(steps);
+    uint8_t byte = 0;
+    Read(offset(), &byte, 1);
+    byte ^= 1;
+    Write(offset(), &byte, 1);
+  }
+  void Begin(std::span<const uint64_t> image, const Stg::rows::RowBuffers& buffers) override {
+    HostRowDevice::Begin(image, buffers);
+    offset_ = reinterpret_cast<const Stg::row_scene_t*>(image.data())->columns[column_];
+  }
+
+ private:
+  size_t offset() const { return offset_; }
+
+  const int column_;
+  size_t offset_ = 0;
+};
+
+TEST(DeviceSelfTestTest, FindsAnErrorOfOneBitInAColumn) {
+  Stg::InitLibrary();
+  Stg::test::HostRowDevice right;
+  EXPECT_EQ(Stg::rows::SelfTest(&right), "");
+  for (const int column : {Stg::ROW_POSE, Stg::ROW_DRIVEN, Stg::ROW_NOISE, Stg::ROW_RANDOM}) {
+    WrongDevice wrong(column);
+    EXPECT_NE(Stg::rows::SelfTest(&wrong), "") << column;
+  }
+}
+
+/// Opens a device while its compiler gets these options, and returns the error.
+std::string OpenedWith(const char* options) {
+  setenv("STAGE_CL_OPTIONS", options, 1);
+  std::string message;
+  const auto device = Stg::rows::OpenRowDevice("", kChosen, &message);
+  unsetenv("STAGE_CL_OPTIONS");
+  return device ? "" : message;
+}
+
+TEST(DeviceSelfTestTest, RefusesADeviceWithOtherKernelsByName) {
+  if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
+  EXPECT_EQ(OpenedWith(""), "");
+  // The compiler may combine and reorder operations then.
+  for (const char* const mutation : {"-cl-fast-relaxed-math", "-cl-unsafe-math-optimizations"}) {
+    const std::string message = OpenedWith(mutation);
+    EXPECT_NE(message.find("results differ"), std::string::npos) << mutation << ": " << message;
+    EXPECT_NE(message.find("cpu"), std::string::npos) << message;
+  }
+}
+
+}  // namespace

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// A device that steps rows by the kernels' text, compiled for the host. It has one work-item.
+
+#ifndef STAGE_TESTS_SUPPORT_HOST_ROW_DEVICE_HH
+#define STAGE_TESTS_SUPPORT_HOST_ROW_DEVICE_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kernels/row_step.h"
+#include "rows/row_backend.hh"
+
+namespace Stg::test {
+
+class HostRowDevice : public rows::RowDevice {
+ public:
+  std::string Name() const override { return "host"; }
+  void Begin(std::span<const uint64_t> image, const rows::RowBuffers& buffers) override {
+    image_.assign(image.begin(), image.end());
+    worlds_ = buffers.worlds;
+    state_.assign(buffers.state_bytes / sizeof(uint64_t) + 1, 0);
+    scratch_.assign(buffers.scratch_bytes / sizeof(uint64_t) + 1, 0);
+  }
+  void Write(size_t offset, const void* from, size_t bytes) override {
+    std::memcpy(state() + offset, from, bytes);
+  }
+  void Read(size_t offset, void* to, size_t bytes) override {
+    std::memcpy(to, state() + offset, bytes);
+  }
+  void Step(uint32_t steps) override {
+    for (size_t i = 0; i < worlds_; i++) {
+      const row_world_t world = WorldAt(i);
+      row_step(&world, steps);
+    }
+  }
+  void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
+             uint32_t columns) override {
+    for (size_t i = 0; i < worlds.size(); i++) {
+      const row_world_t world = WorldAt(worlds[i]);
+      row_reset(
+          &world,
+          reinterpret_cast<const row_byte*>(given.data()) + i * (given.size() / worlds.size()),
+          columns);
+    }
+  }
+  void Finish() override {}
+
+ private:
+  row_byte* state() { return reinterpret_cast<row_byte*>(state_.data()); }
+  row_world_t WorldAt(size_t i) {
+    const auto* const image = reinterpret_cast<const row_byte*>(image_.data());
+    const auto* const scene = reinterpret_cast<const row_scene_t*>(image);
+    return {image, scene, state(),
+            reinterpret_cast<row_byte*>(scratch_.data()) + i * scene->scratch_bytes, i};
+  }
+
+  std::vector<uint64_t> image_, state_, scratch_;
+  size_t worlds_ = 0;
+};
+
+}  // namespace Stg::test
+
+#endif
