@@ -321,6 +321,7 @@ bool HasAllColumns(Rows* rows) {
 std::string WhyNotOnDevice(const std::shared_ptr<const Scene>& scene) {
   if (scene->outlines)
     return "its contacts are those of outlines (contacts \"cells\" are possible)";
+  if (scene->finders.any) return "a bumper, fiducial finder or blobfinder runs";
   for (const Mover& mover : scene->movers) {
     if (!mover.runs) continue;
     const auto is = [&](motion::BuiltInDrive kind) {

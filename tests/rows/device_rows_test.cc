@@ -44,6 +44,8 @@ std::unique_ptr<RowDevice> MakeDevice(uint32_t work_items) {
   return device;
 }
 
+/// A scene whose robots and rangers run, except those whose bit in `idle`, at their id modulo 64,
+/// is set.
 ScenePointer SceneOf(const std::string& text, uint64_t idle) {
   Stg::InitLibrary();
   Stg::RunOptions options;
@@ -52,7 +54,10 @@ ScenePointer SceneOf(const std::string& text, uint64_t idle) {
   auto world = std::make_unique<Stg::World>(options);
   std::istringstream content(text);
   EXPECT_TRUE(world->Load(content, "t.world")) << text;
-  Stg::test::SubscribeToMost(world.get(), idle);
+  for (Stg::Model* model : world->engine().models)
+    if ((model->GetModelType() == "position" || model->GetModelType() == "ranger") &&
+        ((idle >> (model->GetId() % 64)) & 1) == 0)
+      model->Subscribe();
   std::string reason;
   ScenePointer scene = Stg::RowBridge::MakeScene(std::move(world), &reason);
   EXPECT_TRUE(scene) << reason << "\n" << text;
@@ -174,7 +179,7 @@ class DeviceRowsTest : public testing::TestWithParam<Case> {
 TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
   const auto [work_items, exact] = GetParam();
   size_t stalls = 0, hits = 0, empty_packs = 0, wide = 0, noisy = 0;
-  for (uint64_t seed = 1; seed <= Worlds(work_items == kHost ? 60 : 12); seed++) {
+  for (uint64_t seed = 1; seed <= Worlds(work_items == kHost ? 60 : 24); seed++) {
     RandomSource random(seed * 100 + exact);
     const ClosedWorldKind kind{false, exact, random.Int(1, 8), random.Real(1, 6)};
     const std::string text = ClosedWorld(kind, &random);
@@ -229,6 +234,20 @@ TEST(DeviceRowsSizesTest, AnyNumberOfWorldsHasTheBitsOfTheHost) {
     }
     EXPECT_EQ(comparison.Difference(), "");
   }
+}
+
+TEST(DeviceRowsReasonsTest, RunningFindersAreRefusedWithAReason) {
+  Stg::InitLibrary();
+  Stg::RunOptions options;
+  options.listed = false;
+  auto world = std::make_unique<Stg::World>(options);
+  std::istringstream content("contacts \"cells\"\nposition( fiducial() )\n");
+  ASSERT_TRUE(world->Load(content, "t.world"));
+  Stg::test::SubscribeToMost(world.get(), 0);
+  std::string reason;
+  const ScenePointer scene = Stg::RowBridge::MakeScene(std::move(world), &reason);
+  ASSERT_TRUE(scene) << reason;
+  EXPECT_NE(Stg::rows::WhyNotOnDevice(scene).find("fiducial finder"), std::string::npos);
 }
 
 TEST(DeviceRowsReasonsTest, ContactsOfOutlinesAreRefusedWithAReason) {
