@@ -36,7 +36,7 @@ bool Noisy(const Scene& scene) { return std::ranges::any_of(scene.sensors, &Sens
 class ImageMaker {
  public:
   ImageMaker(const std::shared_ptr<const Scene>& scene, size_t worlds)
-      : scene_(*scene), worlds_(worlds), start_(scene, std::array<uint64_t, 1>{1}) {
+      : scene_(*scene), worlds_(worlds), start_(scene, std::array{scene->SomeSeed()}) {
     bytes_.resize(Aligned(sizeof header_));
   }
 
@@ -330,7 +330,7 @@ std::string WhyNotOnDevice(const std::shared_ptr<const Scene>& scene) {
     if (!is(motion::kDifferential) && !is(motion::kOmni) && !is(motion::kCar))
       return messages::Quoted(mover.model->TokenStr()) + " has a drive of a plug-in";
   }
-  Rows one(scene, std::array<uint64_t, 1>{1});
+  Rows one(scene, std::array{scene->SomeSeed()});
   if (!HasAllColumns(&one)) return "devices lack a column that its rows have";
   return "";
 }

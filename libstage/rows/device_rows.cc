@@ -3,6 +3,7 @@
 #include "rows/device_rows.hh"
 
 #include <array>
+#include <initializer_list>
 #include <utility>
 
 #include "messages/assert.hh"
@@ -50,9 +51,14 @@ DeviceRows::DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds,
       worlds_(worlds),
       image_(MakeDeviceImage(scene_, worlds)),
       device_(std::move(device)),
-      reset_(std::make_unique<Rows>(scene_, std::array<uint64_t, 1>{1})) {
-  for (const int id : {ROW_SEED, ROW_ERROR, ROW_RANDOM, ROW_NOISE})
-    if (image_.scene().row_bytes[id] > 0) seeded_ |= ColumnSet{1} << id;
+      reset_(std::make_unique<Rows>(scene_, std::array{scene_->SomeSeed()})) {
+  const auto add = [this](std::initializer_list<int> ids) {
+    for (const int id : ids)
+      if (image_.scene().row_bytes[id] > 0) seeded_ |= ColumnSet{1} << id;
+  };
+  add({ROW_SEED, ROW_ERROR, ROW_RANDOM, ROW_NOISE});
+  if (scene_->populations)
+    add({ROW_EXTENT, ROW_POSE, ROW_TURN, ROW_SENSED, ROW_ESTIMATE, ROW_BOX, ROW_BITS});
   device_->Begin(image_.words, {worlds, image_.state_bytes,
                                 worlds * static_cast<size_t>(image_.scene().scratch_bytes)});
 }

@@ -227,6 +227,7 @@ bool RowBridge::Write(const rows::Rows& from, size_t row, World* world) {
   world->RestartRandomNumbers(*scene.initial_state, c.seed[row]);
   world->sim_time = c.time[row];
   world->updates = c.steps[row];
+  if (scene.populations) WritePopulations(from, row, world);
   WriteMovers(from, row, world);
   WriteEnergy(from, row, world);
   WriteSensors(from, row, world);

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -56,6 +57,10 @@ class RowBridge {
                         std::vector<ModelBlobfinder::Blob>* blobs) {
     finder.model->FindBlobs(hits, finder.fov, blobs);
   }
+  /// Calls put(mover, pose) for the members of all populations, with the poses that loading with
+  /// that seed gives them. Throws LoadError if they do not fit.
+  static void PlacePopulations(const rows::Scene& scene, uint64_t seed,
+                               const std::function<void(uint32_t mover, const Pose&)>& put);
   static uint64_t SeedOfMover(const rows::Scene& scene, size_t mover, uint64_t seed);
   static uint64_t SeedOfNoise(const rows::Scene& scene, size_t sensor, uint64_t seed);
 
@@ -67,6 +72,11 @@ class RowBridge {
   static std::string WhyNotRanger(const ModelRanger& ranger);
   static std::string WhyNotFinder(const Model& model);
   static std::string WhyNotSchedule(const World& world);
+  // The following functions are in population_bridge.cc.
+  static std::string WhyNotPopulations(const World& world);
+  static std::shared_ptr<const InitialState> CaptureStart(World* prototype);
+  static void AddPopulations(World* prototype, rows::Scene* scene);
+  static void WritePopulations(const rows::Rows& from, size_t row, World* world);
   // The following functions are in finder_bridge.cc.
   static void AddFinders(World* prototype, rows::Scene* scene);
   static bool FinishFinders(World* prototype, rows::Scene* scene);

@@ -5,7 +5,9 @@
 #include <algorithm>
 
 #include "messages/assert.hh"
+#include "models/localization.hh"
 #include "models/noise.hh"
+#include "rows/corner_cells.hh"
 #include "rows/row_bridge.hh"
 
 namespace Stg::rows {
@@ -99,6 +101,7 @@ void Rows::Reset(size_t world, uint64_t seed) {
   STAGE_ASSERT(start_ && world < size());
   Copy(world, *start_, 0);
   columns.seed[world] = seed;
+  if (scene_->populations) PlacePopulations(world);
   if (!columns.error.empty() || !columns.random.empty()) DrawErrors(world);
   if (!columns.noise.empty()) SeedNoise(world);
 }
@@ -112,6 +115,34 @@ void Rows::SetOutline(size_t world, size_t body, const CornerCells& corners, uin
   WideWord rows[kMaxSide];
   DrawOutline(corners, count, &box, rows);
   std::copy_n(rows, box.height, BitsOf<WideWord>(world, body));
+}
+
+/// Places the members of populations as loading does.
+void Rows::PlacePopulations(size_t world) {
+  columns.extent[world] = scene_->extent_of_others;
+  RowBridge::PlacePopulations(*scene_, columns.seed[world], [&](uint32_t mover, const Pose& pose) {
+    PlaceMover(world, mover, pose);
+  });
+}
+
+/// Puts a mover where its world starts. See ModelPosition::StartLocalization().
+void Rows::PlaceMover(size_t world, uint32_t number, const Pose& pose) {
+  const Mover& mover = scene_->movers[number];
+  const size_t i = world * scene_->movers.size() + number;
+  columns.pose[i] = columns.sensed[i] = PlanarOf(pose);
+  columns.turn[i] = SinCos(pose.a);
+  const Placed place{pose.x, pose.y, pose.a, columns.turn[i]};
+  for (uint32_t b = mover.first_body; b < mover.first_body + mover.body_count; b++) {
+    const Body& body = scene_->bodies[b];
+    CornerCells corners;
+    const bool fits =
+        FindCells(body, mover.FrameOf(body.node, place), scene_->cells_per_metre, &corners);
+    SetOutline(world, b, corners, fits ? static_cast<uint32_t>(body.corners.size()) : 0);
+    Widen(&columns.extent[world], columns.box[world * scene_->bodies.size() + b]);
+  }
+  if (!mover.has_odometry) return;
+  const Pose estimate = EstimateIn(mover.has_origin ? mover.origin : pose, pose);
+  columns.estimate[i] = PlanarOf(estimate + Pose());
 }
 
 /// Draws the errors of odometry in the order in which loading draws them.

@@ -84,7 +84,7 @@ struct Columns {
 
 class Rows {
  public:
-  /// Makes worlds in the state after loading with these seeds.
+  /// Makes worlds in the state after loading with these seeds. Throws LoadError like Reset().
   Rows(std::shared_ptr<const Scene> scene, std::span<const uint64_t> seeds);
 
   size_t size() const { return columns.seed.size(); }
@@ -101,7 +101,8 @@ class Rows {
 
   /// Changes the number of worlds. New ones must be reset, copied or read before they are used.
   void Resize(size_t worlds);
-  /// Resets a world to its state after loading with that seed.
+  /// Resets a world to its state after loading with that seed. Throws LoadError if the members of
+  /// its populations do not fit with this seed.
   void Reset(size_t world, uint64_t seed);
   /// Copies the state of a world of rows of the same scene.
   void Copy(size_t to, const Rows& other, size_t from);
@@ -122,6 +123,8 @@ class Rows {
   class Stepper;
   explicit Rows(std::shared_ptr<const Scene> scene);
   void SetOutline(size_t world, size_t body, const CornerCells& corners, uint32_t count);
+  void PlacePopulations(size_t world);
+  void PlaceMover(size_t world, uint32_t mover, const Pose& pose);
   void DrawErrors(size_t world);
   void SeedNoise(size_t world);
 

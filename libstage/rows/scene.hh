@@ -28,7 +28,8 @@
 
 namespace Stg {
 struct InitialState;
-}
+struct PopulationPlan;
+}  // namespace Stg
 
 namespace Stg::rows {
 
@@ -94,10 +95,12 @@ struct Mover {
   bool is_omni;
   bool obeys_velocity;  ///< makes a command of velocity as it is, within velocity bounds
   double wheel_slip;
-  uint32_t pack;   ///< in Scene::packs, if it stops when this is empty; otherwise Consumer::kNone
-  bool is_pushed;  ///< a thing that can be pushed
-  uint32_t row;    ///< in the columns of contacts of outlines; kNoRow: it stands
-  double bottom;   ///< m, of its outline for contacts, above the pose
+  uint32_t pack;    ///< in Scene::packs, if it stops when this is empty; otherwise Consumer::kNone
+  bool is_pushed;   ///< a thing that can be pushed
+  uint32_t row;     ///< in the columns of contacts of outlines; kNoRow: it stands
+  double bottom;    ///< m, of its outline for contacts, above the pose
+  bool has_origin;  ///< localization_origin
+  Pose origin;
 
   /// The global pose of a node while the robot is at `pose`, and the frame of its bodies. `P` is a
   /// class of poses.
@@ -145,6 +148,10 @@ struct Scene {
   std::vector<Consumer> consumers;
   std::vector<const Model*> updating;  ///< in the order of their updates
 
+  // If the file has populations.
+  std::shared_ptr<const PopulationPlan> populations;  ///< otherwise null
+  internal::grid::CellBox extent_of_others;           ///< extent of the grid without members
+
   // Everything that stands.
   internal::grid::Grid grid;
   std::vector<CellMap> blocked;  ///< obstacles in the height of a body
@@ -154,6 +161,8 @@ struct Scene {
   motion::Walls walls;
   motion::Columns columns;  ///< of the robots
 
+  /// A seed with which the members of populations fit.
+  uint64_t SomeSeed() const { return prototype->seed(); }
   /// Time of the next update; never if no model is running.
   usec_t NextUpdateAfter(usec_t now) const {
     return updating.empty() ? std::numeric_limits<usec_t>::max()

@@ -84,7 +84,6 @@ std::string RowBridge::WhyNotClosed(const World& world) {
   const WorldEngine& engine = *world.engine_;
   if (!world.wf) return "no world is loaded";
   if (!engine.IsIdle()) return "a callback is running";
-  if (!world.wf->populations().empty()) return "the seed places populations";
   if (world.options_.controllers && world.wf->TupleLength(0, "plugins") > 0)
     return "the world uses plug-ins";
   if (world.HasClients()) return "there are controllers or callbacks";
@@ -95,6 +94,7 @@ std::string RowBridge::WhyNotClosed(const World& world) {
     if (std::string reason = WhyNotModel(*model); !reason.empty()) return reason;
     robots += IsRobot(*model);
   }
+  if (std::string reason = WhyNotPopulations(world); !reason.empty()) return reason;
   if (robots > kMaxRobots) return "there are more than " + std::to_string(kMaxRobots) + " robots";
   return WhyNotSchedule(world);
 }
@@ -204,6 +204,8 @@ void RowBridge::SceneMaker::SetRobot(const ModelPosition& model, rows::Mover* to
   mover.is_omni = model.drive_mode == ModelPosition::DRIVE_OMNI;
   mover.obeys_velocity = !mover.steers && !model.limits_acceleration_;
   mover.wheel_slip = model.wheel_slip_;
+  mover.has_origin = model.wf->PropertyExists(model.wf_entity, "localization_origin");
+  mover.origin = model.est_origin;
 }
 
 /// Adds a model of a mover's tree, with its bodies, and its children.
@@ -434,7 +436,7 @@ std::shared_ptr<const rows::Scene> RowBridge::MakeScene(std::unique_ptr<World> p
   *reason = WhyNotClosed(*prototype);
   if (!reason->empty()) return nullptr;
   auto scene = std::make_shared<rows::Scene>();
-  scene->initial_state = prototype->CaptureInitialState();
+  scene->initial_state = CaptureStart(prototype.get());
   if (!scene->initial_state) {
     *reason = "the world cannot be restarted";
     return nullptr;
@@ -446,6 +448,7 @@ std::shared_ptr<const rows::Scene> RowBridge::MakeScene(std::unique_ptr<World> p
   AddFinders(prototype.get(), scene.get());
   maker.AddPacks();
   maker.FindUpdating();
+  AddPopulations(prototype.get(), scene.get());
   maker.CopyGrid();
   maker.MakeMaps();
   maker.FindNeighbours();

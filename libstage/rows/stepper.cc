@@ -11,7 +11,6 @@
 #include <cstring>
 #include <span>
 
-#include "geometry/floor.hh"
 #include "geometry/trigonometry.hh"
 #include "messages/assert.hh"
 #include "models/energy_supply.hh"
@@ -21,6 +20,7 @@
 #include "motion/drive_table.hh"
 #include "motion/odometry.hh"
 #include "rows/clones.hh"
+#include "rows/corner_cells.hh"
 #include "rows/rows.hh"
 #include "sensing/crossing.hh"
 #include "sensing/middle.hh"
@@ -29,8 +29,7 @@ namespace Stg::rows {
 
 namespace {
 
-constexpr double kSecond = 1e6;                          // microseconds
-constexpr int32_t kSuperShift = RAY_TILE_SHIFT + 3 + 4;  // log2 of the side of a superregion
+constexpr double kSecond = 1e6;  // microseconds
 
 }  // namespace
 
@@ -238,30 +237,6 @@ void Rows::Stepper::MoveCells(size_t index) {
   NoteMotion(index, collides ? Planar() : c_.velocity[i]);
 }
 
-namespace {
-
-/// Finds the cells of a body's corners. Returns false if one exceeds the grid.
-STAGE_INLINE bool FindCells(const Body& body, const Placed& frame, double cells_per_metre,
-                            CornerCells* to) {
-  const double *const x = body.corners_x.data(), *const y = body.corners_y.data();
-  const size_t count = body.corners_x.size();
-  const double sine = frame.turn.sine, cosine = frame.turn.cosine;
-  const double at_x = frame.x, at_y = frame.y;
-  int outside = 0;
-  for (size_t i = 0; i < count; i++) {
-    const double cx = (at_x + x[i] * cosine - y[i] * sine) * cells_per_metre;
-    const double cy = (at_y + x[i] * sine + y[i] * cosine) * cells_per_metre;
-    const bool fits =
-        FloorIsWithin(cx, internal::grid::kMaxCell) & FloorIsWithin(cy, internal::grid::kMaxCell);
-    outside |= !fits;
-    to->x[i] = FloorToInt(fits ? cx : 0.0);
-    to->y[i] = FloorToInt(fits ? cy : 0.0);
-  }
-  return outside == 0;
-}
-
-}  // namespace
-
 /// The cells of a body's corners; false if it exceeds the grid.
 inline bool Rows::Stepper::FindCorners(const Body& body, const Placed& place,
                                        CornerCells* to) const {
@@ -328,7 +303,7 @@ void Rows::Stepper::Commit(size_t index, const Placed& place) {
     const size_t rows = std::is_same_v<Word, NarrowWord> ? size_t{kNarrowSide} : height;
     std::memcpy(BitsOf<Word>(number), DrawnBits<Word>(b), rows * sizeof(Word));
     c_.stamp[body_ + number] = ++c_.stamps[world_];
-    WidenExtent(s_.boxes[b]);
+    Widen(&c_.extent[world_], s_.boxes[b]);
   }
 }
 
@@ -358,17 +333,6 @@ void Rows::Stepper::Place(size_t index, const Planar& pose) {
   const Placed place{pose.x, pose.y, heading, SinCos(heading)};
   DrawAt(index, place);
   CommitAt(index, place);
-}
-
-void Rows::Stepper::WidenExtent(const OutlineBox& box) {
-  if (box.height == 0) return;
-  internal::grid::CellBox& extent = c_.extent[world_];
-  constexpr int32_t kLast = (1 << kSuperShift) - 1;
-  const int32_t min_x = box.x & ~kLast, max_x = (box.x + box.width - 1) | kLast;
-  const int32_t min_y = box.y & ~kLast, max_y = (box.y + box.height - 1) | kLast;
-  if (extent.empty()) extent = {min_x, min_y, max_x, max_y};
-  extent = {std::min(extent.min_x, min_x), std::min(extent.min_y, min_y),
-            std::max(extent.max_x, max_x), std::max(extent.max_y, max_y)};
 }
 
 /// See ContactPhase::Run().

@@ -172,7 +172,6 @@ class Rows::Stepper {
   void Commit(size_t index, const Placed& place);
   template <class Word>
   bool HasMoved(uint32_t number, uint32_t drawn, const Placed& before, const Placed& now);
-  void WidenExtent(const OutlineBox& box);
   void MoveOutlines();
   void SetPose(size_t index);
   void SetTarget(size_t index);

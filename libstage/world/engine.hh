@@ -14,7 +14,6 @@
 #include <string>
 #include <vector>
 
-#include "geometry/free_floor.hh"
 #include "models/host.hh"
 #include "models/position.hh"
 #include "models/types/fiducial_index.hh"
@@ -33,6 +32,7 @@
 
 namespace Stg {
 
+struct PopulationPlan;
 struct SnapshotBuffers;
 struct WorldImage;
 
@@ -70,7 +70,7 @@ class WorldEngine : public Host {
   MetricList metrics;
   /// Whether World::Validate() is called after each phase of a step, in builds with assertions.
   const bool validates = AsksForValidation();
-  std::shared_ptr<const geometry::FreeFloor> floor;  ///< free floor; null without populations
+  std::shared_ptr<const PopulationPlan> populations;  ///< null without populations
   std::vector<Model*> made;  ///< used while loading: model of each entity, or null
   /// Likely mistakes noticed during loading, for --explain.
   std::vector<std::string> load_warnings;

@@ -19,8 +19,6 @@
 
 namespace Stg {
 
-namespace {
-
 std::vector<unsigned> IndicesOf(const std::vector<Model*>& models) {
   std::map<std::pair<const Model*, std::string>, unsigned> counts;
   std::vector<unsigned> indices;
@@ -28,8 +26,6 @@ std::vector<unsigned> IndicesOf(const std::vector<Model*>& models) {
     indices.push_back(counts[{model->Parent(), model->GetModelType()}]++);
   return indices;
 }
-
-}  // namespace
 
 /// True if clients may hold pointers to models that a restart deletes, or expect callbacks.
 bool World::HasClients() const {

@@ -17,6 +17,9 @@ struct InitialState {
   std::vector<unsigned> indices;
 };
 
+/// The index of each model among its siblings of the same type.
+std::vector<unsigned> IndicesOf(const std::vector<Model*>& models);
+
 }  // namespace Stg
 
 #endif

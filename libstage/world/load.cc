@@ -225,7 +225,7 @@ void World::LoadContent(Source source) {
   engine_->plugins_left_out = LoadPlugins(wf.get(), options_.controllers);
   if (source.image) {
     engine_->outlines_of_pictures = source.image->outlines;
-    engine_->floor = source.image->floor;
+    engine_->populations = source.image->populations;
   }
   if (!LoadEntities()) return;
   engine_->metrics.Load(this, wf.get(), engine_->made);
@@ -393,8 +393,10 @@ bool World::LoadEntities() {
     model->blockgroup->FillHeights();
     model->blockgroup->Fit(model->geom.size);
   }
-  PlacePopulations(engine->models, engine->made, wf.get(), 1 / engine->scene.cells_per_metre,
-                   options_.seed, &engine->floor);
+  const auto of_image = std::move(engine->populations);
+  engine->populations =
+      PlacePopulations(engine->models, engine->made, wf.get(), 1 / engine->scene.cells_per_metre,
+                       options_.seed, of_image ? of_image->floor : nullptr);
   return true;
 }
 

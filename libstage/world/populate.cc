@@ -10,6 +10,7 @@
 #include <cmath>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "geometry/free_floor.hh"
@@ -30,14 +31,7 @@ constexpr double kMinGap = 0.05;  // metres
 /// Bodies closer than a cell's diagonal might share a cell, which is a collision.
 constexpr double kCellsApart = 1.5;
 
-struct Plan {
-  const Population* population;
-  std::vector<Model*> members;
-  std::vector<double> radii;
-  bounds3d_t area;
-  double gap = 0;
-  uint64_t seed = 0;
-};
+using Group = PopulationPlan::Group;
 
 std::vector<std::vector<point_t>> OutlinesOf(const Model& model) {
   std::vector<std::vector<point_t>> outlines;
@@ -68,37 +62,38 @@ double RadiusOf(Model* model) {
   return std::sqrt(radius2);
 }
 
-[[noreturn]] void Fail(const Worldfile& file, const Plan& plan, const char* property,
+[[noreturn]] void Fail(const Worldfile& file, const Group& group, const char* property,
                        const std::string& message) {
-  if (plan.population->entity >= 0) file.Fail(plan.population->entity, property, message);
-  throw LoadError("--set " + plan.population->name + ": " + message);
+  if (group.entity >= 0) file.Fail(group.entity, property, message);
+  throw LoadError("--set " + group.name + ": " + message);
 }
 
-void ReadArea(Worldfile* file, const geometry::FreeFloor& floor, Plan* plan) {
-  const int entity = plan->population->entity;
-  if (!floor.empty()) plan->area = floor.Bounds();
-  bounds3d_t& area = plan->area;
+void ReadArea(Worldfile* file, const geometry::FreeFloor& floor, Group* group) {
+  const int entity = group->entity;
+  if (!floor.empty()) group->area = floor.Bounds();
+  bounds3d_t& area = group->area;
   const int read = file->ReadTuple(entity, "area", 0, 4, "llll", &area.x.min, &area.y.min,
                                    &area.x.max, &area.y.max);
-  if (read == 0 && floor.empty() && !plan->members.empty())
-    Fail(*file, *plan, "area",
+  if (read == 0 && floor.empty() && !group->members.empty())
+    Fail(*file, *group, "area",
          "found no body around the ground, expected one, or area [XMIN YMIN XMAX YMAX]");
   if (read > 0 && !(area.x.min <= area.x.max && area.y.min <= area.y.max))
     file->Fail(entity, "area", "found an area without extent, expected [XMIN YMIN XMAX YMAX]");
 }
 
-Plan MakePlan(const Population& population, Worldfile* file, const std::vector<Model*>& made,
-              double cell, uint64_t seed) {
-  Plan plan{&population, {}, {}, {}, std::max(kMinGap, kCellsApart * cell), seed};
+Group GroupOf(const Population& population, Worldfile* file, const std::vector<Model*>& made,
+              double cell) {
+  Group group{population.name, population.entity, {}, {}, std::max(kMinGap, kCellsApart * cell),
+              std::nullopt};
   for (const int entity : population.members) {
-    if (Model* const model = made[static_cast<size_t>(entity)]) plan.members.push_back(model);
+    if (Model* const model = made[static_cast<size_t>(entity)])
+      group.members.push_back({model->GetId(), RadiusOf(model)});
   }
-  for (Model* const model : plan.members) plan.radii.push_back(RadiusOf(model));
-  plan.gap = file->ReadLength(population.entity, "gap", plan.gap);
-  if (plan.gap < 0) file->Fail(population.entity, "gap", "found less than 0, expected a length");
+  group.gap = file->ReadLength(population.entity, "gap", group.gap);
+  if (group.gap < 0) file->Fail(population.entity, "gap", "found less than 0, expected a length");
   if (file->PropertyExists(population.entity, "seed"))
-    plan.seed = static_cast<uint64_t>(file->ReadInt(population.entity, "seed", 0));
-  return plan;
+    group.seed = static_cast<uint64_t>(file->ReadInt(population.entity, "seed", 0));
+  return group;
 }
 
 /// Free floor given all obstacles except members of populations. `reach`: see
@@ -127,46 +122,64 @@ void PutAt(Model* model, const point_t& place, double heading) {
   });
 }
 
-void Place(const Worldfile& file, const Plan& plan, const geometry::FreeFloor& floor,
-           geometry::Discs* discs) {
-  RandomStream random(MixSeeds(plan.seed, Fnv1a(plan.population->name)));
-  for (size_t i = 0; i < plan.members.size(); i++) {
+/// Places the members of a group. Returns how many fit.
+size_t PlaceGroup(const Group& group, uint64_t seed, const geometry::FreeFloor& floor,
+                  geometry::Discs* discs, const PopulationPlan::Put& put) {
+  RandomStream random(MixSeeds(group.seed.value_or(seed), Fnv1a(group.name)));
+  for (size_t i = 0; i < group.members.size(); i++) {
+    const auto [model, radius] = group.members[i];
     point_t place;
     int misses = 0;
     do {
-      if (++misses > kMaxMisses)
-        Fail(file, plan, "count",
-             "found room for " + std::to_string(i) + " of " + std::to_string(plan.members.size()) +
-                 " models, expected fewer models, a larger area or a smaller gap");
-      place.x = random.Uniform(plan.area.x.min, plan.area.x.max);
-      place.y = random.Uniform(plan.area.y.min, plan.area.y.max);
-    } while (!floor.IsClear(place, plan.radii[i] + plan.gap) ||
-             !discs->AddIfClear(place, plan.radii[i]));
-    PutAt(plan.members[i], place, random.Uniform(-M_PI, M_PI));
+      if (++misses > kMaxMisses) return i;
+      place.x = random.Uniform(group.area.x.min, group.area.x.max);
+      place.y = random.Uniform(group.area.y.min, group.area.y.max);
+    } while (!floor.IsClear(place, radius + group.gap) || !discs->AddIfClear(place, radius));
+    put(model, place, random.Uniform(-M_PI, M_PI));
   }
+  return group.members.size();
 }
 
 }  // namespace
 
-void PlacePopulations(const std::vector<Model*>& models, const std::vector<Model*>& made,
-                      Worldfile* file, double cell, uint64_t seed,
-                      std::shared_ptr<const geometry::FreeFloor>* floor) {
-  if (file->populations().empty()) return;
-  std::vector<Plan> plans;
-  double largest = 0, gap = 0;
-  for (const Population& population : file->populations()) {
-    plans.push_back(MakePlan(population, file, made, cell, seed));
-    gap = std::max(gap, plans.back().gap);
-    for (const double radius : plans.back().radii) largest = std::max(largest, radius);
-  }
-  if (!*floor)
-    *floor = std::make_shared<const geometry::FreeFloor>(
-        FloorOf(models, *file, made, std::max(largest + gap, cell)));
+std::string NoRoomFor(const Group& group, size_t placed) {
+  return "found room for " + std::to_string(placed) + " of " +
+         std::to_string(group.members.size()) +
+         " models, expected fewer models, a larger area or a smaller gap";
+}
+
+const Group* PopulationPlan::Place(uint64_t seed, const Put& put, size_t* placed) const {
   geometry::Discs discs(largest, gap);
-  for (Plan& plan : plans) {
-    ReadArea(file, **floor, &plan);
-    Place(*file, plan, **floor, &discs);
+  for (const Group& group : groups) {
+    *placed = PlaceGroup(group, seed, *floor, &discs, put);
+    if (*placed < group.members.size()) return &group;
   }
+  return nullptr;
+}
+
+std::shared_ptr<const PopulationPlan> PlacePopulations(
+    const std::vector<Model*>& models, const std::vector<Model*>& made, Worldfile* file,
+    double cell, uint64_t seed, std::shared_ptr<const geometry::FreeFloor> floor) {
+  if (file->populations().empty()) return nullptr;
+  auto plan = std::make_shared<PopulationPlan>();
+  for (const Population& population : file->populations()) {
+    plan->groups.push_back(GroupOf(population, file, made, cell));
+    plan->gap = std::max(plan->gap, plan->groups.back().gap);
+    for (const PopulationPlan::Member& member : plan->groups.back().members)
+      plan->largest = std::max(plan->largest, member.radius);
+  }
+  if (!floor)
+    floor = std::make_shared<const geometry::FreeFloor>(
+        FloorOf(models, *file, made, std::max(plan->largest + plan->gap, cell)));
+  plan->floor = std::move(floor);
+  for (Group& group : plan->groups) ReadArea(file, *plan->floor, &group);
+  const auto put = [&](uint32_t id, const point_t& place, double heading) {
+    PutAt(*std::ranges::lower_bound(models, id, {}, &Model::GetId), place, heading);
+  };
+  size_t placed = 0;
+  if (const Group* const full = plan->Place(seed, put, &placed))
+    Fail(*file, *full, "count", NoRoomFor(*full, placed));
+  return plan;
 }
 
 }  // namespace Stg

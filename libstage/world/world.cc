@@ -156,7 +156,7 @@ void World::ForgetAll() {
   engine_->memory.End();
   engine_->made.clear();
   engine_->outlines_of_pictures.clear();
-  engine_->floor.reset();
+  engine_->populations.reset();
   engine_->image.reset();
   engine_->names.Clear();
   engine_->scheduler.Clear();

@@ -41,7 +41,7 @@ std::shared_ptr<const WorldImage> World::MakeImage() const {
   std::shared_ptr<WorldImage> image(new WorldImage{path_,
                                                    wf->Copy(),
                                                    engine_->outlines_of_pictures,
-                                                   engine_->floor,
+                                                   engine_->populations,
                                                    engine_->scene.grid,
                                                    {},
                                                    engine_->last_stamp_of_loading,

@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "geometry/free_floor.hh"
 #include "grid/grid.hh"
 #include "models/body.hh"
 #include "models/host.hh"
@@ -19,11 +18,13 @@
 
 namespace Stg {
 
+struct PopulationPlan;
+
 struct WorldImage {
   std::string path;
   std::unique_ptr<const Worldfile> file;
   Host::Outlines outlines;
-  std::shared_ptr<const geometry::FreeFloor> floor;  ///< null without populations
+  std::shared_ptr<const PopulationPlan> populations;  ///< null without populations
   /// Bodies of models of the file that are unchanged since loading, at their poses at that time.
   grid::Grid grid;
   std::vector<std::vector<BlockGroup::Rasterization>> rasterizations;  ///< by entity of the file

@@ -128,7 +128,8 @@ WorldPool::Impl::Fit WorldPool::Impl::RestoreRows(const Ids& ids, const Snapshot
   Subscriptions* const subscriptions = scene->SubscriptionsOf(*spare);
   rows::Rows* const into = RowsOf(subscriptions);
   if (!into) return Fit::kFitsWorlds;
-  rows::Rows read(subscriptions->scene(), std::vector<uint64_t>{0});
+  rows::Rows read(subscriptions->scene(), std::vector<uint64_t>());
+  read.Resize(1);
   if (!RowBridge::Read(spare, &read, 0, Spare(&thread, 1))) return Fit::kFitsWorlds;
   ForEach(ids, [&](uint32_t id, Thread*) {
     Slot& slot = slots[id];

@@ -178,7 +178,7 @@ class DeviceRowsTest : public testing::TestWithParam<Case> {
 
 TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
   const auto [work_items, exact] = GetParam();
-  size_t stalls = 0, hits = 0, empty_packs = 0, wide = 0, noisy = 0;
+  size_t stalls = 0, hits = 0, empty_packs = 0, wide = 0, noisy = 0, placed_by_seed = 0;
   for (uint64_t seed = 1; seed <= Worlds(work_items == kHost ? 60 : 24); seed++) {
     RandomSource random(seed * 100 + exact);
     const ClosedWorldKind kind{false, exact, random.Int(1, 8), random.Real(1, 6)};
@@ -197,12 +197,14 @@ TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
       for (const uint8_t brightness : c.brightness) hits += brightness > 0;
       for (const double stored : c.stored) empty_packs += stored == 0;
     }
+    placed_by_seed += scene->populations != nullptr;
     wide += !scene->narrow;
     noisy += !comparison.host().columns.noise.empty();
   }
   EXPECT_GT(stalls, 100u);
   EXPECT_GT(hits, 1000u);
   EXPECT_GT(empty_packs, 5u);
+  EXPECT_GT(placed_by_seed, 3u);
   EXPECT_GT(wide, 0u);
   EXPECT_GT(noisy, 3u);
 }

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "geometry/load_error.hh"
 #include "rows/row_bridge.hh"
 #include "support/closed_world.hh"
 #include "support/model_testing.hh"
@@ -64,6 +65,42 @@ void Command(RandomSource* random, Stg::ModelPosition* robot, Stg::rows::Rows* r
   rows->columns.command[i] = {x, y, a};
 }
 
+/// Events in rows, which show that the worlds exercise the code.
+struct Events {
+  size_t stalls = 0, hits = 0, pushes = 0, empty_packs = 0;
+  size_t bumps = 0, fiducials = 0, hidden_fiducials = 0, blobs = 0;
+  size_t placed_by_seed = 0, unread_worlds = 0;
+  size_t idle_robots = 0, pushed_idle_robots = 0, idle_worlds = 0;
+
+  /// Counts robots without subscribers, and those that others have pushed in a step.
+  void CountIdle(const Stg::rows::Rows& rows) {
+    const Stg::rows::Scene& scene = rows.scene();
+    idle_worlds += scene.updating.empty();
+    for (size_t i = 0; i < rows.columns.pose.size(); i++) {
+      const Stg::rows::Mover& mover = scene.movers[i % scene.movers.size()];
+      if (!mover.robot || mover.runs) continue;
+      idle_robots++;
+      if (!rows.columns.made.empty()) pushed_idle_robots += !rows.columns.made[i].IsZero();
+    }
+  }
+  void Count(const Stg::rows::Rows& rows) {
+    CountIdle(rows);
+    placed_by_seed += rows.scene().populations != nullptr;
+    for (const Stg::rows::Bump& bump : rows.columns.bumps)
+      bumps += bump.model != Stg::rows::Bump::kNobody;
+    for (const uint8_t found : rows.columns.found) (found ? fiducials : hidden_fiducials)++;
+    for (const uint32_t seen : rows.columns.blobs_seen) blobs += seen;
+    const Stg::rows::Scene& scene = rows.scene();
+    const Stg::rows::Columns& c = rows.columns;
+    for (const uint8_t stalled : c.stalled) stalls += stalled;
+    for (const uint8_t brightness : c.brightness) hits += brightness > 0;
+    for (const double stored : c.stored) empty_packs += stored == 0;
+    for (size_t i = 0; i < c.before.size(); i++)
+      if (scene.movers[i % scene.movers.size()].is_pushed && c.steps[0] > 0)
+        pushes += c.before[i].x != c.pose[i].x;
+  }
+};
+
 /// Compares rows with worlds that are stepped alone.
 class Comparison {
  public:
@@ -79,12 +116,11 @@ class Comparison {
   }
 
   bool ready() const { return rows_ != nullptr; }
-  Stg::rows::Rows& rows() { return *rows_; }
 
-  void Step(RandomSource* random, int steps) {
+  void Step(RandomSource* random, int steps, Events* events) {
     const auto scratch = rows_->MakeScratch();
     const size_t robots = scene_->movers.size();
-    for (int step = 0; step < steps; step++)
+    for (int step = 0; step < steps; step++) {
       for (size_t i = 0; i < worlds_.size(); i++) {
         const std::vector<Stg::ModelPosition*> models = RobotsOf(worlds_[i].get(), *scene_);
         for (size_t k = 0; k < robots; k++)
@@ -93,6 +129,8 @@ class Comparison {
         worlds_[i]->Update();
         rows_->Step(i, 1, scratch.get());
       }
+      events->Count(*rows_);
+    }
   }
   void Reset(size_t i, uint64_t seed) {
     seeds_[i] = seed;
@@ -172,40 +210,6 @@ struct Case {
   bool outlines, exact;
 };
 
-/// Events in rows, which show that the worlds exercise the code.
-struct Events {
-  size_t stalls = 0, hits = 0, pushes = 0, empty_packs = 0;
-  size_t bumps = 0, fiducials = 0, hidden_fiducials = 0, blobs = 0, unread_worlds = 0;
-  size_t idle_robots = 0, pushed_idle_robots = 0, idle_worlds = 0;
-
-  /// Counts robots without subscribers, and those that others have pushed in a step.
-  void CountIdle(const Stg::rows::Rows& rows) {
-    const Stg::rows::Scene& scene = rows.scene();
-    idle_worlds += scene.updating.empty();
-    for (size_t i = 0; i < rows.columns.pose.size(); i++) {
-      const Stg::rows::Mover& mover = scene.movers[i % scene.movers.size()];
-      if (!mover.robot || mover.runs) continue;
-      idle_robots++;
-      if (!rows.columns.made.empty()) pushed_idle_robots += !rows.columns.made[i].IsZero();
-    }
-  }
-  void Count(const Stg::rows::Rows& rows) {
-    CountIdle(rows);
-    for (const Stg::rows::Bump& bump : rows.columns.bumps)
-      bumps += bump.model != Stg::rows::Bump::kNobody;
-    for (const uint8_t found : rows.columns.found) (found ? fiducials : hidden_fiducials)++;
-    for (const uint32_t seen : rows.columns.blobs_seen) blobs += seen;
-    const Stg::rows::Scene& scene = rows.scene();
-    const Stg::rows::Columns& c = rows.columns;
-    for (const uint8_t stalled : c.stalled) stalls += stalled;
-    for (const uint8_t brightness : c.brightness) hits += brightness > 0;
-    for (const double stored : c.stored) empty_packs += stored == 0;
-    for (size_t i = 0; i < c.before.size(); i++)
-      if (scene.movers[i % scene.movers.size()].is_pushed && c.steps[0] > 0)
-        pushes += c.before[i].x != c.pose[i].x;
-  }
-};
-
 /// Models without subscribers: none, a quarter of them, or all.
 uint64_t RandomIdle(RandomSource* random) {
   if (random->OneIn(10)) return ~uint64_t{0};
@@ -225,10 +229,9 @@ TEST_P(RandomClosedWorlds, RowsHaveTheStatesOfWorldsStepByStep) {
     if (!comparison.ready()) continue;
     for (size_t i = 0; i < 2; i++) ASSERT_EQ(comparison.Difference(i), "") << seed << "\n" << text;
     for (int round = 0; round < 12; round++) {
-      comparison.Step(&random, round < 4 ? 1 : 10);
+      comparison.Step(&random, round < 4 ? 1 : 10, &events);
       for (size_t i = 0; i < 2; i++)
         ASSERT_EQ(comparison.Difference(i), "") << seed << " round " << round << "\n" << text;
-      events.Count(comparison.rows());
       if (round % 3 == 1 && !comparison.ReadBack(round % 2)) {
         // A World does not tell the pose from which a pushed robot without subscribers sensed.
         ASSERT_TRUE(comparison.HasIdleRobots()) << seed << " round " << round << "\n" << text;
@@ -237,22 +240,56 @@ TEST_P(RandomClosedWorlds, RowsHaveTheStatesOfWorldsStepByStep) {
       if (round == 6) comparison.Reset(0, random.Next());
     }
   }
-  EXPECT_GT(events.stalls, 100u);
-  EXPECT_GT(events.hits, 1000u);
-  EXPECT_GT(events.empty_packs, 20u);
-  EXPECT_EQ(events.pushes > 5, outlines) << events.pushes;
-  EXPECT_GT(events.bumps, 100u);
-  EXPECT_GT(events.fiducials, 100u);
-  EXPECT_GT(events.hidden_fiducials, 100u);
-  EXPECT_GT(events.blobs, 100u);
-  EXPECT_GT(events.idle_robots, 100u);
+  EXPECT_GT(events.stalls, 1000u);
+  EXPECT_GT(events.hits, 10000u);
+  EXPECT_GT(events.empty_packs, 100u);
+  EXPECT_EQ(events.pushes > 100, outlines) << events.pushes;
+  EXPECT_GT(events.bumps, 1000u);
+  EXPECT_GT(events.fiducials, 1000u);
+  EXPECT_GT(events.hidden_fiducials, 1000u);
+  EXPECT_GT(events.blobs, 1000u);
+  EXPECT_GT(events.placed_by_seed, 1000u);
+  EXPECT_GT(events.idle_robots, 1000u);
   EXPECT_LT(events.unread_worlds, outlines ? 20u : 1u);
-  EXPECT_GT(events.idle_worlds, 20u);
-  EXPECT_EQ(events.pushed_idle_robots > 5, outlines) << events.pushed_idle_robots;
+  EXPECT_GT(events.idle_worlds, 100u);
+  EXPECT_EQ(events.pushed_idle_robots > 20, outlines) << events.pushed_idle_robots;
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, RandomClosedWorlds,
                          testing::Values(Case{false, false}, Case{false, true}, Case{true, false},
                                          Case{true, true}));
+
+TEST(Rows, ResetThrowsIfTheMembersOfAPopulationDoNotFit) {
+  const Loaded loaded{
+      "define bot position( size [0.4 0.4 0.3] )\n"
+      "population( name \"bots\" model \"bot\" count 3 area [0 0 0.7 0.7] gap 0.05 )\n"};
+  const auto load = [&](uint64_t seed) {
+    Stg::RunOptions options;
+    options.seed = seed;
+    options.listed = false;
+    auto world = std::make_unique<Stg::World>(options);
+    std::istringstream content(loaded.text);
+    return world->Load(content, "t.world") ? std::move(world) : nullptr;
+  };
+  std::unique_ptr<Stg::rows::Rows> rows;
+  size_t failures = 0;
+  for (uint64_t seed = 1; seed <= 20; seed++) {
+    auto world = load(seed);
+    failures += !world;
+    if (!rows && world) {
+      std::string reason;
+      const uint64_t seeds[] = {seed};
+      const auto scene = Stg::RowBridge::MakeScene(std::move(world), &reason);
+      ASSERT_TRUE(scene) << reason;
+      rows = std::make_unique<Stg::rows::Rows>(scene, seeds);
+    } else if (rows && world) {
+      EXPECT_NO_THROW(rows->Reset(0, seed)) << seed;
+    } else if (rows) {
+      EXPECT_THROW(rows->Reset(0, seed), Stg::LoadError) << seed;
+    }
+  }
+  EXPECT_GT(failures, 0u);
+  EXPECT_LT(failures, 19u);
+}
 
 }  // namespace

@@ -123,14 +123,16 @@ std::string RobotText(RandomSource* random, double x, double y) {
   if (!bumps && random->OneIn(2))
     text += " origin [" + Number(random->Real(-0.1, 0.1)) + " 0 0 " +
             Number(random->Real(-90, 90)) + "]";
-  if (random->OneIn(3)) text += " localization \"odom\" localization_origin [0 0 0 0]";
+  if (random->OneIn(3)) text += " localization \"odom\"";
+  if (random->OneIn(2))
+    text += " localization_origin" + random->Pick<std::string>({" [0 0 0 0]", " [0.5 -0.3 0 40]"});
   if (random->OneIn(4)) text += " odom_error [0.01 0.02 0 0.03]";
   if (random->OneIn(4)) text += " odom_noise [0.02 0.01 0.03 0.02]";
   if (random->OneIn(4)) text += " wheel_slip 0.5";
   if (random->OneIn(4)) text += " ranger_return " + Number(random->Real(-1, 2));
   if (random->OneIn(8)) text += " obstacle_return 0";
   if (random->OneIn(4)) text += " mass " + Number(random->Real(1, 20));
-  if (random->OneIn(3)) text += " pushable 1";
+  if (random->OneIn(2)) text += " pushable 1";
   if (random->OneIn(6)) text += " velocity [0.2 0.1 0 30]";
   if (random->OneIn(3))
     text += " joules " + Number(random->Real(-5, 300)) + " joules_capacity " +
@@ -166,6 +168,19 @@ std::string SceneryText(RandomSource* random, double room) {
   return random->OneIn(6) ? text + text : text;
 }
 
+/// Populations of robots, and of things that they push.
+std::string PopulationsText(const ClosedWorldKind& kind, RandomSource* random) {
+  const std::string side = Number(kind.room + 3);
+  const std::string area = " area [-" + side + " -" + side + " " + side + " " + side + "] )\n";
+  std::string text = "define bot " + RobotText(random, 0, 0);
+  text +=
+      "population( name \"bots\" model \"bot\" count " + std::to_string(random->Int(1, 3)) + area;
+  if (!kind.outlines || random->OneIn(2)) return text;
+  return text + "define crate model( size [0.3 0.2 0.3] pushable 1 )\n" +
+         "population( name \"crates\" model \"crate\" count 3" +
+         (random->OneIn(2) ? " seed 7" : "") + area;
+}
+
 }  // namespace
 
 std::string ClosedWorld(const ClosedWorldKind& kind, RandomSource* random) {
@@ -177,6 +192,7 @@ std::string ClosedWorld(const ClosedWorldKind& kind, RandomSource* random) {
   for (int i = 0; i < kind.robots; i++)
     text += RobotText(random, random->Real(-kind.room / 2, kind.room / 2),
                       random->Real(-kind.room / 2, kind.room / 2));
+  if (random->OneIn(3)) text += PopulationsText(kind, random);
   return text;
 }
 

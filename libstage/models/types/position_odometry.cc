@@ -8,6 +8,7 @@
 #include "geometry/rotated.hh"
 #include "geometry/trigonometry.hh"
 #include "models/host.hh"
+#include "models/localization.hh"
 #include "models/noise.hh"
 #include "models/position.hh"
 #include "models/property_checks.hh"
@@ -44,8 +45,7 @@ void ModelPosition::StartLocalization() {
   est_origin = GetGlobalPose();
   const Pose global = est_origin;
   est_origin.Load(wf, wf_entity, "localization_origin");
-  const point_t seen = Turned(global.x - est_origin.x, global.y - est_origin.y, -est_origin.a);
-  est_pose = Pose(seen.x, seen.y, 0, normalize(global.a - est_origin.a));
+  est_pose = EstimateIn(est_origin, global);
   driven_ = Pose();
   if (noisy_odometry_) noisy_odometry_->Restart();
   StoreSensedPose();

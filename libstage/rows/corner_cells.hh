@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// From a mover's pose to cells.
+
+#ifndef STAGE_ROWS_CORNER_CELLS_HH
+#define STAGE_ROWS_CORNER_CELLS_HH
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "geometry/floor.hh"
+#include "grid/grid.hh"
+#include "kernels/ray_walk.h"
+#include "rows/clones.hh"
+#include "rows/outline_bits.hh"
+#include "rows/placed.hh"
+#include "rows/scene.hh"
+
+namespace Stg::rows {
+
+/// Finds the cells of a body's corners. Returns false if one exceeds the grid.
+STAGE_INLINE bool FindCells(const Body& body, const Placed& frame, double cells_per_metre,
+                            CornerCells* to) {
+  const double *const x = body.corners_x.data(), *const y = body.corners_y.data();
+  const size_t count = body.corners_x.size();
+  const double sine = frame.turn.sine, cosine = frame.turn.cosine;
+  const double at_x = frame.x, at_y = frame.y;
+  int outside = 0;
+  for (size_t i = 0; i < count; i++) {
+    const double cx = (at_x + x[i] * cosine - y[i] * sine) * cells_per_metre;
+    const double cy = (at_y + x[i] * sine + y[i] * cosine) * cells_per_metre;
+    const bool fits =
+        FloorIsWithin(cx, internal::grid::kMaxCell) & FloorIsWithin(cy, internal::grid::kMaxCell);
+    outside |= !fits;
+    to->x[i] = FloorToInt(fits ? cx : 0.0);
+    to->y[i] = FloorToInt(fits ? cy : 0.0);
+  }
+  return outside == 0;
+}
+
+/// Extends the extent of a grid by the superregions of an outline. See Grid::extent().
+inline void Widen(internal::grid::CellBox* extent, const OutlineBox& box) {
+  if (box.height == 0) return;
+  constexpr int32_t kSuperShift = RAY_TILE_SHIFT + 3 + 4;  // log2 of the side of a superregion
+  constexpr int32_t kLast = (1 << kSuperShift) - 1;
+  const int32_t min_x = box.x & ~kLast, max_x = (box.x + box.width - 1) | kLast;
+  const int32_t min_y = box.y & ~kLast, max_y = (box.y + box.height - 1) | kLast;
+  if (extent->empty()) *extent = {min_x, min_y, max_x, max_y};
+  *extent = {std::min(extent->min_x, min_x), std::min(extent->min_y, min_y),
+             std::max(extent->max_x, max_x), std::max(extent->max_y, max_y)};
+}
+
+}  // namespace Stg::rows
+
+#endif
