@@ -3,10 +3,15 @@
 // Steps of many small closed worlds as rows, and as worlds for comparison.
 //
 //   closed_worlds SCENE WORLDS ROBOTS RAYS REACH CONTACTS RAY_MODEL THREADS SECONDS
+//                 [--device[=CHOICE] [--work-items=N] [--steps=K]]
 //
 // SCENE is open, walled or cave; CONTACTS cells or outlines; RAY_MODEL cell or exact. Prints steps
 // of robots in a second, bytes of a world, and microseconds to make and to reset one. Fails if no
 // ray hits anything, no robot moves, or a row has another state than the world with its commands.
+//
+// With --device, the worlds are stepped on an OpenCL device, too, N work-items for each (default:
+// the device's choice): with K steps for each launch (default 1), and then with commands sent and
+// readings fetched for each step. Fails if a bit of any column differs from the host's.
 
 #include <algorithm>
 #include <cmath>
@@ -17,8 +22,11 @@
 #include <numeric>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "rows/device_columns.hh"
+#include "rows/device_rows.hh"
 #include "rows/row_bridge.hh"
 #include "stage.hh"
 #include "threads/wall_clock.hh"
@@ -34,6 +42,8 @@ struct Arguments {
   double reach;
   unsigned threads;
   double seconds;
+  std::string device = "";  // the option as given; empty: none
+  uint32_t work_items = 0, steps_of_launch = 1;
 };
 
 /// Octagonal robots of 0.2 m in a square, without or with walls, or in the cave.
@@ -133,76 +143,268 @@ void Compare(const std::string& text, const std::shared_ptr<const Stg::rows::Sce
   }
 }
 
-}  // namespace
+/// Commands of all robots at some moments, which repeat.
+class Commands {
+ public:
+  static constexpr uint64_t kMoments = 64;
+  explicit Commands(size_t robots) : robots_(robots), commands_(kMoments * robots) {
+    for (uint64_t moment = 0; moment < kMoments; moment++)
+      for (size_t i = 0; i < robots; i++) commands_[moment * robots + i] = Command(i, moment);
+  }
+  /// The commands of a step, in the order of the robots of all worlds.
+  const Stg::rows::Planar* At(uint64_t step) const { return &commands_[step % kMoments * robots_]; }
 
-int main(int argc, char** argv) {
-  Stg::Init(&argc, &argv);
-  if (argc != 10)
-    Fail("expected SCENE WORLDS ROBOTS RAYS REACH CONTACTS RAY_MODEL THREADS SECONDS");
-  const Arguments a{argv[1],
-                    argv[6],
-                    argv[7],
-                    std::strtoull(argv[2], nullptr, 10),
-                    std::strtoull(argv[3], nullptr, 10),
-                    std::strtoull(argv[4], nullptr, 10),
-                    std::strtod(argv[5], nullptr),
-                    static_cast<unsigned>(std::strtoul(argv[8], nullptr, 10)),
-                    std::strtod(argv[9], nullptr)};
-  const std::string text = WorldText(a);
-  std::string reason;
-  const auto scene = Stg::RowBridge::MakeScene(Load(text, 1), &reason);
-  if (!scene) Fail(reason.c_str());
-  Compare(text, scene);
+ private:
+  size_t robots_;
+  std::vector<Stg::rows::Planar> commands_;
+};
 
-  std::vector<uint64_t> seeds(a.worlds);
-  std::iota(seeds.begin(), seeds.end(), uint64_t{1});
-  double start = WallClock();
-  Stg::rows::Rows rows(scene, seeds);
-  const double made = WallClock() - start;
-  Stg::threads::WorkerPool pool(a.threads);
-  std::vector<std::shared_ptr<Stg::rows::Rows::Scratch>> scratches;
-  for (unsigned i = 0; i < a.threads; i++) scratches.push_back(rows.MakeScratch());
-  constexpr uint64_t kCommands = 64;  // different moments, which repeat
-  std::vector<Stg::rows::Planar> commands(kCommands * a.worlds * a.robots);
-  for (uint64_t moment = 0; moment < kCommands; moment++)
-    for (size_t i = 0; i < a.worlds * a.robots; i++)
-      commands[moment * a.worlds * a.robots + i] = Command(i, moment);
-
-  uint64_t steps = 0, stalls = 0, hits = 0, rays = 0;
-  double spent = 0;
-  while (spent < a.seconds || steps < 8) {
-    start = WallClock();
-    const auto* const now = &commands[steps % kCommands * a.worlds * a.robots];
+/// The worlds on the host, and its threads.
+struct Host {
+  Host(const Arguments& arguments, const std::shared_ptr<const Stg::rows::Scene>& scene,
+       const std::vector<uint64_t>& seeds)
+      : a(arguments), rows(scene, seeds), pool(a.threads), commands(a.worlds * a.robots) {
+    for (unsigned i = 0; i < a.threads; i++) scratches.push_back(rows.MakeScratch());
+  }
+  /// Makes steps with the commands of step `number`.
+  void Step(uint64_t number, uint32_t steps) {
+    const auto* const now = commands.At(number);
     pool.Run(a.worlds, std::max<size_t>(1, a.worlds / a.threads / 8),
              [&](size_t begin, size_t end, unsigned thread) {
                std::copy(
                    now + begin * a.robots, now + end * a.robots,
                    rows.columns.command.begin() + static_cast<std::ptrdiff_t>(begin * a.robots));
-               for (size_t i = begin; i < end; i++) rows.Step(i, 1, scratches[thread].get());
+               for (size_t i = begin; i < end; i++) rows.Step(i, steps, scratches[thread].get());
              });
+  }
+
+  const Arguments& a;
+  Stg::rows::Rows rows;
+  Stg::threads::WorkerPool pool;
+  std::vector<std::shared_ptr<Stg::rows::Rows::Scratch>> scratches;
+  Commands commands;
+};
+
+/// Numbers of rays that hit something and of robots that stalled, in some steps.
+struct Outcome {
+  uint64_t stalls = 0, hits = 0, rays = 0, robots = 0;
+
+  void Count(const Stg::rows::Columns& columns) {
+    for (const uint8_t stalled : columns.stalled) stalls += stalled;
+    for (const uint8_t brightness : columns.brightness) hits += brightness > 0;
+    rays += columns.brightness.size();
+    robots += columns.stalled.size();
+  }
+  void Print() const {
+    if (hits == 0) Fail("no ray hits anything");
+    std::printf("%.1f %% of the rays hit, %.1f %% of the robots stalled",
+                100.0 * static_cast<double>(hits) / static_cast<double>(rays),
+                100.0 * static_cast<double>(stalls) / static_cast<double>(robots));
+  }
+};
+
+void PrintSpeed(const Arguments& a, uint64_t steps, double seconds) {
+  const auto done = static_cast<double>(a.worlds * a.robots * steps);
+  std::printf("%.3f M robot-steps/s, %.1f M rays/s; ", done / seconds / 1e6,
+              done * static_cast<double>(a.rays) / seconds / 1e6);
+}
+
+// ---- devices ------------------------------------------------------------------------------------
+
+bool HaveEqualBits(const Stg::rows::Rows& a, const Stg::rows::Rows& b) {
+  std::vector<std::vector<std::byte>> of_a, of_b;
+  const auto save = [](std::vector<std::vector<std::byte>>* to) {
+    return [to](int, const auto* column) {
+      using T = typename std::decay_t<decltype(*column)>::value_type;
+      to->emplace_back(column->size() * Stg::rows::kSizeOnDevice<T>);
+      Stg::rows::ToDevice(column->data(), column->size(), to->back().data());
+    };
+  };
+  Stg::rows::ForEachDeviceColumn(&a.columns, save(&of_a));
+  Stg::rows::ForEachDeviceColumn(&b.columns, save(&of_b));
+  return of_a == of_b;
+}
+
+class DeviceRun {
+ public:
+  DeviceRun(const Arguments& a, const std::shared_ptr<const Stg::rows::Scene>& scene,
+            const std::vector<uint64_t>& seeds, Host* host)
+      : a_(a), host_(*host), read_(scene, seeds), rows_(scene, a.worlds, Open(a)) {
+    rows_.Write(host_.rows);
+  }
+
+  /// Makes equal steps on both, which must lead to equal bits.
+  void Compare() {
+    for (uint64_t step = 0; step < 32; step++) {
+      Send(step);
+      rows_.Step(2);
+      host_.Step(step, 2);
+    }
+    rows_.Read(&read_);
+    if (!HaveEqualBits(host_.rows, read_)) Fail("the device has other bits than the host");
+  }
+  void Measure() {
+    MeasureLaunches();
+    MeasureExchange();
+    MeasureResets();
+  }
+
+ private:
+  static constexpr Stg::rows::ColumnSet kReadings = 1u << Stg::ROW_RANGES |
+                                                    1u << Stg::ROW_BRIGHTNESS |
+                                                    1u << Stg::ROW_SENSED | 1u << Stg::ROW_STALLED;
+
+  static std::unique_ptr<Stg::rows::RowDevice> Open(const Arguments& a) {
+    const size_t equals = a.device.find('=');
+    std::string message;
+    auto device = Stg::rows::OpenRowDevice(
+        equals == std::string::npos ? "" : a.device.substr(equals + 1), a.work_items, &message);
+    if (!device) Fail(message.c_str());
+    return device;
+  }
+  void Send(uint64_t step) {
+    std::copy_n(host_.commands.At(step), a_.worlds * a_.robots, read_.columns.command.begin());
+    rows_.Write(read_, 1u << Stg::ROW_COMMAND);
+  }
+  /// Measures steps alone. New commands are sent between the measurements.
+  void MeasureLaunches() {
+    constexpr int kLaunches = 8;
+    uint64_t steps = 0;
+    double spent = 0;
+    for (uint64_t moment = 0; spent < a_.seconds || moment < 4; moment++) {
+      Send(moment);
+      const double start = WallClock();
+      for (int i = 0; i < kLaunches; i++) rows_.Step(a_.steps_of_launch);
+      rows_.device().Finish();
+      spent += WallClock() - start;
+      steps += kLaunches * a_.steps_of_launch;
+    }
+    std::printf("  %s, %u steps a launch: ", rows_.device().Name().c_str(), a_.steps_of_launch);
+    PrintSpeed(a_, steps, spent);
+    rows_.Read(&read_);
+    Outcome outcome;
+    outcome.Count(read_.columns);
+    outcome.Print();
+    std::printf("\n");
+  }
+  void MeasureExchange() {
+    uint64_t steps = 0;
+    double spent = 0;
+    Outcome outcome;
+    while (spent < a_.seconds || steps < 8) {
+      const double start = WallClock();
+      Send(steps);
+      rows_.Step(1);
+      rows_.Read(&read_, kReadings);
+      spent += WallClock() - start;
+      steps++;
+      outcome.Count(read_.columns);
+    }
+    std::printf("  with commands and readings exchanged in each step: ");
+    PrintSpeed(a_, steps, spent);
+    outcome.Print();
+    std::printf("\n");
+  }
+  void MeasureResets() {
+    std::vector<uint32_t> worlds(a_.worlds);
+    std::iota(worlds.begin(), worlds.end(), 0u);
+    const std::vector<uint64_t> seeds(a_.worlds, 1);
+    const double start = WallClock();
+    rows_.Reset(worlds, seeds);
+    rows_.device().Finish();
+    std::printf("  reset in %.3f us\n",
+                (WallClock() - start) * 1e6 / static_cast<double>(a_.worlds));
+  }
+
+  const Arguments& a_;
+  Host& host_;
+  Stg::rows::Rows read_;
+  Stg::rows::DeviceRows rows_;
+};
+
+void RunDevice(const Arguments& a, const std::shared_ptr<const Stg::rows::Scene>& scene,
+               const std::vector<uint64_t>& seeds) {
+  if (const std::string reason = WhyNotOnDevice(scene); !reason.empty()) Fail(reason.c_str());
+  Host host(a, scene, seeds);
+  DeviceRun run(a, scene, seeds, &host);
+  run.Compare();
+  run.Measure();
+}
+
+/// Takes the options out of the arguments.
+void TakeOptions(int* argc, char** argv, Arguments* a) {
+  int kept = 0;
+  for (int i = 0; i < *argc; i++) {
+    const std::string text = argv[i];
+    const std::string value = text.substr(std::min(text.size(), text.find('=') + 1));
+    const auto number = static_cast<uint32_t>(std::strtoul(value.c_str(), nullptr, 10));
+    if (text.starts_with("--device"))
+      a->device = text;
+    else if (text.starts_with("--work-items="))
+      a->work_items = number;
+    else if (text.starts_with("--steps="))
+      a->steps_of_launch = number;
+    else
+      argv[kept++] = argv[i];
+  }
+  *argc = kept;
+}
+
+/// Steps the worlds on the host.
+void RunHost(const Arguments& a, const std::shared_ptr<const Stg::rows::Scene>& scene,
+             const std::vector<uint64_t>& seeds) {
+  double start = WallClock();
+  Host host(a, scene, seeds);
+  const double made = WallClock() - start;
+  uint64_t steps = 0;
+  double spent = 0;
+  Outcome outcome;
+  while (spent < a.seconds || steps < 8) {
+    start = WallClock();
+    host.Step(steps, 1);
     spent += WallClock() - start;
-    steps++;
-    if (steps % 8 != 0) continue;
-    for (const uint8_t stalled : rows.columns.stalled) stalls += stalled;
-    for (const uint8_t brightness : rows.columns.brightness) hits += brightness > 0;
-    rays += rows.columns.brightness.size();
+    if (++steps % 8 == 0) outcome.Count(host.rows.columns);
   }
   start = WallClock();
-  for (size_t i = 0; i < a.worlds; i++) rows.Reset(i, i);
+  for (size_t i = 0; i < a.worlds; i++) host.rows.Reset(i, i);
   const double reset = WallClock() - start;
-  if (hits == 0) Fail("no ray hits anything");
-  const auto count = static_cast<double>(a.worlds * a.robots);
   std::printf(
-      "%s, %zu worlds of %zu robots with %zu rays of %g m, contacts %s, rays %s, %u threads: "
-      "%.3f M robot-steps/s, %.1f M rays/s; %.1f %% of the rays hit, %.1f %% of the robots "
-      "stalled; "
-      "%zu bytes, made in %.2f us, reset in %.2f us\n",
+      "%s, %zu worlds of %zu robots with %zu rays of %g m, contacts %s, rays %s, %u threads: ",
       a.scene.c_str(), a.worlds, a.robots, a.rays, a.reach, a.contacts.c_str(), a.ray_model.c_str(),
-      a.threads, count * static_cast<double>(steps) / spent / 1e6,
-      count * static_cast<double>(steps * a.rays) / spent / 1e6,
-      100.0 * static_cast<double>(hits) / static_cast<double>(rays),
-      100.0 * static_cast<double>(stalls) / (count * static_cast<double>(steps / 8)),
-      rows.BytesPerWorld(), made * 1e6 / static_cast<double>(a.worlds),
-      reset * 1e6 / static_cast<double>(a.worlds));
+      a.threads);
+  PrintSpeed(a, steps, spent);
+  outcome.Print();
+  std::printf("; %zu bytes, made in %.2f us, reset in %.2f us\n", host.rows.BytesPerWorld(),
+              made * 1e6 / static_cast<double>(a.worlds),
+              reset * 1e6 / static_cast<double>(a.worlds));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Stg::Init(&argc, &argv);
+  Arguments a{};
+  TakeOptions(&argc, argv, &a);
+  if (argc != 10)
+    Fail("expected SCENE WORLDS ROBOTS RAYS REACH CONTACTS RAY_MODEL THREADS SECONDS");
+  a.scene = argv[1];
+  a.contacts = argv[6];
+  a.ray_model = argv[7];
+  a.worlds = std::strtoull(argv[2], nullptr, 10);
+  a.robots = std::strtoull(argv[3], nullptr, 10);
+  a.rays = std::strtoull(argv[4], nullptr, 10);
+  a.reach = std::strtod(argv[5], nullptr);
+  a.threads = static_cast<unsigned>(std::strtoul(argv[8], nullptr, 10));
+  a.seconds = std::strtod(argv[9], nullptr);
+  a.steps_of_launch = std::max(1u, a.steps_of_launch);
+  const std::string text = WorldText(a);
+  std::string reason;
+  const auto scene = Stg::RowBridge::MakeScene(Load(text, 1), &reason);
+  if (!scene) Fail(reason.c_str());
+  Compare(text, scene);
+  std::vector<uint64_t> seeds(a.worlds);
+  std::iota(seeds.begin(), seeds.end(), uint64_t{1});
+  RunHost(a, scene, seeds);
+  if (!a.device.empty()) RunDevice(a, scene, seeds);
   return 0;
 }
