@@ -31,7 +31,7 @@ Velocity RobotView::GetEstimatedVelocity() const {
 
 Pose RobotView::GetEstimate() const {
   if (mover_.has_odometry) return PoseOf(c_.estimate[index_], mover_.robot->est_pose.z);
-  return HasReadings() ? GetSensedPose() : mover_.robot->est_pose;
+  return IsRunning() ? GetSensedPose() : mover_.robot->est_pose;
 }
 
 PoseCovariance RobotView::GetOdomCovariance() const {
@@ -47,12 +47,11 @@ PoseCovariance RobotView::GetOdomVelocityCovariance() const {
 }
 
 Pose RobotView::GetSensedPose() const {
-  if (!IsRunning()) return GetGlobalPose();
-  return HasReadings() ? PoseOf(c_.sensed[index_], mover_.z) : mover_.robot->GetSensedPose();
+  return IsRunning() ? PoseOf(c_.sensed[index_], mover_.z) : GetGlobalPose();
 }
 
 usec_t RobotView::GetSensedTime() const {
-  return HasReadings() ? c_.last_update[world_] : mover_.robot->GetSensedTime();
+  return IsRunning() ? c_.last_update[world_] : mover_.robot->GetSensedTime();
 }
 
 double RobotView::GetStored() const {

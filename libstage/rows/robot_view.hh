@@ -38,8 +38,7 @@ class RobotView {
   double GetStored() const;
 
  private:
-  bool IsRunning() const { return mover_.robot->HasSubscribers(); }
-  bool HasReadings() const { return IsRunning() && rows_.HasReadings(world_); }
+  bool IsRunning() const { return mover_.runs; }
   Velocity WheelVelocity() const;
 
   const Rows& rows_;

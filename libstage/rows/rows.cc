@@ -97,6 +97,51 @@ void Rows::Copy(size_t to, const Rows& other, size_t from) {
   ForEachColumn(*scene_, copy, &columns, &other.columns);
 }
 
+namespace {
+
+/// True if the movers of both scenes are the same models, and have the same bodies.
+bool HaveSameBodies(const Scene& one, const Scene& other) {
+  const auto same = [](const Mover& a, const Mover& b) {
+    return a.model->GetId() == b.model->GetId() && a.body_count == b.body_count;
+  };
+  return one.byte_count == other.byte_count && one.bodies.size() == other.bodies.size() &&
+         std::ranges::equal(one.movers, other.movers, same);
+}
+
+/// Copies the elements of a world; columns that one of both does not have remain as they are.
+template <typename T>
+void CopyElements(size_t world, size_t count, const std::vector<T>& from, std::vector<T>* to) {
+  if (from.empty() || to->empty()) return;
+  const auto first = static_cast<std::ptrdiff_t>(world * count);
+  std::copy_n(from.begin() + first, count, to->begin() + first);
+}
+
+}  // namespace
+
+bool Rows::CopyStart(size_t world, const Rows& other) {
+  if (!HaveSameBodies(scene(), other.scene())) return false;
+  const Columns& from = other.columns;
+  Columns& to = columns;
+  Reset(world, from.seed[world]);
+  to.extent[world] = from.extent[world];
+  to.stamps[world] = from.stamps[world];
+  const size_t movers = scene().movers.size(), bodies = scene().bodies.size();
+  CopyElements(world, movers, from.pose, &to.pose);
+  CopyElements(world, movers, from.turn, &to.turn);
+  CopyElements(world, movers, from.command, &to.command);
+  CopyElements(world, movers, from.mode, &to.mode);
+  CopyElements(world, movers, from.before, &to.before);
+  CopyElements(world, bodies, from.box, &to.box);
+  CopyElements(world, bodies, from.stamp, &to.stamp);
+  CopyElements(world, scene().byte_count, from.bits, &to.bits);
+  for (size_t k = 0; k < movers; k++) {
+    const size_t i = world * movers + k;
+    const bool begins = scene().movers[k].runs && !other.scene().movers[k].runs;
+    to.sensed[i] = begins ? to.pose[i] : from.sensed[i];
+  }
+  return true;
+}
+
 void Rows::Reset(size_t world, uint64_t seed) {
   STAGE_ASSERT(start_ && world < size());
   Copy(world, *start_, 0);

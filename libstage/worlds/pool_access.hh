@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "rows/rows.hh"
 #include "worlds/world_pool.hh"
@@ -30,6 +31,8 @@ class PoolAccess {
   static PoolRow RowToRead(WorldPool& pool, uint32_t id);
   /// The row of the world, which may be changed.
   static PoolRow RowToChange(WorldPool& pool, uint32_t id);
+  /// Like WorldPool::Subscribe(), for several models.
+  static void Subscribe(WorldPool& pool, uint32_t id, std::span<const uint32_t> models);
   /// Moves a robot of RowToChange(); see rows::Rows::Place().
   static void Place(WorldPool& pool, uint32_t id, size_t mover, const rows::Planar& pose);
   /// True if the state of the world is in a World object.

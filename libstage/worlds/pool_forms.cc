@@ -136,17 +136,34 @@ rows::Rows::Scratch* WorldPool::Impl::ScratchOf(const Slot& slot, Thread* thread
   return scratch.get();
 }
 
-void WorldPool::Impl::Subscribe(uint32_t id, uint32_t model) {
+/// The subscriptions and these models, except for those that have subscribers.
+Subscriptions* WorldPool::Impl::WithAll(Subscriptions* subscriptions,
+                                        std::span<const uint32_t> models) {
+  for (const uint32_t model : models)
+    if (!subscriptions->Has(model) && !scene->IsRunningAfterLoading(model))
+      subscriptions = subscriptions->With(model);
+  return subscriptions;
+}
+
+void WorldPool::Impl::Subscribe(uint32_t id, std::span<const uint32_t> models) {
   Slot& slot = slots[id];
-  if (slot.form == Form::kStart && scene->has_rows()) {
-    if (!slot.subscriptions->Has(model) && !scene->IsRunningAfterLoading(model))
-      slot.subscriptions = slot.subscriptions->With(model);
-    return;
-  }
   const bool was_row = slot.form == Form::kRow;
+  if (slot.form != Form::kWorld && scene->has_rows()) {
+    Subscriptions* const with = WithAll(slot.subscriptions, models);
+    if (with == slot.subscriptions) return;
+    const bool is_new = !was_row || slot.rows->columns.steps[id] == 0;
+    rows::Rows* const into = was_row && is_new ? RowsOf(with) : nullptr;
+    if (!was_row || (into && into->CopyStart(id, *slot.rows))) {
+      slot.subscriptions = with;
+      slot.rows = into;
+      return;
+    }
+  }
   World* const world = BecomeWorld(id);
-  Model* const found = world ? world->FindModel(model) : nullptr;
-  if (found && !found->HasSubscribers()) found->Subscribe();
+  for (const uint32_t model : models) {
+    Model* const found = world ? world->FindModel(model) : nullptr;
+    if (found && !found->HasSubscribers()) found->Subscribe();
+  }
   slot.returns = slot.returns || was_row;
 }
 
@@ -176,6 +193,10 @@ PoolRow PoolAccess::RowToRead(WorldPool& pool, uint32_t id) {
 PoolRow PoolAccess::RowToChange(WorldPool& pool, uint32_t id) {
   if (!pool.impl_->BecomeRow(id)) return {};
   return {pool.impl_->slots[id].rows, id};
+}
+
+void PoolAccess::Subscribe(WorldPool& pool, uint32_t id, std::span<const uint32_t> models) {
+  pool.impl_->Subscribe(id, models);
 }
 
 void PoolAccess::Place(WorldPool& pool, uint32_t id, size_t mover, const rows::Planar& pose) {

@@ -11,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -80,7 +81,8 @@ struct WorldPool::Impl {
   /// Calls f(world) with a World object in the state of the world. Throws WorldFailure.
   template <typename F>
   void WithWorld(uint32_t id, Thread* thread, F f);
-  void Subscribe(uint32_t id, uint32_t model);
+  void Subscribe(uint32_t id, std::span<const uint32_t> models);
+  Subscriptions* WithAll(Subscriptions* subscriptions, std::span<const uint32_t> models);
   std::string WhyNotClosed(uint32_t id);
 
   // World objects.

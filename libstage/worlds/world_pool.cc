@@ -279,7 +279,9 @@ bool WorldPool::Look(uint32_t id, const std::function<void(World& world)>& look)
   }
 }
 
-void WorldPool::Subscribe(uint32_t id, uint32_t model) { impl_->Subscribe(id, model); }
+void WorldPool::Subscribe(uint32_t id, uint32_t model) {
+  impl_->Subscribe(id, std::span(&model, 1));
+}
 
 std::string WorldPool::WhyNotClosed(uint32_t id) const { return impl_->WhyNotClosed(id); }
 

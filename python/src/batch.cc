@@ -76,8 +76,8 @@ PoolRow Batch::RowToChange(size_t index) const {
   return PoolAccess::RowToChange(*pool_, static_cast<uint32_t>(index));
 }
 
-void Batch::Subscribe(size_t index, uint32_t model) const {
-  pool_->Subscribe(static_cast<uint32_t>(index), model);
+void Batch::Subscribe(size_t index, std::span<const uint32_t> models) const {
+  PoolAccess::Subscribe(*pool_, static_cast<uint32_t>(index), models);
 }
 
 void Batch::Place(size_t index, size_t mover, const rows::Planar& pose) const {

@@ -86,7 +86,7 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   const rows::Scene* SceneAt(size_t index) const override;
   PoolRow RowAt(size_t index) const override;
   PoolRow RowToChange(size_t index) const override;
-  void Subscribe(size_t index, uint32_t model) const override;
+  void Subscribe(size_t index, std::span<const uint32_t> models) const override;
   void Place(size_t index, size_t mover, const rows::Planar& pose) const override;
 
  private:

@@ -218,7 +218,7 @@ bool Crowd::GatherRow(const Source& source, size_t world, std::span<const Named>
     if (!plan.possible) return false;
     i = plan.needs.empty() ? i + 1 : 0;
     if (plan.needs.empty()) continue;
-    for (const uint32_t model : plan.needs) source.Subscribe(world, model);
+    source.Subscribe(world, plan.needs);
     scene = source.SceneAt(world);
   }
   const PoolRow row = source.RowAt(world);
@@ -243,10 +243,12 @@ bool Crowd::CommandRow(const Source& source, size_t world) {
   const rows::Scene* const scene = source.SceneAt(world);
   if (!scene) return false;
   const RowRobots* robots = &RobotsIn(*scene);
+  std::vector<uint32_t> needs;
   for (size_t i = 0; i < size(); i++) {
     if (IsNoCommand(commands_.Row<double>(world, i)) || !robots->models[i]) continue;
-    if (!robots->models[i]->HasSubscribers()) source.Subscribe(world, robots->models[i]->GetId());
+    if (!robots->models[i]->HasSubscribers()) needs.push_back(robots->models[i]->GetId());
   }
+  if (!needs.empty()) source.Subscribe(world, needs);
   const PoolRow row = source.RowToChange(world);
   if (!row) return false;
   Forget(world);

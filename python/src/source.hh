@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "failure.hh"
 #include "models/model.hh"
@@ -45,8 +46,8 @@ class Source {
   virtual PoolRow RowAt(size_t /*index*/) const { return {}; }
   /// The row, to be changed.
   virtual PoolRow RowToChange(size_t /*index*/) const { return {}; }
-  /// Subscribes to a model of a world in a row, which may get a World object by that.
-  virtual void Subscribe(size_t /*index*/, uint32_t /*model*/) const {}
+  /// Subscribes to models of a world in a row, which may get a World object by that.
+  virtual void Subscribe(size_t /*index*/, std::span<const uint32_t> /*models*/) const {}
   /// Moves a robot of RowToChange().
   virtual void Place(size_t /*index*/, size_t /*mover*/, const rows::Planar& /*pose*/) const {}
 
