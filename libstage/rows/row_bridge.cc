@@ -262,8 +262,8 @@ void RowBridge::WriteRobot(const rows::Rows& from, size_t row, size_t k, ModelPo
   model.goal = rows::PoseOf(c.command[i], 0);
   model.control_mode = static_cast<ModelPosition::ControlMode>(c.mode[i]);
   model.watts = c.watts[i];
-  if (mover.runs) model.last_update_ = c.last_update[row];
   if (mover.runs) {
+    model.last_update_ = c.last_update[row];
     model.sensed_pose_ = rows::PoseOf(c.sensed[i], mover.z);
     model.sensed_at_ = c.last_update[row];
     if (!mover.has_odometry) model.est_pose = model.sensed_pose_;

@@ -241,9 +241,12 @@ TEST_P(PoolRows, WorldsEqualThoseAloneWhateverIsDoneWithThem) {
     for (uint64_t& of_world : seeds) of_world = random.Next();
     Twins twins(text, seeds, GetParam());
     ASSERT_EQ(twins.pool().WhyNotClosed(0), "");
-    for (const uint32_t id : twins.ids())
+    for (const uint32_t id : twins.ids()) {
+      if (random.OneIn(2)) twins.Drive(id, &random);
       for (const uint32_t model : twins.models())
         if (random.OneIn(2)) twins.Subscribe(id, model);
+    }
+    ASSERT_NO_FATAL_FAILURE(ExpectEqual(&twins));
     ASSERT_NO_FATAL_FAILURE(RunAtRandom(&twins, &random, 25, &happened));
   }
   EXPECT_GT(happened.rows, 100u);
