@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The worlds of one or several pools share their scene: how worlds are made, the state to which they
-// are reset, and the scenes of their rows.
+// The worlds of one or several pools share their scene: how worlds are made, the state to which
+// they are reset, and the scenes of their rows.
 
 #ifndef STAGE_WORLDS_POOL_SCENE_HH
 #define STAGE_WORLDS_POOL_SCENE_HH
