@@ -51,11 +51,9 @@ RAY_FUNCTION void row_find_place(const row_world_t* w, ray_uint mover, row_place
 /* Turns the place of a mover into the frame of its node. See Mover::FrameOf(). */
 RAY_FUNCTION void row_to_frame(const row_world_t* w, ray_uint node, row_placed_t* place) {
   const row_node_t record = ROW_PART(w, row_node_t, ROW_NODES)[node];
-  RAY_GLOBAL const row_planar_t* const links =
-      ROW_PART(w, row_planar_t, ROW_LINKS) + record.first_link;
+  RAY_GLOBAL const row_planar_t* const links = ROW_PART(w, row_planar_t, ROW_LINKS);
   ray_uint i;
-  for (i = 0; i < record.links; i++) row_add(place, links[i]);
-  row_add(place, record.frame);
+  for (i = record.first_link; i < record.end_link; i++) row_add(place, links[i]);
 }
 
 #ifndef RAY_IN_OPENCL

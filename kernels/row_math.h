@@ -106,11 +106,11 @@ RAY_FUNCTION double row_cosine_kernel(double r, double tail) {
   return w + (((1.0 - w) - half_z) + (z * p - r * tail));
 }
 
-RAY_FUNCTION row_turn_t row_turn(double angle) {
+/* Sine and cosine of an angle below 1e6 or NaN. */
+RAY_FUNCTION row_turn_t row_turn_within(double angle) {
   double quotient, first, second, rough, rest, r, tail, sine, cosine;
   row_turn_t turn;
   int quadrant;
-  if (!(fabs(angle) < 1e6)) angle = row_remainder(angle, 2.0 * ROW_PI);
   quotient = trunc(angle * 6.36619772367581382433e-01 + copysign(0.5, angle));
   turn.sine = turn.cosine = quotient;
   if (row_is_nan(quotient)) return turn;
@@ -128,6 +128,10 @@ RAY_FUNCTION row_turn_t row_turn(double angle) {
   if ((quadrant & 2) != 0) turn.sine = -turn.sine;
   if (quadrant == 1 || quadrant == 2) turn.cosine = -turn.cosine;
   return turn;
+}
+
+RAY_FUNCTION row_turn_t row_turn(double angle) {
+  return row_turn_within(fabs(angle) < 1e6 ? angle : row_remainder(angle, 2.0 * ROW_PI));
 }
 
 RAY_FUNCTION double row_arc_tangent_of_ratio(double x) {
@@ -184,7 +188,7 @@ RAY_FUNCTION void row_add(row_placed_t* at, row_planar_t p) {
   const double x = at->x + p.x * at->turn.cosine - p.y * at->turn.sine;
   const double y = at->y + p.x * at->turn.sine + p.y * at->turn.cosine;
   const double a = row_normalize(at->a + p.a);
-  if (ROW_BITS(a) != ROW_BITS(at->a)) at->turn = row_turn(a);
+  if (ROW_BITS(a) != ROW_BITS(at->a)) at->turn = row_turn_within(a);
   at->x = x;
   at->y = y;
   at->a = a;

@@ -113,10 +113,11 @@ RAY_FUNCTION int row_corner_cell(const row_world_t* w, row_point_t corner, row_p
   return fits;
 }
 
-/* Finds the cells of all corners and their box. Returns false, with an empty box, if the body
- * exceeds the grid. */
+/* Finds the cells of all corners and their box; *differ is 0 if they are those that `cells` has
+ * had. Returns false, with an empty box, if the body exceeds the grid. */
 RAY_FUNCTION int row_find_cells(const row_world_t* w, RAY_GLOBAL const row_body_t* body,
-                                row_placed_t frame, RAY_GLOBAL row_cell_t* cells, row_box_t* box) {
+                                row_placed_t frame, RAY_GLOBAL row_cell_t* cells, row_box_t* box,
+                                int* differ) {
   RAY_GLOBAL const row_point_t* const corners =
       ROW_PART(w, row_point_t, ROW_CORNERS) + body->first_corner;
   const ray_uint count = body->corners;
@@ -126,8 +127,10 @@ RAY_FUNCTION int row_find_cells(const row_world_t* w, RAY_GLOBAL const row_body_
   row_to_frame(w, body->node, &frame);
   low.x = low.y = 0x7fffffff;
   high.x = high.y = -0x7fffffff;
+  *differ = 0;
   for (i = 0; i < count; i++) {
     fits &= row_corner_cell(w, corners[i], frame, &cell);
+    *differ |= cell.x != cells[i].x || cell.y != cells[i].y;
     cells[i] = cell;
     low.x = cell.x < low.x ? cell.x : low.x;
     low.y = cell.y < low.y ? cell.y : low.y;
@@ -176,24 +179,6 @@ RAY_FUNCTION void row_draw_outline(RAY_GLOBAL const row_cell_t* cells, ray_uint 
   if (!any && count > 2) row_set_word(bits, narrow, 0, 1);
 }
 
-/* True if a corner of the body is in another cell than before. See Rows::Stepper::HasMoved(). */
-RAY_FUNCTION int row_has_moved(const row_world_t* w, RAY_GLOBAL const row_body_t* body,
-                               RAY_GLOBAL const row_cell_t* now, int is_inside) {
-  RAY_GLOBAL const row_point_t* const corners =
-      ROW_PART(w, row_point_t, ROW_CORNERS) + body->first_corner;
-  row_placed_t frame;
-  int was_inside = 1, differ = 0;
-  row_cell_t cell;
-  ray_uint i;
-  row_find_place(w, body->mover, &frame);
-  row_to_frame(w, body->node, &frame);
-  for (i = 0; i < body->corners; i++) {
-    was_inside &= row_corner_cell(w, corners[i], frame, &cell);
-    differ |= cell.x != now[i].x || cell.y != now[i].y;
-  }
-  return was_inside != is_inside || (is_inside && differ);
-}
-
 /* ---- phases ------------------------------------------------------------------------------- */
 
 /* Finds where a mover wants to be. See Rows::Stepper::FindWanted(). */
@@ -222,12 +207,18 @@ RAY_FUNCTION void row_draw(const row_world_t* w, ray_uint index) {
   RAY_GLOBAL row_drawn_t* const drawn = ROW_SCRATCH(w, row_drawn_t, ROW_DRAWN) + index;
   RAY_GLOBAL row_cell_t* const cells = ROW_SCRATCH(w, row_cell_t, ROW_CELLS) + body->first_corner;
   RAY_GLOBAL row_byte* const bits = ROW_SCRATCH(w, row_byte, ROW_DRAWN_BITS) + body->first_byte;
+  row_placed_t place;
   row_box_t box;
-  int is_inside, side;
+  int side, pass, was_inside = 0, is_inside = 0, differ = 0;
   if (!wanted->asked) return;
-  is_inside = row_find_cells(w, body, wanted->place, cells, &box);
+  row_find_place(w, body->mover, &place);
+  for (pass = 0; pass < 2; pass++) { /* where it is, and where it would be */
+    was_inside = is_inside;
+    is_inside = row_find_cells(w, body, place, cells, &box, &differ);
+    place = wanted->place;
+  }
   drawn->box = box;
-  drawn->moved = (ray_uint)row_has_moved(w, body, cells, is_inside);
+  drawn->moved = was_inside != is_inside || (is_inside && differ); /* see HasMoved() */
   if (is_inside) row_draw_outline(cells, body->corners, box, bits, w->scene->narrow);
   if ((body->flags & ROW_OBSTACLE) == 0) return;
   side = box.width > box.height ? box.width : box.height;

@@ -182,10 +182,9 @@ typedef struct RAY_ALIGNED(16) {
   row_bounds_t velocity[3], acceleration[3]; /* x, y, turn */
 } row_mover_t;
 
-/* A node: its frame is the sum of its mover's pose, of its links, and of `frame`. */
-typedef struct RAY_ALIGNED(16) {
-  ray_uint first_link, links;
-  row_planar_t frame;
+/* A node: its frame is the sum of its mover's pose and of its links. */
+typedef struct {
+  ray_uint first_link, end_link;
 } row_node_t;
 
 /* Bits of row_body_t::flags. */
@@ -211,18 +210,17 @@ typedef struct RAY_ALIGNED(16) {
 #define ROW_TURNS_NOISILY 4u
 
 typedef struct RAY_ALIGNED(16) {
-  ray_uint mover, node;
+  ray_uint mover, node; /* the node's frame is the start of the rays */
   ray_uint flags;
   ray_uint first_ray, rays, first_direction;
   ray_uint view; /* what stands, for its rays */
   ray_uint seen; /* index of a map */
   ray_uint first_other, others;
   double reach, leg_cells;
-  row_planar_t pose;           /* in the frame of its node */
   double turn_noise;           /* rad: largest error of a ray's heading */
   double fraction, deviation;  /* of the noise of ranges */
   double min_range, max_range; /* limits of ranges with noise */
-  double unused;
+  double unused[2];
 } row_sensor_t;
 
 typedef struct RAY_ALIGNED(16) {
@@ -325,9 +323,8 @@ typedef struct {
 /* OpenCL C 1.1 has no static assertions. */
 typedef char row_placed_has_40_bytes[sizeof(row_placed_t) == 40 ? 1 : -1];
 typedef char row_mover_has_160_bytes[sizeof(row_mover_t) == 160 ? 1 : -1];
-typedef char row_node_has_32_bytes[sizeof(row_node_t) == 32 ? 1 : -1];
 typedef char row_body_has_64_bytes[sizeof(row_body_t) == 64 ? 1 : -1];
-typedef char row_sensor_has_128_bytes[sizeof(row_sensor_t) == 128 ? 1 : -1];
+typedef char row_sensor_has_112_bytes[sizeof(row_sensor_t) == 112 ? 1 : -1];
 typedef char row_own_ray_has_32_bytes[sizeof(row_own_ray_t) == 32 ? 1 : -1];
 typedef char row_fan_has_64_bytes[sizeof(row_fan_t) == 64 ? 1 : -1];
 typedef char row_wanted_has_48_bytes[sizeof(row_wanted_t) == 48 ? 1 : -1];

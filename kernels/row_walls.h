@@ -71,7 +71,6 @@ RAY_FUNCTION void row_place_fan(const row_world_t* w, ray_uint index) {
   if (!(sensor->reach > 0)) return;
   row_find_place(w, sensor->mover, &origin);
   row_to_frame(w, sensor->node, &origin);
-  row_add(&origin, sensor->pose);
   if (!row_split(origin.x * scale, &fan.x, &fx) || !row_split(origin.y * scale, &fan.y, &fy))
     return;
   fan.start_x = origin.x;

@@ -54,6 +54,7 @@ class ImageMaker {
   void SetPart(int part, const T& records) {
     header_.parts[part] = Append(std::span(records));
   }
+  void AddNode(const Mover& mover, uint32_t node, const Pose* pose);
   void AddMovers();
   row_mover_t RecordOfMover(const Mover& mover) const;
   void AddBodies();
@@ -70,29 +71,31 @@ class ImageMaker {
   Rows start_;  // one world in its state after loading
   row_scene_t header_{};
   std::vector<std::byte> bytes_;
+  std::vector<row_node_t> nodes_;
+  std::vector<row_planar_t> links_;
   std::vector<uint32_t> first_node_;  // by mover
   size_t corner_count_ = 0, state_bytes_ = 0;
 };
 
+/// Adds the frame of a node or, if `pose` is given, that pose in it.
+void ImageMaker::AddNode(const Mover& mover, uint32_t node, const Pose* pose) {
+  const size_t first = links_.size();
+  for (uint32_t at = node; at != 0; at = mover.nodes[at].parent)
+    links_.push_back(RecordOf(mover.nodes[at].local));
+  std::reverse(links_.begin() + static_cast<std::ptrdiff_t>(first), links_.end());
+  links_.push_back(RecordOf(mover.nodes[node].frame));
+  if (pose) links_.push_back(RecordOf(*pose));
+  nodes_.push_back({static_cast<uint32_t>(first), static_cast<uint32_t>(links_.size())});
+}
+
 void ImageMaker::AddMovers() {
   std::vector<row_mover_t> movers;
-  std::vector<row_node_t> nodes;
-  std::vector<row_planar_t> links;
   for (const Mover& mover : scene_.movers) {
     movers.push_back(RecordOfMover(mover));
-    first_node_.push_back(static_cast<uint32_t>(nodes.size()));
-    for (uint32_t node = 0; node < mover.nodes.size(); node++) {
-      const auto first = static_cast<uint32_t>(links.size());
-      for (uint32_t at = node; at != 0; at = mover.nodes[at].parent)
-        links.push_back(RecordOf(mover.nodes[at].local));
-      std::reverse(links.begin() + first, links.end());
-      nodes.push_back(
-          {first, static_cast<uint32_t>(links.size()) - first, RecordOf(mover.nodes[node].frame)});
-    }
+    first_node_.push_back(static_cast<uint32_t>(nodes_.size()));
+    for (uint32_t node = 0; node < mover.nodes.size(); node++) AddNode(mover, node, nullptr);
   }
   SetPart(ROW_MOVERS, movers);
-  SetPart(ROW_NODES, nodes);
-  SetPart(ROW_LINKS, links);
   std::vector<row_consumer_t> consumers;
   for (const Consumer& consumer : scene_.consumers)
     consumers.push_back({consumer.pack, consumer.mover, consumer.watts});
@@ -169,7 +172,6 @@ row_sensor_t ImageMaker::RecordOfSensor(const Sensor& sensor) const {
   const ModelRanger::Sensor& settings = *sensor.settings;
   row_sensor_t record{};
   record.mover = sensor.mover;
-  record.node = first_node_[sensor.mover] + sensor.node;
   record.flags = Flag(sensor.exact, ROW_EXACT) | Flag(sensor.noisy, ROW_NOISY) |
                  Flag(sensor.turns_noisily, ROW_TURNS_NOISILY);
   record.first_ray = sensor.first_ray;
@@ -178,7 +180,6 @@ row_sensor_t ImageMaker::RecordOfSensor(const Sensor& sensor) const {
   record.seen = static_cast<uint32_t>(scene_.blocked.size()) + sensor.seen;
   record.reach = sensor.reach;
   record.leg_cells = sensor.reach * scene_.cells_per_metre;
-  record.pose = RecordOf(settings.pose);
   record.turn_noise = sensor.increment * settings.angle_noise * 0.5;
   // See ModelRanger::Sensor::AddRangeNoise().
   record.fraction = finite(settings.range_noise);
@@ -196,6 +197,8 @@ void ImageMaker::AddSensors() {
   for (uint32_t k = 0; k < scene_.sensors.size(); k++) {
     const Sensor& sensor = scene_.sensors[k];
     sensors.push_back(RecordOfSensor(sensor));
+    sensors.back().node = static_cast<uint32_t>(nodes_.size());
+    AddNode(scene_.movers[sensor.mover], sensor.node, &sensor.settings->pose);
     sensors.back().first_other = static_cast<uint32_t>(others.size());
     sensors.back().others = static_cast<uint32_t>(sensor.others.size());
     others.insert(others.end(), sensor.others.begin(), sensor.others.end());
@@ -204,6 +207,8 @@ void ImageMaker::AddSensors() {
                 bearings.begin() + sensor.first_ray);
   }
   DeviceViews views(scene_, &sensors);
+  SetPart(ROW_NODES, nodes_);
+  SetPart(ROW_LINKS, links_);
   SetPart(ROW_SENSORS, sensors);
   SetPart(ROW_OTHERS, others);
   SetPart(ROW_SENSOR_OF, sensor_of);
