@@ -13,7 +13,7 @@ namespace {
 using rows::RowDeviceError;
 
 // Work-items for a world. A CPU runs the work-items of a group one after the other.
-constexpr size_t kWorkItemsOfCpu = 1, kWorkItemsOfGpu = 64;
+constexpr size_t kWorkItemsOfCpu = 1, kWorkItemsOfGpu = 32;
 
 }  // namespace
 
