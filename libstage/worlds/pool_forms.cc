@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "geometry/load_error.hh"
 #include "models/model.hh"
 #include "rows/row_bridge.hh"
 #include "worlds/pool_access.hh"
@@ -60,10 +61,14 @@ PoolRow WorldPool::Impl::RowToRead(uint32_t id, Thread* thread) {
   if (slot.form == Form::kRow) return {slot.rows, id};
   if (slot.form == Form::kWorld || !scene->has_rows() || !slot.subscriptions->scene()) return {};
   std::unique_ptr<rows::Rows>& start = thread->starts[slot.subscriptions->number()];
-  if (start)
-    start->Reset(0, seeds[id]);
-  else
-    start = std::make_unique<rows::Rows>(slot.subscriptions->scene(), std::span(&seeds[id], 1));
+  try {
+    if (start)
+      start->Reset(0, seeds[id]);
+    else
+      start = std::make_unique<rows::Rows>(slot.subscriptions->scene(), std::span(&seeds[id], 1));
+  } catch (const LoadError&) {  // a population that does not fit
+    return {};                  // so the World cannot be made either, and gives the reason
+  }
   return {start.get(), 0};
 }
 

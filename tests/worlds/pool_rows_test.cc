@@ -256,6 +256,44 @@ TEST_P(PoolRows, WorldsEqualThoseAloneWhateverIsDoneWithThem) {
   EXPECT_GT(happened.copies, 5u);
 }
 
+TEST(PoolRowsOfPopulations, AWorldWhoseMembersDoNotFitFailsWithTheReason) {
+  InitLibrary();
+  const char kCrowded[] =
+      "define bot position( size [0.4 0.4 0.3] alwayson 1 )\n"
+      "population( name \"bots\" model \"bot\" count 3 area [0 0 0.7 0.7] gap 0.05 )\n";
+  std::vector<std::unique_ptr<World>> alone;
+  std::vector<uint64_t> seeds;
+  const World* fitting = nullptr;
+  for (uint64_t seed = 1; seed <= 20; seed++) {
+    alone.push_back(std::make_unique<World>(OptionsOf(seed)));
+    std::istringstream content(kCrowded);
+    if (alone.back()->Load(content, "t.world"))
+      fitting = alone.back().get();
+    else
+      alone.back().reset();
+    seeds.push_back(seed);
+  }
+  ASSERT_NE(fitting, nullptr);
+  WorldPool pool(*fitting, seeds);
+  ASSERT_EQ(pool.WhyNotClosed(0), "");
+  pool.Step(pool.All(), 3);
+  size_t failures = 0;
+  for (const uint32_t id : pool.All()) {
+    failures += !alone[id];
+    if (alone[id]) {
+      for (int i = 0; i < 3; i++) alone[id]->Update();
+      EXPECT_EQ(pool.Failure(id), "");
+      EXPECT_EQ(pool.StateHashes({id})[0], alone[id]->StateHash());
+    } else {
+      EXPECT_NE(pool.Failure(id).find("bots"), std::string::npos) << pool.Failure(id);
+      EXPECT_FALSE(PoolAccess::RowToRead(pool, id));
+      EXPECT_EQ(pool.At(id), nullptr);
+    }
+  }
+  EXPECT_GT(failures, 0u);
+  EXPECT_LT(failures, 19u);
+}
+
 INSTANTIATE_TEST_SUITE_P(Threads, PoolRows, testing::Values(1u, 2u, 7u, 16u));
 
 }  // namespace
