@@ -48,7 +48,6 @@ Batch::Batch(Batch* other, const std::vector<uint64_t>& seeds)
 /// Throws Failure if a world cannot be made.
 void Batch::MakeWorlds() {
   const GilRelease no_gil;
-  times_made_.resize(size(), 0);
   pool_->Make(pool_->All());
   for (uint32_t i = 0; i < size(); i++)
     if (!pool_->Failure(i).empty()) throw Failure{Kind::kWorld, pool_->Failure(i)};
@@ -82,6 +81,10 @@ void Batch::Subscribe(size_t index, std::span<const uint32_t> models) const {
 
 void Batch::Place(size_t index, size_t mover, const rows::Planar& pose) const {
   PoolAccess::Place(*pool_, static_cast<uint32_t>(index), mover, pose);
+}
+
+uint64_t Batch::TimesMade(size_t index) const {
+  return pool_->times_made(static_cast<uint32_t>(index));
 }
 
 Model* Batch::Find(size_t index, const ModelKey& key) const {
@@ -184,20 +187,13 @@ void Batch::Rollout(const double* commands, size_t moments, uint64_t steps,
   pool_->Step(pool_->All(), moments * steps, &recorder, steps);
 }
 
-/// Fills in the arrays of a world after a reset or restore, which may have made it again.
-void Batch::GatherAgain(uint32_t index) {
-  if (times_made_[index] != pool_->times_made(index)) crowd_->Forget(index);
-  times_made_[index] = pool_->times_made(index);
-  crowd_->Gather(*this, index);
-}
-
 void Batch::Reset(const Indices& which, const std::vector<uint64_t>& seeds) {
   const Use use(this);
   const GilRelease no_gil;
   pool_->Reset(which, seeds);
   pool_->ForEach(which, [&](uint32_t index) {
     crowd_->ClearCommands(index);
-    GatherAgain(index);
+    crowd_->Gather(*this, index);
   });
 }
 
@@ -205,7 +201,7 @@ void Batch::Restore(const Indices& which, const Snapshot& from) {
   const Use use(this);
   const GilRelease no_gil;
   pool_->Restore(which, from);
-  pool_->ForEach(which, [&](uint32_t index) { GatherAgain(index); });
+  pool_->ForEach(which, [&](uint32_t index) { crowd_->Gather(*this, index); });
 }
 
 Snapshot Batch::Take(uint32_t index) {

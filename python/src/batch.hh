@@ -82,6 +82,7 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
 
   bool is_open() const override { return true; }
   World* WorldAt(size_t index) const override;
+  uint64_t TimesMade(size_t index) const override;
   Model* Find(size_t index, const ModelKey& key) const override;
   const rows::Scene* SceneAt(size_t index) const override;
   PoolRow RowAt(size_t index) const override;
@@ -94,11 +95,9 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   class Recorder;
 
   void MakeWorlds();
-  void GatherAgain(uint32_t index);
   void Look(uint32_t index, const std::function<void(World& world)>& look) const;
 
   const std::unique_ptr<WorldPool> pool_;
-  std::vector<uint64_t> times_made_;  // of each world when its robots were last gathered
   std::shared_ptr<Crowd> crowd_;
 };
 

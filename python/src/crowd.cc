@@ -130,8 +130,12 @@ const Members& Crowd::MembersOf(const Source* source, size_t index) {
   Members& members = members_[index];
   World* const world = source ? source->WorldAt(index) : nullptr;
   const uint64_t changes = world ? world->host().topology_version : 0;
-  if (world && world == members.world && changes == members.topology_version) return members;
+  const uint64_t times_made = source ? source->TimesMade(index) : 0;
+  if (world && world == members.world && changes == members.topology_version &&
+      times_made == members.times_made)
+    return members;
   members.world = world;
+  members.times_made = times_made;
   members.topology_version = changes;
   members.robots.clear();
   for (const ModelKey& key : robots_)
@@ -223,7 +227,6 @@ bool Crowd::GatherRow(const Source& source, size_t world, std::span<const Named>
   }
   const PoolRow row = source.RowAt(world);
   if (!row) return false;
-  Forget(world);
   const RowOfCrowd of{*row.rows, row.row, RobotsIn(row.rows->scene())};
   for (const Named& named : groups) named.group->FillFromRow(world, of);
   return true;
@@ -251,7 +254,6 @@ bool Crowd::CommandRow(const Source& source, size_t world) {
   if (!needs.empty()) source.Subscribe(world, needs);
   const PoolRow row = source.RowToChange(world);
   if (!row) return false;
-  Forget(world);
   robots = &RobotsIn(row.rows->scene());
   rows::Columns& columns = row.rows->columns;
   const size_t first = row.row * row.rows->scene().movers.size();

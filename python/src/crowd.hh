@@ -29,6 +29,7 @@ namespace Stg::python {
 struct Members {
   World* world = nullptr;
   uint64_t topology_version = 0;  ///< the world's counter of topology changes at the last lookup
+  uint64_t times_made = 0;        ///< Source::TimesMade() at the last lookup
   std::vector<ModelPosition*> robots;
 };
 
@@ -71,8 +72,6 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   nb::object TimeArray();
   nb::object EndedArray();
 
-  /// Called when a world has been replaced; the new one may have the same address as the old one.
-  void Forget(size_t world) { members_[world].world = nullptr; }
   // Only the source calls the functions below. They do not need the GIL, and several threads may
   // call them at the same time for different worlds.
 

@@ -35,6 +35,8 @@ class Source {
   virtual bool is_open() const = 0;
   /// Null if the world is gone. It takes no lock, because it is called many times per step.
   virtual World* WorldAt(size_t index) const = 0;
+  /// How often the World at `index` was made. Another one may have the same address.
+  virtual uint64_t TimesMade(size_t /*index*/) const { return 0; }
   /// Null if the model is gone.
   virtual Model* Find(size_t index, const ModelKey& key) const = 0;
 
