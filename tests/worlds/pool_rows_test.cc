@@ -224,7 +224,7 @@ void RunAtRandom(Twins* twins, RandomSource* random, int rounds, Happened* happe
 /// Number of random worlds; more for a long search.
 uint64_t Worlds() {
   const char* const wanted = std::getenv("STAGE_RANDOM_WORLDS");
-  return wanted ? std::strtoull(wanted, nullptr, 10) : kSanitized ? 4 : 12;
+  return wanted ? std::strtoull(wanted, nullptr, 10) : kSanitized ? 8 : 12;
 }
 
 class PoolRows : public testing::TestWithParam<unsigned> {};
