@@ -63,30 +63,6 @@ World* Batch::WorldAt(size_t index) const {
   return PoolAccess::Borrow(*pool_, static_cast<uint32_t>(index));
 }
 
-const rows::Scene* Batch::SceneAt(size_t index) const {
-  return PoolAccess::SceneOf(*pool_, static_cast<uint32_t>(index));
-}
-
-PoolRow Batch::RowAt(size_t index) const {
-  return PoolAccess::RowToRead(*pool_, static_cast<uint32_t>(index));
-}
-
-PoolRow Batch::RowToChange(size_t index) const {
-  return PoolAccess::RowToChange(*pool_, static_cast<uint32_t>(index));
-}
-
-void Batch::Subscribe(size_t index, std::span<const uint32_t> models) const {
-  PoolAccess::Subscribe(*pool_, static_cast<uint32_t>(index), models);
-}
-
-void Batch::Place(size_t index, size_t mover, const rows::Planar& pose) const {
-  PoolAccess::Place(*pool_, static_cast<uint32_t>(index), mover, pose);
-}
-
-uint64_t Batch::TimesMade(size_t index) const {
-  return pool_->times_made(static_cast<uint32_t>(index));
-}
-
 Model* Batch::Find(size_t index, const ModelKey& key) const {
   World* const world = WorldAt(index);
   return world ? world->FindModel(key.id) : nullptr;

@@ -82,13 +82,8 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
 
   bool is_open() const override { return true; }
   World* WorldAt(size_t index) const override;
-  uint64_t TimesMade(size_t index) const override;
   Model* Find(size_t index, const ModelKey& key) const override;
-  const rows::Scene* SceneAt(size_t index) const override;
-  PoolRow RowAt(size_t index) const override;
-  PoolRow RowToChange(size_t index) const override;
-  void Subscribe(size_t index, std::span<const uint32_t> models) const override;
-  void Place(size_t index, size_t mover, const rows::Planar& pose) const override;
+  WorldPool* pool() const override { return pool_.get(); }
 
  private:
   class Stepper;

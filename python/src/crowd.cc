@@ -12,10 +12,20 @@
 #include "messages/assert.hh"
 #include "rows/robot_view.hh"
 #include "world/engine.hh"
+#include "worlds/pool_access.hh"
 
 namespace Stg::python {
 
 namespace {
+
+/// The id of a world in the pool.
+uint32_t IdOf(size_t world) { return static_cast<uint32_t>(world); }
+
+/// The scene of the row in which the state of the world is or will be; null if it is in a World
+/// object.
+const rows::Scene* SceneAt(const Source& source, size_t world) {
+  return source.pool() ? PoolAccess::SceneOf(*source.pool(), IdOf(world)) : nullptr;
+}
 
 /// Writes x, y and heading of what `get` returns.
 template <auto get, class Robot>
@@ -130,7 +140,8 @@ const Members& Crowd::MembersOf(const Source* source, size_t index) {
   Members& members = members_[index];
   World* const world = source ? source->WorldAt(index) : nullptr;
   const uint64_t changes = world ? world->host().topology_version : 0;
-  const uint64_t times_made = source ? source->TimesMade(index) : 0;
+  const WorldPool* const pool = source ? source->pool() : nullptr;
+  const uint64_t times_made = pool ? pool->times_made(IdOf(index)) : 0;
   if (world && world == members.world && changes == members.topology_version &&
       times_made == members.times_made)
     return members;
@@ -181,7 +192,7 @@ std::vector<Members> Crowd::Examples(const Source& source) {
   std::vector<Members> examples;
   const rows::Scene* last = nullptr;
   for (size_t world = 0; world < worlds(); world++) {
-    const rows::Scene* const scene = source.SceneAt(world);
+    const rows::Scene* const scene = SceneAt(source, world);
     if (!scene) {
       examples.push_back(MembersOf(&source, world));
     } else if (scene != last) {
@@ -216,16 +227,16 @@ const RowRobots& Crowd::RobotsIn(const rows::Scene& scene) {
 /// Fills these groups for a world in a row. Returns false if it is not in a row, or if a group can
 /// only be filled from a World.
 bool Crowd::GatherRow(const Source& source, size_t world, std::span<const Named> groups) {
-  const rows::Scene* scene = source.SceneAt(world);
+  const rows::Scene* scene = SceneAt(source, world);
   for (size_t i = 0; scene && i < groups.size();) {
     const RowPlan& plan = groups[i].group->PlanFor(RobotsIn(*scene));
     if (!plan.possible) return false;
     i = plan.needs.empty() ? i + 1 : 0;
     if (plan.needs.empty()) continue;
-    source.Subscribe(world, plan.needs);
-    scene = source.SceneAt(world);
+    PoolAccess::Subscribe(*source.pool(), IdOf(world), plan.needs);
+    scene = SceneAt(source, world);
   }
-  const PoolRow row = source.RowAt(world);
+  const PoolRow row = scene ? PoolAccess::RowToRead(*source.pool(), IdOf(world)) : PoolRow();
   if (!row) return false;
   const RowOfCrowd of{*row.rows, row.row, RobotsIn(row.rows->scene())};
   for (const Named& named : groups) named.group->FillFromRow(world, of);
@@ -243,7 +254,7 @@ bool IsNoCommand(const double* numbers) {
 
 /// Command() for a world in a row. Returns false if it is not in a row.
 bool Crowd::CommandRow(const Source& source, size_t world) {
-  const rows::Scene* const scene = source.SceneAt(world);
+  const rows::Scene* const scene = SceneAt(source, world);
   if (!scene) return false;
   const RowRobots* robots = &RobotsIn(*scene);
   std::vector<uint32_t> needs;
@@ -251,8 +262,8 @@ bool Crowd::CommandRow(const Source& source, size_t world) {
     if (IsNoCommand(commands_.Row<double>(world, i)) || !robots->models[i]) continue;
     if (!robots->models[i]->HasSubscribers()) needs.push_back(robots->models[i]->GetId());
   }
-  if (!needs.empty()) source.Subscribe(world, needs);
-  const PoolRow row = source.RowToChange(world);
+  if (!needs.empty()) PoolAccess::Subscribe(*source.pool(), IdOf(world), needs);
+  const PoolRow row = PoolAccess::RowToChange(*source.pool(), IdOf(world));
   if (!row) return false;
   robots = &RobotsIn(row.rows->scene());
   rows::Columns& columns = row.rows->columns;
@@ -269,13 +280,14 @@ bool Crowd::CommandRow(const Source& source, size_t world) {
 /// Teleport() for a world in a row. Returns false if it is not in a row.
 bool Crowd::TeleportRow(const Source& source, size_t world, const double* poses,
                         const bool* which) {
-  const PoolRow row = source.RowToChange(world);
+  const PoolRow row =
+      source.pool() ? PoolAccess::RowToChange(*source.pool(), IdOf(world)) : PoolRow();
   if (!row) return false;
   const RowRobots& robots = RobotsIn(row.rows->scene());
   for (size_t i = 0; i < size(); i++) {
     if (robots.movers[i] == RowRobots::kNone || (which && !which[i])) continue;
     const double* const to = poses + 3 * i;
-    source.Place(world, robots.movers[i], {to[0], to[1], to[2]});
+    PoolAccess::Place(*source.pool(), IdOf(world), robots.movers[i], {to[0], to[1], to[2]});
   }
   return true;
 }

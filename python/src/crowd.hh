@@ -29,7 +29,7 @@ namespace Stg::python {
 struct Members {
   World* world = nullptr;
   uint64_t topology_version = 0;  ///< the world's counter of topology changes at the last lookup
-  uint64_t times_made = 0;        ///< Source::TimesMade() at the last lookup
+  uint64_t times_made = 0;        ///< WorldPool::times_made() at the last lookup
   std::vector<ModelPosition*> robots;
 };
 

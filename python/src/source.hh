@@ -8,11 +8,10 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include "failure.hh"
 #include "models/model.hh"
-#include "worlds/pool_access.hh"
+#include "worlds/world_pool.hh"
 
 namespace Stg::python {
 
@@ -35,23 +34,11 @@ class Source {
   virtual bool is_open() const = 0;
   /// Null if the world is gone. It takes no lock, because it is called many times per step.
   virtual World* WorldAt(size_t index) const = 0;
-  /// How often the World at `index` was made. Another one may have the same address.
-  virtual uint64_t TimesMade(size_t /*index*/) const { return 0; }
   /// Null if the model is gone.
   virtual Model* Find(size_t index, const ModelKey& key) const = 0;
 
-  /// The scene of the row in which the state of the world is or will be; null if it is in a World
-  /// object.
-  virtual const rows::Scene* SceneAt(size_t /*index*/) const { return nullptr; }
-  /// A row with the state of the world; none if it is in a World object. It may be read until the
-  /// next call by this thread.
-  virtual PoolRow RowAt(size_t /*index*/) const { return {}; }
-  /// The row, to be changed.
-  virtual PoolRow RowToChange(size_t /*index*/) const { return {}; }
-  /// Subscribes to models of a world in a row, which may get a World object by that.
-  virtual void Subscribe(size_t /*index*/, std::span<const uint32_t> /*models*/) const {}
-  /// Moves a robot of RowToChange().
-  virtual void Place(size_t /*index*/, size_t /*mover*/, const rows::Planar& /*pose*/) const {}
+  /// The pool that the worlds belong to, with their indices as ids; null if there is none.
+  virtual WorldPool* pool() const { return nullptr; }
 
   /// Called by the destructor of a crowd: applies its pending commands.
   virtual void OnCrowdDestroyed(Crowd*) noexcept {}
