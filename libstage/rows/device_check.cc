@@ -91,29 +91,6 @@ std::vector<std::byte> BytesOf(const Rows& rows) {
   return bytes;
 }
 
-/// Lends a device, which its owner keeps.
-class LentDevice : public RowDevice {
- public:
-  explicit LentDevice(RowDevice* device) : device_(*device) {}
-  std::string Name() const override { return device_.Name(); }
-  void Begin(std::span<const uint64_t> image, const RowBuffers& buffers) override {
-    device_.Begin(image, buffers);
-  }
-  void Write(size_t offset, const void* from, size_t bytes) override {
-    device_.Write(offset, from, bytes);
-  }
-  void Read(size_t offset, void* to, size_t bytes) override { device_.Read(offset, to, bytes); }
-  void Step(uint32_t steps) override { device_.Step(steps); }
-  void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
-             uint32_t columns) override {
-    device_.Reset(worlds, given, columns);
-  }
-  void Finish() override { device_.Finish(); }
-
- private:
-  RowDevice& device_;
-};
-
 /// True if robots have moved and stall, some of them have run out of energy, and rays hit things.
 [[maybe_unused]] bool IsVaried(const Rows& rows) {
   const Columns& c = rows.columns;
@@ -130,7 +107,8 @@ std::string SelfTestWith(RowDevice* device, const std::string& size) {
   std::array<uint64_t, kWorlds> seeds;
   std::iota(seeds.begin(), seeds.end(), uint64_t{1});
   Rows host(scene, seeds), read(scene, seeds);
-  DeviceRows rows(scene, kWorlds, std::make_unique<LentDevice>(device));
+  const std::shared_ptr<RowDevice> borrowed(std::shared_ptr<RowDevice>(), device);  // never deleted
+  DeviceRows rows(scene, kWorlds, borrowed);
   rows.Write(host);
   const auto scratch = host.MakeScratch();
   RandomStream random(7);

@@ -46,7 +46,7 @@ std::unique_ptr<RowDevice> OpenRowDevice(const std::string& choice, uint32_t wor
 }
 
 DeviceRows::DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds,
-                       std::unique_ptr<RowDevice> device)
+                       std::shared_ptr<RowDevice> device)
     : scene_(std::move(scene)),
       worlds_(worlds),
       image_(MakeDeviceImage(scene_, worlds)),

@@ -37,7 +37,7 @@ class DeviceRows {
  public:
   /// Worlds in an unspecified state: call Write() or Reset() first. The scene can be stepped on a
   /// device, see WhyNotOnDevice().
-  DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds, std::unique_ptr<RowDevice> device);
+  DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds, std::shared_ptr<RowDevice> device);
 
   size_t size() const { return worlds_; }
   RowDevice& device() { return *device_; }
@@ -53,7 +53,7 @@ class DeviceRows {
   const std::shared_ptr<const Scene> scene_;
   const size_t worlds_;
   const DeviceImage image_;
-  std::unique_ptr<RowDevice> device_;
+  const std::shared_ptr<RowDevice> device_;
   ColumnSet seeded_ = 0;         // columns that depend on the seed
   std::unique_ptr<Rows> reset_;  // one world
   std::vector<std::byte> buffer_;
