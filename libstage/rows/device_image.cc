@@ -30,8 +30,6 @@ row_bounds_t RecordOf(const Bounds& bounds) { return {bounds.min, bounds.max}; }
 
 uint32_t Flag(bool is_set, uint32_t flag) { return is_set ? flag : 0; }
 
-bool Noisy(const Scene& scene) { return std::ranges::any_of(scene.sensors, &Sensor::noisy); }
-
 /// Fills in an image. Offsets are known once all parts before have been added.
 class ImageMaker {
  public:
@@ -298,7 +296,7 @@ DeviceImage ImageMaker::Make() {
   header_.bytes = scene_.byte_count;
   header_.narrow = scene_.narrow;
   header_.any_exact = std::ranges::any_of(scene_.sensors, &Sensor::exact);
-  header_.any_noise = Noisy(scene_);
+  header_.any_noise = scene_.HasNoise();
   AddMovers();
   AddBodies();
   AddSensors();

@@ -13,6 +13,7 @@
 #include "models/body.hh"
 #include "models/bumper.hh"
 #include "models/fiducial.hh"
+#include "rows/in_mover.hh"
 #include "rows/model_kinds.hh"
 #include "rows/row_bridge.hh"
 #include "world/engine.hh"
@@ -33,24 +34,6 @@ bool StopsAtBlobs(Model* candidate, const Model*, const void*) {
 bool Stops(const sensing::Fan& fan, const Bounds& height, const Model& model) {
   return !(fan.z_test && (fan.z < height.min || fan.z > height.max)) &&
          fan.predicate(const_cast<Model*>(&model), nullptr, nullptr);
-}
-
-/// Place of a model among the movers.
-struct InMover {
-  uint32_t mover, node;
-};
-
-/// Calls f(Model*, InMover) for the models of all movers.
-template <typename F>
-void ForEachInMovers(const World& world, const rows::Scene& scene, F f) {
-  for (uint32_t k = 0; k < scene.movers.size(); k++) {
-    uint32_t node = 0;
-    const auto visit = [&](Model* model, const auto& self) -> void {
-      f(model, InMover{k, node++});
-      for (Model* child : model->GetChildren()) self(child, self);
-    };
-    visit(world.FindModel(scene.movers[k].model->GetId()), visit);
-  }
 }
 
 double ReachOf(const Model& model) {
@@ -86,19 +69,19 @@ class RowBridge::FinderMaker {
   FinderMaker(const World& world, rows::Scene* scene)
       : world_(world), scene_(*scene), finders_(scene->finders) {}
 
-  void Add(Model* model, InMover at);
-  void FindTargets(const std::map<const Model*, InMover>& places);
+  void Add(Model* model, rows::InMover at);
+  void FindTargets(const std::map<const Model*, rows::InMover>& places);
 
  private:
-  rows::Finder FinderOf(const Model& model, InMover at, double reach, RayModel rays) const;
-  void AddBumper(const ModelBumper& bumper, InMover at);
+  rows::Finder FinderOf(const Model& model, rows::InMover at, double reach, RayModel rays) const;
+  void AddBumper(const ModelBumper& bumper, rows::InMover at);
 
   const World& world_;
   rows::Scene& scene_;
   rows::Finders& finders_;
 };
 
-rows::Finder RowBridge::FinderMaker::FinderOf(const Model& model, InMover at, double reach,
+rows::Finder RowBridge::FinderMaker::FinderOf(const Model& model, rows::InMover at, double reach,
                                               RayModel rays) const {
   rows::Finder finder{};
   finder.mover = at.mover;
@@ -112,7 +95,7 @@ rows::Finder RowBridge::FinderMaker::FinderOf(const Model& model, InMover at, do
   return finder;
 }
 
-void RowBridge::FinderMaker::Add(Model* model, InMover at) {
+void RowBridge::FinderMaker::Add(Model* model, rows::InMover at) {
   if (rows::IsOfType(*model, "bumper")) AddBumper(static_cast<const ModelBumper&>(*model), at);
   if (rows::IsOfType(*model, "fiducial")) {
     auto* const fiducial = static_cast<ModelFiducial*>(model);
@@ -135,7 +118,7 @@ void RowBridge::FinderMaker::Add(Model* model, InMover at) {
   }
 }
 
-void RowBridge::FinderMaker::AddBumper(const ModelBumper& bumper, InMover at) {
+void RowBridge::FinderMaker::AddBumper(const ModelBumper& bumper, rows::InMover at) {
   for (uint32_t i = 0; i < bumper.bumper_count; i++) {
     rows::Finder finder = FinderOf(bumper, at, bumper.bumpers[i].length, RayModel::kCell);
     finder.fan.z_test = false;
@@ -144,7 +127,7 @@ void RowBridge::FinderMaker::AddBumper(const ModelBumper& bumper, InMover at) {
 }
 
 /// Finds the models that fiducial finders may see.
-void RowBridge::FinderMaker::FindTargets(const std::map<const Model*, InMover>& places) {
+void RowBridge::FinderMaker::FindTargets(const std::map<const Model*, rows::InMover>& places) {
   for (rows::FiducialFinder& finder : finders_.fiducial_finders) {
     finder.first_target = finders_.target_count;
     for (Model* model : world_.engine_->models) {
@@ -152,8 +135,8 @@ void RowBridge::FinderMaker::FindTargets(const std::map<const Model*, InMover>& 
           model->vis.fiducial_key != finder.model->vis.fiducial_key)
         continue;
       const auto place = places.find(model);
-      const InMover at =
-          place == places.end() ? InMover{rows::FiducialTarget::kStands, 0} : place->second;
+      const rows::InMover at =
+          place == places.end() ? rows::InMover{rows::FiducialTarget::kStands, 0} : place->second;
       finder.targets.push_back({model, at.mover, at.node, model->GetGlobalPose()});
     }
     finders_.target_count += static_cast<uint32_t>(finder.targets.size());
@@ -162,8 +145,8 @@ void RowBridge::FinderMaker::FindTargets(const std::map<const Model*, InMover>& 
 
 void RowBridge::AddFinders(World* prototype, rows::Scene* scene) {
   FinderMaker maker(*prototype, scene);
-  std::map<const Model*, InMover> places;
-  ForEachInMovers(*prototype, *scene, [&](Model* model, InMover at) {
+  std::map<const Model*, rows::InMover> places;
+  rows::ForEachInMovers(*prototype, *scene, [&](Model* model, rows::InMover at) {
     places[model] = at;
     if (rows::IsRunning(*model)) maker.Add(model, at);
   });

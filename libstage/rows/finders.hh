@@ -59,7 +59,7 @@ struct Blobfinder {
   uint32_t first_direction;  ///< in Scene::directions
   uint32_t first_blob;       ///< among those of a world
 
-  /// Most blobs that the finder can see: each has a ray, and between two is another.
+  /// The finder cannot see more blobs, because each has a ray, and between two is another.
   uint32_t max_blobs() const { return (rays + 1) / 2; }
 };
 

@@ -77,21 +77,22 @@ bool RowBridge::HasModelsOf(const World& world, const rows::Scene& scene) {
   return std::ranges::equal(world.engine().models, scene.prototype->engine().models, same);
 }
 
+void RowBridge::ForEachUpdate(const World& world, const std::function<void(usec_t, Model*)>& f) {
+  world.engine_->scheduler.ForEach([&](usec_t time, const Scheduler::Event& event) {
+    if (event.model && event.model->ExpectsUpdate(event.generation)) f(time, event.model);
+  });
+}
+
 std::vector<uint32_t> RowBridge::RunningModels(const World& world) {
   std::vector<uint32_t> ids;
-  world.engine_->scheduler.ForEach([&](usec_t, const Scheduler::Event& event) {
-    if (event.model && event.model->ExpectsUpdate(event.generation))
-      ids.push_back(event.model->GetId());
-  });
+  ForEachUpdate(world, [&](usec_t, const Model* model) { ids.push_back(model->GetId()); });
   return ids;
 }
 
 /// The time of the next update of all running models; the end of time if there are none.
 usec_t RowBridge::NextUpdateOf(const World& world) {
   usec_t next = std::numeric_limits<usec_t>::max();
-  world.engine_->scheduler.ForEach([&](usec_t time, const Scheduler::Event& event) {
-    if (event.model && event.model->ExpectsUpdate(event.generation)) next = std::min(next, time);
-  });
+  ForEachUpdate(world, [&](usec_t time, const Model*) { next = std::min(next, time); });
   return next;
 }
 

@@ -94,6 +94,8 @@ class RowBridge {
                            rows::Rows* to, size_t row);
   static void ReadOrder(const World& world, rows::Rows* to, size_t row);
   static usec_t NextUpdateOf(const World& world);
+  /// Calls f(time, model) for the pending updates of running models, in their order.
+  static void ForEachUpdate(const World& world, const std::function<void(usec_t, Model*)>& f);
   static bool HasModelsOf(const World& world, const rows::Scene& scene);
   static void ReadGrid(const World& world, rows::Rows* to, size_t row);
   static void WriteMovers(const rows::Rows& from, size_t row, World* world);

@@ -23,8 +23,7 @@ void ForEachColumn(const Scene& scene, F f, C*... c) {
   const bool noisy = odometry && any([](const Mover& m) { return m.has_noisy_odometry; });
   const bool things = any([](const Mover& m) { return m.is_pushed; });
   const bool steers = any([](const Mover& m) { return m.steers; });
-  const bool noise =
-      std::ranges::any_of(scene.sensors, [](const Sensor& sensor) { return sensor.noisy; });
+  const bool noise = scene.HasNoise();
   f(size_t{1}, &c->seed...);
   f(size_t{1}, &c->time...);
   f(size_t{1}, &c->next_update...);
@@ -88,16 +87,15 @@ size_t Rows::BytesPerWorld() const {
   return bytes;
 }
 
-void Rows::Copy(size_t to, const Rows& other, size_t from) {
-  STAGE_ASSERT(&scene() == &other.scene() && to < size() && from < other.size());
-  const auto copy = [&](size_t count, auto* into, const auto* source) {
-    std::copy_n(source->begin() + static_cast<std::ptrdiff_t>(from * count), count,
-                into->begin() + static_cast<std::ptrdiff_t>(to * count));
-  };
-  ForEachColumn(*scene_, copy, &columns, &other.columns);
-}
-
 namespace {
+
+/// Copies the `count` elements of a world.
+template <typename T>
+void CopyElements(size_t count, const std::vector<T>& from, size_t from_world, std::vector<T>* to,
+                  size_t to_world) {
+  std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(from_world * count), count,
+              to->begin() + static_cast<std::ptrdiff_t>(to_world * count));
+}
 
 /// True if the movers of both scenes are the same models, and have the same bodies.
 bool HaveSameBodies(const Scene& one, const Scene& other) {
@@ -108,15 +106,15 @@ bool HaveSameBodies(const Scene& one, const Scene& other) {
          std::ranges::equal(one.movers, other.movers, same);
 }
 
-/// Copies the elements of a world; columns that one of both does not have remain as they are.
-template <typename T>
-void CopyElements(size_t world, size_t count, const std::vector<T>& from, std::vector<T>* to) {
-  if (from.empty() || to->empty()) return;
-  const auto first = static_cast<std::ptrdiff_t>(world * count);
-  std::copy_n(from.begin() + first, count, to->begin() + first);
-}
-
 }  // namespace
+
+void Rows::Copy(size_t to, const Rows& other, size_t from) {
+  STAGE_ASSERT(&scene() == &other.scene() && to < size() && from < other.size());
+  const auto copy = [&](size_t count, auto* into, const auto* source) {
+    CopyElements(count, *source, from, into, to);
+  };
+  ForEachColumn(*scene_, copy, &columns, &other.columns);
+}
 
 bool Rows::CopyStart(size_t world, const Rows& other) {
   if (!HaveSameBodies(scene(), other.scene())) return false;
@@ -126,14 +124,17 @@ bool Rows::CopyStart(size_t world, const Rows& other) {
   to.extent[world] = from.extent[world];
   to.stamps[world] = from.stamps[world];
   const size_t movers = scene().movers.size(), bodies = scene().bodies.size();
-  CopyElements(world, movers, from.pose, &to.pose);
-  CopyElements(world, movers, from.turn, &to.turn);
-  CopyElements(world, movers, from.command, &to.command);
-  CopyElements(world, movers, from.mode, &to.mode);
-  CopyElements(world, movers, from.before, &to.before);
-  CopyElements(world, bodies, from.box, &to.box);
-  CopyElements(world, bodies, from.stamp, &to.stamp);
-  CopyElements(world, scene().byte_count, from.bits, &to.bits);
+  const auto copy = [&](size_t count, const auto& source, auto* into) {
+    if (!source.empty() && !into->empty()) CopyElements(count, source, world, into, world);
+  };
+  copy(movers, from.pose, &to.pose);
+  copy(movers, from.turn, &to.turn);
+  copy(movers, from.command, &to.command);
+  copy(movers, from.mode, &to.mode);
+  copy(movers, from.before, &to.before);
+  copy(bodies, from.box, &to.box);
+  copy(bodies, from.stamp, &to.stamp);
+  copy(scene().byte_count, from.bits, &to.bits);
   for (size_t k = 0; k < movers; k++) {
     const size_t i = world * movers + k;
     const bool begins = scene().movers[k].runs && !other.scene().movers[k].runs;

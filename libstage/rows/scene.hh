@@ -10,6 +10,7 @@
 #ifndef STAGE_ROWS_SCENE_HH
 #define STAGE_ROWS_SCENE_HH
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -163,6 +164,7 @@ struct Scene {
 
   /// A seed with which the members of populations fit.
   uint64_t SomeSeed() const { return prototype->seed(); }
+  bool HasNoise() const { return std::ranges::any_of(sensors, &Sensor::noisy); }
   /// Time of the next update; never if no model is running.
   usec_t NextUpdateAfter(usec_t now) const {
     return updating.empty() ? std::numeric_limits<usec_t>::max()

@@ -14,6 +14,7 @@
 #include "models/power_pack.hh"
 #include "motion/drive_table.hh"
 #include "random/fnv1a.hh"
+#include "rows/in_mover.hh"
 #include "rows/model_kinds.hh"
 #include "rows/row_bridge.hh"
 #include "rows/stepper.hh"
@@ -104,14 +105,13 @@ std::string RowBridge::WhyNotSchedule(const World& world) {
   const Model* first = nullptr;
   usec_t time_of_first = 0;
   std::string reason;
-  world.engine_->scheduler.ForEach([&](usec_t time, const Scheduler::Event& event) {
-    if (!event.model || !event.model->ExpectsUpdate(event.generation)) return;
+  ForEachUpdate(world, [&](usec_t time, const Model* model) {
     if (!first) {
-      first = event.model;
+      first = model;
       time_of_first = time;
     }
-    if (time != time_of_first || event.model->GetUpdateInterval() != first->GetUpdateInterval())
-      reason = Named(*first) + " and " + Named(*event.model) + " update at different times";
+    if (time != time_of_first || model->GetUpdateInterval() != first->GetUpdateInterval())
+      reason = Named(*first) + " and " + Named(*model) + " update at different times";
   });
   return reason;
 }
@@ -140,7 +140,7 @@ class RowBridge::SceneMaker {
   static void SetRobot(const ModelPosition& model, rows::Mover* to);
   void AddNode(const Model& model, uint32_t parent, rows::Mover* mover);
   void AddBodies(const Model& model, uint32_t node, rows::Mover* mover);
-  void AddSensor(ModelRanger* ranger, uint32_t node, uint32_t index);
+  void AddSensor(ModelRanger* ranger, rows::InMover at, uint32_t index);
   uint8_t BrightnessOf(const Model& model);
   template <typename F>
   void ForEachStandingBody(F f) const;
@@ -271,30 +271,21 @@ uint8_t RowBridge::SceneMaker::BrightnessOf(const Model& model) {
 }
 
 void RowBridge::SceneMaker::AddSensors() {
-  for (uint32_t k = 0; k < scene_.movers.size(); k++) {
-    uint32_t node = 0;
-    const auto visit = [&](Model* model, const auto& self) -> void {
-      const uint32_t own = node++;
-      if (IsOfType(*model, "ranger") && IsRunning(*model)) {
-        auto* const ranger = static_cast<ModelRanger*>(model);
-        for (uint32_t i = 0; i < ranger->GetSensors().size(); i++) {
-          if (ranger->GetSensors()[i].sample_count == 0) continue;
-          AddSensor(ranger, own, i);
-          scene_.sensors.back().mover = k;
-        }
-      }
-      for (Model* child : model->GetChildren()) self(child, self);
-    };
-    visit(world_.FindModel(scene_.movers[k].model->GetId()), visit);
-  }
+  rows::ForEachInMovers(world_, scene_, [&](Model* model, rows::InMover at) {
+    if (!IsOfType(*model, "ranger") || !IsRunning(*model)) return;
+    auto* const ranger = static_cast<ModelRanger*>(model);
+    for (uint32_t i = 0; i < ranger->GetSensors().size(); i++)
+      if (ranger->GetSensors()[i].sample_count > 0) AddSensor(ranger, at, i);
+  });
 }
 
-void RowBridge::SceneMaker::AddSensor(ModelRanger* ranger, uint32_t node, uint32_t index) {
+void RowBridge::SceneMaker::AddSensor(ModelRanger* ranger, rows::InMover at, uint32_t index) {
   ModelRanger::Sensor& settings = ranger->GetSensorsMutable()[index];
   settings.Resize();  // finds the bearings
   const uint32_t samples = settings.sample_count;
   rows::Sensor sensor{};
-  sensor.node = node;
+  sensor.mover = at.mover;
+  sensor.node = at.node;
   sensor.ranger = ranger;
   sensor.settings = &settings;
   sensor.index = index;
@@ -335,10 +326,7 @@ void RowBridge::SceneMaker::AddPacks() {
 }
 
 void RowBridge::SceneMaker::FindUpdating() {
-  world_.engine_->scheduler.ForEach([&](usec_t, const Scheduler::Event& event) {
-    if (event.model && event.model->ExpectsUpdate(event.generation))
-      scene_.updating.push_back(event.model);
-  });
+  ForEachUpdate(world_, [&](usec_t, const Model* model) { scene_.updating.push_back(model); });
 }
 
 /// Copies the grid without the robots.
