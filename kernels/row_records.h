@@ -320,6 +320,29 @@ typedef struct {
   ray_uint before, drawn;
 } row_overlaps_t;
 
+/* How elements of an array for other programs come from a column. */
+enum {
+  ROW_NUMBERS,        /* doubles */
+  ROW_FLAGS,          /* bytes: 0 or 1 */
+  ROW_SECONDS,        /* doubles, from microseconds */
+  ROW_LOOKED_UP,      /* doubles: values[byte] */
+  ROW_UNLESS_STALLED, /* doubles, three by mover: 0 if it is stalled */
+  ROW_COMMANDS        /* doubles, three by mover, which are written to the column */
+};
+
+/* An element of a world's part of an array, and the place of its number in the world's part of the
+ * column. Commands: number of the robot, and of the mover. */
+typedef struct {
+  ray_uint element, place;
+} row_entry_t;
+
+/* Entries of an array that come from one column. */
+typedef struct {
+  ray_uint kind, column;
+  ray_uint elements;    /* of a world in the array; commands: its robots */
+  ray_uint of_readings; /* doubles are NaN as long as the world has no readings */
+} row_array_t;
+
 /* OpenCL C 1.1 has no static assertions. */
 typedef char row_placed_has_40_bytes[sizeof(row_placed_t) == 40 ? 1 : -1];
 typedef char row_mover_has_160_bytes[sizeof(row_mover_t) == 160 ? 1 : -1];

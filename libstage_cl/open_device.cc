@@ -56,7 +56,7 @@ std::string SourceOf(Kernels kernels) {
   for (const char* const part :
        {kRowRecordsSource, kRowMathSource, kRowAccessSource, kRowDriveSource, kRowOdometrySource,
         kRowMoveSource, kRowWallsSource, kRowExactSource, kRowRaysSource, kRowStepSource,
-        kRowKernelsSource})
+        kRowArraysSource, kRowKernelsSource})
     source += std::string(part) + "\n";
   return source;
 }

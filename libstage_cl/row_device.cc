@@ -14,6 +14,8 @@ using rows::RowDeviceError;
 
 // Work-items for a world. A CPU runs the work-items of a group one after the other.
 constexpr size_t kWorkItemsOfCpu = 1, kWorkItemsOfGpu = 32;
+// Work-items of a group that copies elements of arrays.
+constexpr size_t kCopiersInGroup = 64;
 
 }  // namespace
 
@@ -22,11 +24,15 @@ ClRowDevice::ClRowDevice(const FoundDevice& device, std::unique_ptr<DriverWatch>
     : device_(device, std::move(watch), Kernels::kRows),
       queue_(device_.context, device_.found.device),
       step_(device_.program, "step_rows"),
+      step_some_(device_.program, "step_some_rows"),
       reset_(device_.program, "reset_rows"),
+      gather_(device_.program, "gather_rows"),
+      command_(device_.program, "command_rows"),
       work_items_(work_items > 0         ? work_items
                   : device.kind == "cpu" ? kWorkItemsOfCpu
-                                         : kWorkItemsOfGpu) {
-  for (const ::cl::Kernel* const kernel : {&step_, &reset_})
+                                         : kWorkItemsOfGpu),
+      cuda_(CudaDevice::Find(device_.found.device)) {
+  for (const ::cl::Kernel* const kernel : {&step_, &step_some_, &reset_})
     work_items_ = std::min<size_t>(
         work_items_, kernel->getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_.found.device));
 }
@@ -38,11 +44,11 @@ std::string ClRowDevice::Name() const {
 
 /// Calls f() and translates errors.
 template <typename F>
-void ClRowDevice::Call(F f) {
+auto ClRowDevice::Call(F f) {
   if (getpid() != process_) throw RowDeviceError("this process has been forked");
   calls::SetDriver(device_.found.platform);  // the thread may use other drivers too
   try {
-    f();
+    return f();
   } catch (const ::cl::Error& error) {
     throw RowDeviceError(Name() + ": " + error.what() + ", error " + std::to_string(error.err()));
   }
@@ -54,6 +60,16 @@ void ClRowDevice::Call(F f) {
     throw RowDeviceError(Name() + ": " + name + " takes " + std::to_string(bytes) +
                          " bytes, a buffer has at most " + std::to_string(most));
   return ::cl::Buffer(device_.context, CL_MEM_READ_WRITE, std::max<size_t>(bytes, 1));
+}
+
+/// A buffer with these elements. Writing waits, so the caller may change its data. The buffer must
+/// be kept until the kernel that uses it has been started; the driver keeps it from then on.
+template <typename T>
+::cl::Buffer ClRowDevice::BufferOf(std::span<const T> elements, const std::string& name) {
+  const ::cl::Buffer buffer = MakeBuffer(elements.size_bytes(), name);
+  if (!elements.empty())
+    queue_.enqueueWriteBuffer(buffer, CL_TRUE, 0, elements.size_bytes(), elements.data());
+  return buffer;
 }
 
 void ClRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffers& buffers) {
@@ -93,17 +109,25 @@ void ClRowDevice::Step(uint32_t steps) {
   });
 }
 
+void ClRowDevice::StepSome(std::span<const uint32_t> worlds, uint32_t steps) {
+  if (worlds.empty() || steps == 0) return;
+  Call([&] {
+    const ::cl::Buffer numbers = BufferOf(worlds, "the numbers of worlds");
+    step_some_.setArg(0, image_);
+    step_some_.setArg(1, state_);
+    step_some_.setArg(2, scratch_);
+    step_some_.setArg(3, numbers);
+    step_some_.setArg(4, static_cast<cl_uint>(steps));
+    Launch(step_some_, worlds.size());
+  });
+}
+
 void ClRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
                         uint32_t columns) {
   if (worlds.empty()) return;
   Call([&] {
-    // Writing waits, so the caller may change its data; the buffers live until the kernel has
-    // ended.
-    const ::cl::Buffer numbers = MakeBuffer(worlds.size_bytes(), "the numbers of worlds");
-    const ::cl::Buffer columns_given = MakeBuffer(given.size(), "the columns of worlds");
-    queue_.enqueueWriteBuffer(numbers, CL_TRUE, 0, worlds.size_bytes(), worlds.data());
-    if (!given.empty())
-      queue_.enqueueWriteBuffer(columns_given, CL_TRUE, 0, given.size(), given.data());
+    const ::cl::Buffer numbers = BufferOf(worlds, "the numbers of worlds");
+    const ::cl::Buffer columns_given = BufferOf(given, "the columns of worlds");
     reset_.setArg(0, image_);
     reset_.setArg(1, state_);
     reset_.setArg(2, numbers);
@@ -116,6 +140,99 @@ void ClRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std::b
 
 void ClRowDevice::Finish() {
   Call([&] { queue_.finish(); });
+}
+
+// ---- arrays -------------------------------------------------------------------------------------
+
+ClRowMemory::ClRowMemory(size_t bytes, std::unique_ptr<CudaMemory> shared,
+                         const ::cl::Buffer& buffer)
+    : RowMemory(bytes), shared_(std::move(shared)), buffer_(buffer) {
+  if (!shared_) return;
+  cuda_address_ = shared_->address();
+  cuda_device_ = shared_->device();
+}
+
+std::shared_ptr<rows::RowMemory> ClRowDevice::MakeMemory(size_t bytes) {
+  return Call([&] {
+    std::unique_ptr<CudaMemory> shared = cuda_ ? CudaMemory::Make(cuda_, bytes) : nullptr;
+    ::cl::Buffer buffer;
+    if (shared) buffer = shared->MakeBuffer(device_.context);
+    if (!buffer()) {
+      shared.reset();
+      buffer = MakeBuffer(bytes, "an array");
+    }
+    return std::make_shared<ClRowMemory>(bytes, std::move(shared), buffer);
+  });
+}
+
+void ClRowDevice::SetParts(rows::RowMemory* memory, const std::vector<rows::RowPart>& parts) {
+  Call([&] {
+    auto& known = static_cast<ClRowMemory*>(memory)->parts_;
+    known.clear();
+    for (const rows::RowPart& part : parts)
+      known.push_back({part.array, part.entries.size(),
+                       BufferOf(std::span(part.entries), "the entries of an array"),
+                       BufferOf(std::span(part.values), "the values of an array")});
+  });
+}
+
+void ClRowDevice::Exchange(rows::RowMemory* memory) {
+  Call([&] {
+    const auto& known = static_cast<const ClRowMemory&>(*memory);
+    for (const ClRowMemory::Part& part : known.parts_) {
+      if (part.count == 0 || worlds_ == 0) continue;
+      const bool commands = part.array.kind == ROW_COMMANDS;
+      commands ? GiveCommands(known, part) : Gather(known, part);
+      const size_t items = worlds_ * part.count;
+      const size_t groups = (items + kCopiersInGroup - 1) / kCopiersInGroup;
+      queue_.enqueueNDRangeKernel(commands ? command_ : gather_, ::cl::NullRange,
+                                  ::cl::NDRange(groups * kCopiersInGroup),
+                                  ::cl::NDRange(kCopiersInGroup));
+    }
+    queue_.flush();
+  });
+}
+
+void ClRowDevice::Gather(const ClRowMemory& memory, const ClRowMemory::Part& part) {
+  gather_.setArg(0, image_);
+  gather_.setArg(1, state_);
+  gather_.setArg(2, static_cast<cl_uint>(worlds_));
+  gather_.setArg(3, part.entries);
+  gather_.setArg(4, static_cast<cl_uint>(part.count));
+  gather_.setArg(5, part.values);
+  gather_.setArg(6, part.array.kind);
+  gather_.setArg(7, part.array.column);
+  gather_.setArg(8, part.array.elements);
+  gather_.setArg(9, part.array.of_readings);
+  gather_.setArg(10, memory.buffer_);
+}
+
+void ClRowDevice::GiveCommands(const ClRowMemory& memory, const ClRowMemory::Part& part) {
+  command_.setArg(0, image_);
+  command_.setArg(1, state_);
+  command_.setArg(2, static_cast<cl_uint>(worlds_));
+  command_.setArg(3, part.entries);
+  command_.setArg(4, static_cast<cl_uint>(part.count));
+  command_.setArg(5, part.array.elements);
+  command_.setArg(6, memory.buffer_);
+}
+
+void ClRowDevice::WriteMemory(rows::RowMemory* memory, const void* from) {
+  Call([&] {
+    queue_.enqueueWriteBuffer(static_cast<ClRowMemory*>(memory)->buffer_, CL_TRUE, 0,
+                              memory->bytes(), from);
+  });
+}
+
+void ClRowDevice::ReadMemory(rows::RowMemory* memory, void* to) {
+  Call([&] {
+    queue_.enqueueReadBuffer(static_cast<ClRowMemory*>(memory)->buffer_, CL_TRUE, 0,
+                             memory->bytes(), to);
+  });
+}
+
+void ClRowDevice::WaitForCuda() {
+  if (cuda_ && !cuda_->Wait()) throw RowDeviceError(Name() + ": CUDA reports an error");
 }
 
 }  // namespace Stg::cl

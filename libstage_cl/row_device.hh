@@ -10,11 +10,31 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "libstage_cl/cuda_memory.hh"
 #include "libstage_cl/open_device.hh"
 #include "rows/row_backend.hh"
 
 namespace Stg::cl {
+
+/// Memory for an array. CUDA's memory is freed last.
+class ClRowMemory final : public rows::RowMemory {
+ public:
+  /// `shared` may be null.
+  ClRowMemory(size_t bytes, std::unique_ptr<CudaMemory> shared, const ::cl::Buffer& buffer);
+
+ private:
+  friend class ClRowDevice;
+  struct Part {
+    row_array_t array;
+    size_t count;
+    ::cl::Buffer entries, values;
+  };
+  const std::unique_ptr<CudaMemory> shared_;
+  const ::cl::Buffer buffer_;
+  std::vector<Part> parts_;
+};
 
 class ClRowDevice final : public rows::RowDevice {
  public:
@@ -26,22 +46,34 @@ class ClRowDevice final : public rows::RowDevice {
   void Write(size_t offset, const void* from, size_t bytes) override;
   void Read(size_t offset, void* to, size_t bytes) override;
   void Step(uint32_t steps) override;
+  void StepSome(std::span<const uint32_t> worlds, uint32_t steps) override;
   void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
              uint32_t columns) override;
   void Finish() override;
+  std::shared_ptr<rows::RowMemory> MakeMemory(size_t bytes) override;
+  void SetParts(rows::RowMemory* memory, const std::vector<rows::RowPart>& parts) override;
+  void Exchange(rows::RowMemory* memory) override;
+  void WriteMemory(rows::RowMemory* memory, const void* from) override;
+  void ReadMemory(rows::RowMemory* memory, void* to) override;
+  void WaitForCuda() override;
 
  private:
   template <typename F>
-  void Call(F f);
+  auto Call(F f);
   ::cl::Buffer MakeBuffer(size_t bytes, const std::string& name) const;
+  template <typename T>
+  ::cl::Buffer BufferOf(std::span<const T> elements, const std::string& name);
   void Launch(const ::cl::Kernel& kernel, size_t worlds);
+  void Gather(const ClRowMemory& memory, const ClRowMemory::Part& part);
+  void GiveCommands(const ClRowMemory& memory, const ClRowMemory::Part& part);
 
   const OpenDevice device_;  // destroyed last
   const pid_t process_ = getpid();
   ::cl::CommandQueue queue_;
-  ::cl::Kernel step_, reset_;
+  ::cl::Kernel step_, step_some_, reset_, gather_, command_;
   size_t work_items_, worlds_ = 0;
   ::cl::Buffer image_, state_, scratch_;
+  const std::shared_ptr<CudaDevice> cuda_;  // null: CUDA does not have this device
 };
 
 }  // namespace Stg::cl

@@ -46,6 +46,10 @@ class DeviceRows {
   void Read(Rows* to, ColumnSet columns = kAllColumns);
   /// Starts `steps` steps of all worlds with the commands that were written last.
   void Step(uint32_t steps) { device_->Step(steps); }
+  /// Starts steps of some worlds.
+  void StepSome(std::span<const uint32_t> worlds, uint32_t steps) {
+    device_->StepSome(worlds, steps);
+  }
   /// Resets worlds, which differ, to their states after loading with these seeds.
   void Reset(std::span<const uint32_t> worlds, std::span<const uint64_t> seeds);
 
@@ -54,7 +58,7 @@ class DeviceRows {
   const size_t worlds_;
   const DeviceImage image_;
   const std::shared_ptr<RowDevice> device_;
-  ColumnSet seeded_ = 0;         // columns that depend on the seed
+  ColumnSet seeded_ = 0;         // columns that depend on the seed, which is one of them
   std::unique_ptr<Rows> reset_;  // one world
   std::vector<std::byte> buffer_;
 };

@@ -13,6 +13,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "kernels/row_records.h"
 #include "random/fnv1a.hh"
@@ -32,6 +33,34 @@ struct RowBuffers {
   size_t scratch_bytes = 0;  ///< memory of all worlds during a step
 };
 
+/// Elements of an array that come from one column, see kernels/row_arrays.h.
+struct RowPart {
+  row_array_t array{};
+  std::vector<row_entry_t> entries;
+  std::vector<double> values;  ///< ROW_LOOKED_UP
+};
+
+/// Memory on a device for an array of all worlds. It stays valid without the device.
+class RowMemory {
+ public:
+  explicit RowMemory(size_t bytes) : bytes_(bytes) {}
+  virtual ~RowMemory() = default;
+  RowMemory(const RowMemory&) = delete;
+  RowMemory& operator=(const RowMemory&) = delete;
+
+  size_t bytes() const { return bytes_; }
+  /// Its address for CUDA, and the number of CUDA's device; null if CUDA cannot access it.
+  void* cuda_address() const { return cuda_address_; }
+  int cuda_device() const { return cuda_device_; }
+
+ protected:
+  void* cuda_address_ = nullptr;
+  int cuda_device_ = 0;
+
+ private:
+  const size_t bytes_;
+};
+
 /// All functions but Name() throw RowDeviceError.
 class RowDevice {
  public:
@@ -44,16 +73,32 @@ class RowDevice {
   virtual void Read(size_t offset, void* to, size_t bytes) = 0;
   /// Starts steps of all worlds.
   virtual void Step(uint32_t steps) = 0;
+  /// Starts steps of some worlds.
+  virtual void StepSome(std::span<const uint32_t> worlds, uint32_t steps) = 0;
   /// Starts to reset some worlds. `columns` has a bit for each column that does not come from
   /// ROW_START; `given` has those columns of the first world, then of the second one, and so on.
   virtual void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
                      uint32_t columns) = 0;
   /// Waits until everything that was started is done.
   virtual void Finish() = 0;
+
+  // Arrays. Those of other devices must not be passed.
+
+  /// Makes memory for an array, if possible such that CUDA can access it.
+  virtual std::shared_ptr<RowMemory> MakeMemory(size_t bytes) = 0;
+  /// Sets what Exchange() does. The parts belong to the scene of Begin().
+  virtual void SetParts(RowMemory* memory, const std::vector<RowPart>& parts) = 0;
+  /// Starts to copy elements of the state of all worlds to the memory; for commands, from it.
+  virtual void Exchange(RowMemory* memory) = 0;
+  /// Writes and reads the whole memory. Both wait until they are done.
+  virtual void WriteMemory(RowMemory* memory, const void* from) = 0;
+  virtual void ReadMemory(RowMemory* memory, void* to) = 0;
+  /// Waits until everything that this process has started by CUDA is done.
+  virtual void WaitForCuda() = 0;
 };
 
 /// Raise it whenever the meaning of the interface or of an image changes.
-inline constexpr uint32_t kRowBackendVersion = 1;
+inline constexpr uint32_t kRowBackendVersion = 2;
 
 /// A hash that differs if the layout of shared objects or of records differs.
 constexpr uint64_t RowBackendLayout() {
@@ -61,8 +106,8 @@ constexpr uint64_t RowBackendLayout() {
   for (const size_t size :
        {sizeof(void*), sizeof(std::string), sizeof(RowDevice), sizeof(RowBuffers),
         sizeof(row_scene_t), sizeof(row_mover_t), sizeof(row_body_t), sizeof(row_sensor_t),
-        sizeof(row_fragment_t), size_t{ROW_COLUMNS}, size_t{ROW_PARTS}, size_t{ROW_SCRATCHES},
-        size_t{__GXX_ABI_VERSION}})
+        sizeof(row_fragment_t), sizeof(row_array_t), sizeof(RowPart), size_t{ROW_COLUMNS},
+        size_t{ROW_PARTS}, size_t{ROW_SCRATCHES}, size_t{__GXX_ABI_VERSION}})
     hash = Fnv1aStep(hash, size);
   return hash;
 }

@@ -89,6 +89,7 @@ class Rows {
 
   size_t size() const { return columns.seed.size(); }
   const Scene& scene() const { return *scene_; }
+  const std::shared_ptr<const Scene>& shared_scene() const { return scene_; }
   /// The rows of bits of a body's outline. `Word` is NarrowWord if the scene is narrow, otherwise
   /// WideWord.
   template <class Word>

@@ -8,14 +8,24 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "kernels/row_step.h"
+#include "kernels/row_arrays.h"
 #include "rows/row_backend.hh"
 
 namespace Stg::test {
+
+class HostRowMemory : public rows::RowMemory {
+ public:
+  explicit HostRowMemory(size_t bytes) : RowMemory(bytes), words(bytes / sizeof(uint64_t) + 1, 0) {}
+  row_byte* data() { return reinterpret_cast<row_byte*>(words.data()); }
+
+  std::vector<uint64_t> words;
+  std::vector<rows::RowPart> parts;
+};
 
 class HostRowDevice : public rows::RowDevice {
  public:
@@ -38,6 +48,12 @@ class HostRowDevice : public rows::RowDevice {
       row_step(&world, steps);
     }
   }
+  void StepSome(std::span<const uint32_t> worlds, uint32_t steps) override {
+    for (const uint32_t i : worlds) {
+      const row_world_t world = WorldAt(i);
+      row_step(&world, steps);
+    }
+  }
   void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
              uint32_t columns) override {
     for (size_t i = 0; i < worlds.size(); i++) {
@@ -49,9 +65,36 @@ class HostRowDevice : public rows::RowDevice {
     }
   }
   void Finish() override {}
+  std::shared_ptr<rows::RowMemory> MakeMemory(size_t bytes) override {
+    return std::make_shared<HostRowMemory>(bytes);
+  }
+  void SetParts(rows::RowMemory* memory, const std::vector<rows::RowPart>& parts) override {
+    static_cast<HostRowMemory*>(memory)->parts = parts;
+  }
+  void Exchange(rows::RowMemory* memory) override {
+    auto* const to = static_cast<HostRowMemory*>(memory);
+    for (const rows::RowPart& part : to->parts)
+      for (size_t i = 0; i < worlds_; i++)
+        for (const row_entry_t& entry : part.entries) Exchange(WorldAt(i), part, entry, to->data());
+  }
+  void WriteMemory(rows::RowMemory* memory, const void* from) override {
+    std::memcpy(static_cast<HostRowMemory*>(memory)->data(), from, memory->bytes());
+  }
+  void ReadMemory(rows::RowMemory* memory, void* to) override {
+    std::memcpy(to, static_cast<HostRowMemory*>(memory)->data(), memory->bytes());
+  }
+  void WaitForCuda() override {}
 
  private:
   row_byte* state() { return reinterpret_cast<row_byte*>(state_.data()); }
+  static void Exchange(const row_world_t& world, const rows::RowPart& part,
+                       const row_entry_t& entry, row_byte* memory) {
+    if (part.array.kind == ROW_COMMANDS)
+      row_command(&world, &part.array, entry, reinterpret_cast<const uint64_t*>(memory));
+    else
+      row_gather(&world, &part.array, entry, reinterpret_cast<const uint64_t*>(part.values.data()),
+                 memory);
+  }
   row_world_t WorldAt(size_t i) {
     const auto* const image = reinterpret_cast<const row_byte*>(image_.data());
     const auto* const scene = reinterpret_cast<const row_scene_t*>(image);
