@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <span>
 
+#include "rows/device_rows.hh"
 #include "rows/rows.hh"
 #include "worlds/world_pool.hh"
 
@@ -40,6 +41,17 @@ class PoolAccess {
   /// Like WorldPool::At(), for a caller that does not keep the World object: the world becomes a
   /// row again if it can.
   static World* Borrow(WorldPool& pool, uint32_t id);
+
+  // Pools with a device for whole steps. The functions throw rows::RowDeviceError.
+
+  /// The rows of all worlds on the device, with their newest state; null if it cannot step all
+  /// worlds, see WorldPool::WhyNotOnDevice().
+  static rows::DeviceRows* OnDevice(WorldPool& pool);
+  /// Call it after OnDevice()->Step() and the like.
+  static void NoteDeviceSteps(WorldPool& pool);
+  /// Like WorldPool::Reset() and then the present subscriptions, if OnDevice() is not null.
+  static void ResetOnDevice(WorldPool& pool, std::span<const uint32_t> ids,
+                            std::span<const uint64_t> seeds);
 };
 
 }  // namespace Stg

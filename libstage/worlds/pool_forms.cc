@@ -38,6 +38,7 @@ void WorldPool::Impl::FreeUnusedRows() {
           return slot.form == Form::kRow && slot.rows == owned_rows[i].get();
         }))
       continue;
+    if (device) device->Forget(owned_rows[i].get());
     owned_rows[i].reset();
     rows[i] = nullptr;
   }
@@ -49,8 +50,9 @@ bool WorldPool::Impl::BecomeRow(uint32_t id) {
   if (slot.form != Form::kStart) return slot.form == Form::kRow;
   slot.rows = RowsOf(slot.subscriptions);
   if (!slot.rows) return false;
-  slot.rows->Reset(id, seeds[id]);
+  RowsToChange(slot)->Reset(id, seeds[id]);
   slot.form = Form::kRow;
+  NoteForm();
   return true;
 }
 
@@ -58,7 +60,7 @@ bool WorldPool::Impl::BecomeRow(uint32_t id) {
 /// loaded, it is a row of the thread, which is used for the next such world as well.
 PoolRow WorldPool::Impl::RowToRead(uint32_t id, Thread* thread) {
   const Slot& slot = slots[id];
-  if (slot.form == Form::kRow) return {slot.rows, id};
+  if (slot.form == Form::kRow) return {NewestRows(slot), id};
   if (slot.form == Form::kWorld || !scene->has_rows() || !slot.subscriptions->scene()) return {};
   std::unique_ptr<rows::Rows>& start = thread->starts[slot.subscriptions->number()];
   try {
@@ -86,7 +88,8 @@ World* WorldPool::Impl::BecomeWorld(uint32_t id) {
   Slot& slot = slots[id];
   if (slot.form == Form::kWorld) return slot.world.get();
   if (slot.form == Form::kRow) {
-    const auto write = [&] { return RowBridge::Write(*slot.rows, id, slot.world.get()); };
+    const rows::Rows& from = *NewestRows(slot);
+    const auto write = [&] { return RowBridge::Write(from, id, slot.world.get()); };
     if (!slot.world || !write()) {
       MakeWorld(id);
       if (!write()) throw WorldFailure{"its state cannot be written into a World"};
@@ -99,6 +102,7 @@ World* WorldPool::Impl::BecomeWorld(uint32_t id) {
   }
   slot.form = Form::kWorld;
   slot.returns = false;
+  NoteForm();
   return slot.world.get();
 }
 
@@ -109,12 +113,13 @@ bool WorldPool::Impl::TakeBack(uint32_t id, Thread* thread) {
   if (!world) return false;
   Subscriptions* const subscriptions = scene->SubscriptionsOf(*world);
   rows::Rows* const into = RowsOf(subscriptions);
-  if (!into || !RowBridge::Read(world, into, id, Spare(thread, 0))) return false;
+  if (!into || !RowBridge::Read(world, ToChange(into), id, Spare(thread, 0))) return false;
   delete world;
   slot.world = WorldHandle();
   slot.form = Form::kRow;
   slot.subscriptions = subscriptions;
   slot.rows = into;
+  NoteForm();
   return true;
 }
 
@@ -156,11 +161,12 @@ void WorldPool::Impl::Subscribe(uint32_t id, std::span<const uint32_t> models) {
   if (slot.form != Form::kWorld && scene->has_rows()) {
     Subscriptions* const with = WithAll(slot.subscriptions, models);
     if (with == slot.subscriptions) return;
-    const bool is_new = !was_row || slot.rows->columns.steps[id] == 0;
+    const bool is_new = !was_row || NewestRows(slot)->columns.steps[id] == 0;
     rows::Rows* const into = was_row && is_new ? RowsOf(with) : nullptr;
-    if (!was_row || (into && into->CopyStart(id, *slot.rows))) {
+    if (!was_row || (into && ToChange(into)->CopyStart(id, *slot.rows))) {
       slot.subscriptions = with;
       slot.rows = into;
+      NoteForm();
       return;
     }
   }
@@ -197,7 +203,7 @@ PoolRow PoolAccess::RowToRead(WorldPool& pool, uint32_t id) {
 
 PoolRow PoolAccess::RowToChange(WorldPool& pool, uint32_t id) {
   if (!pool.impl_->BecomeRow(id)) return {};
-  return {pool.impl_->slots[id].rows, id};
+  return {pool.impl_->RowsToChange(pool.impl_->slots[id]), id};
 }
 
 void PoolAccess::Subscribe(WorldPool& pool, uint32_t id, std::span<const uint32_t> models) {
@@ -207,7 +213,7 @@ void PoolAccess::Subscribe(WorldPool& pool, uint32_t id, std::span<const uint32_
 void PoolAccess::Place(WorldPool& pool, uint32_t id, size_t mover, const rows::Planar& pose) {
   WorldPool::Impl& impl = *pool.impl_;
   const WorldPool::Impl::Slot& slot = impl.slots[id];
-  slot.rows->Place(id, mover, pose, impl.ScratchOf(slot, impl.CurrentThread()));
+  impl.RowsToChange(slot)->Place(id, mover, pose, impl.ScratchOf(slot, impl.CurrentThread()));
 }
 
 World* PoolAccess::Borrow(WorldPool& pool, uint32_t id) {

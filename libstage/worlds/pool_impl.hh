@@ -21,6 +21,7 @@
 #include "threads/worker_pool.hh"
 #include "world/world_handle.hh"
 #include "worlds/pool_access.hh"
+#include "worlds/pool_device.hh"
 #include "worlds/pool_scene.hh"
 #include "worlds/world_pool.hh"
 
@@ -63,16 +64,31 @@ struct WorldPool::Impl {
     Thread* const before_;
   };
 
-  Impl(std::shared_ptr<PoolScene> of, const std::vector<uint64_t>& with_seeds, unsigned threads);
+  Impl(std::shared_ptr<PoolScene> of, const std::vector<uint64_t>& with_seeds, unsigned threads,
+       std::shared_ptr<rows::RowDevice> with_device);
   ~Impl();
   void Resize(const std::vector<uint64_t>& with_seeds);
 
   // Forms.
+  /// Call it after each change of the form of a world, or of whether it has failed.
+  void NoteForm() { forms_changed.fetch_add(1, std::memory_order_relaxed); }
   bool BecomeRow(uint32_t id);
   World* BecomeWorld(uint32_t id);
   bool TakeBack(uint32_t id, Thread* thread);
   void TakeBackSometimes(uint32_t id, Thread* thread);
   rows::Rows* RowsOf(Subscriptions* subscriptions);
+  rows::Rows* NewestRows(const Slot& slot) { return Newest(slot.rows); }
+  rows::Rows* RowsToChange(const Slot& slot) { return ToChange(slot.rows); }
+  rows::Rows* Newest(rows::Rows* of) {
+    if (device) device->Fetch(of);
+    return of;
+  }
+  rows::Rows* ToChange(rows::Rows* of) {
+    if (!device) return of;
+    device->Fetch(of);
+    device->NoteChange(of);
+    return of;
+  }
   PoolRow RowToRead(uint32_t id, Thread* thread);
   Thread* CurrentThread();
   void FreeUnusedRows();
@@ -99,8 +115,16 @@ struct WorldPool::Impl {
   // Steps.
   StepObserver::Outcome StepWorld(uint32_t id, uint64_t first, uint64_t end, StepObserver* observer,
                                   Thread* thread);
-  uint64_t StepsOfRound(size_t worlds, uint64_t unit) const;
+  uint64_t StepsOfRound(double seconds_of_step, size_t worlds, uint64_t unit) const;
+  void StepOnHost(const Ids& ids, uint64_t steps, StepObserver* observer, uint64_t unit);
   void StepRound(const Ids& ids, uint64_t first, uint64_t end, StepObserver* observer);
+  // On the device.
+  rows::Rows* CommonRows();
+  Ids StepOnDevice(const Ids& ids, uint64_t steps, StepObserver* observer, uint64_t unit);
+  void StepOnDevice(rows::Rows* of, const Ids& ids, uint64_t steps, StepObserver* observer,
+                    uint64_t unit);
+  void Fail(const Ids& ids, const std::string& why);
+
   /// Calls f(id, thread) for these worlds on all threads. An exception fails its world.
   template <typename F>
   void ForEach(const Ids& ids, F f);
@@ -110,11 +134,16 @@ struct WorldPool::Impl {
   std::vector<Slot> slots;  // one per world
   const std::shared_ptr<threads::WorkerPool> workers;
   std::vector<Thread> of_threads;
-  double step_seconds = 0;  // recent wall time per step and world, with all threads; 0: unknown
+  // Recent wall time per step and world, with all threads, and on the device; 0: unknown.
+  double step_seconds = 0, device_step_seconds = 0;
   // Rows by the number of their subscriptions. World i is row i of one of them.
   std::mutex making_rows;
   std::array<std::unique_ptr<rows::Rows>, Subscriptions::kMost> owned_rows;
   std::array<std::atomic<rows::Rows*>, Subscriptions::kMost> rows{};
+  const std::unique_ptr<PoolDevice> device;  // null: steps are made on the host
+  std::atomic<uint64_t> forms_changed{1};    // see NoteForm()
+  uint64_t forms_of_common = 0;              // its value when `common` was determined
+  rows::Rows* common = nullptr;              // see CommonRows()
 
   static thread_local Thread* current;
 };
@@ -129,8 +158,10 @@ void WorldPool::Impl::ForEach(const Ids& ids, F f) {
         f(ids[i], &of_threads[thread]);
       } catch (const WorldFailure& failure) {
         slots[ids[i]].failure = failure.why;
+        NoteForm();
       } catch (...) {
         slots[ids[i]].failure = DescribeException();
+        NoteForm();
       }
     }
   });

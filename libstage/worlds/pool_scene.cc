@@ -67,7 +67,7 @@ void Subscriptions::MakeScene() {
 // ---- the scene ----------------------------------------------------------------------------------
 
 PoolScene::PoolScene(const World& prototype, const WorldPoolOptions& options)
-    : source_(prototype, options.device), options_(source_.options()) {
+    : source_(prototype, options.device), pool_options_(options), options_(source_.options()) {
   Add({});
   if (!options.branch) return;
   options_.branch = true;

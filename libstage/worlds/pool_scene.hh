@@ -72,6 +72,7 @@ class PoolScene {
   PoolScene(const World& prototype, const WorldPoolOptions& options);
 
   bool IsReady() const { return !source_.empty(); }
+  const WorldPoolOptions& pool_options() const { return pool_options_; }
   /// Makes a world. Throws WorldFailure. Several threads may call it at once.
   std::unique_ptr<World> Make(uint64_t seed) const;
   /// Makes a world with the seed of the prototype.
@@ -95,6 +96,7 @@ class PoolScene {
   Subscriptions* Add(std::vector<uint32_t> models);
 
   const CopySource source_;
+  const WorldPoolOptions pool_options_;
   RunOptions options_;
   std::once_flag initial_state_once_;
   std::shared_ptr<const InitialState> initial_state_;

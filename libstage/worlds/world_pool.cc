@@ -16,16 +16,18 @@
 
 namespace Stg {
 
+bool StepObserver::TakesPartInSteps() const { return true; }
 void StepObserver::BeforeStep(uint32_t, uint64_t) {}
 void StepObserver::AfterStep(uint32_t, uint64_t) {}
 void StepObserver::AfterRound(uint32_t, uint64_t, uint64_t, Outcome) {}
 void StepObserver::BetweenRounds() {}
 
 WorldPool::Impl::Impl(std::shared_ptr<PoolScene> of, const std::vector<uint64_t>& with_seeds,
-                      unsigned threads)
+                      unsigned threads, std::shared_ptr<rows::RowDevice> with_device)
     : scene(std::move(of)),
       workers(threads::MakeWorkerPool(threads)),
-      of_threads(workers->threads()) {
+      of_threads(workers->threads()),
+      device(with_device ? std::make_unique<PoolDevice>(std::move(with_device)) : nullptr) {
   Resize(with_seeds);
 }
 
@@ -41,13 +43,19 @@ void WorldPool::Impl::Resize(const std::vector<uint64_t>& with_seeds) {
   seeds.resize(count);
   slots.resize(count);
   for (size_t id = before; id < count; id++) slots[id].subscriptions = scene->loaded();
-  for (const auto& owned : owned_rows)
-    if (owned) owned->Resize(count);
+  for (const auto& owned : owned_rows) {
+    if (!owned || count == before) continue;
+    if (device) device->Fetch(owned.get());
+    if (device) device->Forget(owned.get());
+    owned->Resize(count);
+  }
+  NoteForm();
 }
 
 /// Makes the World object, or makes it again, in the state after loading.
 void WorldPool::Impl::MakeWorld(uint32_t id) {
   Slot& slot = slots[id];
+  NoteForm();
   delete slot.world.get();
   slot.world = WorldHandle();
   slot.times_made++;
@@ -74,6 +82,7 @@ void WorldPool::Impl::TryToMake(uint32_t id) {
   } catch (...) {
     slots[id].failure = DescribeException();
   }
+  NoteForm();
 }
 
 /// The World object, made if this has not been done yet. Throws WorldFailure if there is none.
@@ -95,6 +104,7 @@ void WorldPool::Impl::WithWorld(uint32_t id, Thread* thread, F f) {
 /// be a row nor be reset.
 void WorldPool::Impl::Reset(uint32_t id) {
   Slot& slot = slots[id];
+  NoteForm();
   if (scene->has_rows()) {
     slot.form = Form::kStart;
     slot.subscriptions = scene->loaded();
@@ -131,6 +141,8 @@ WorldPool::Impl::Fit WorldPool::Impl::RestoreRows(const Ids& ids, const Snapshot
   rows::Rows read(subscriptions->scene(), std::vector<uint64_t>());
   read.Resize(1);
   if (!RowBridge::Read(spare, &read, 0, Spare(&thread, 1))) return Fit::kFitsWorlds;
+  ToChange(into);
+  NoteForm();
   ForEach(ids, [&](uint32_t id, Thread*) {
     Slot& slot = slots[id];
     into->Copy(id, read, 0);
@@ -145,6 +157,7 @@ WorldPool::Impl::Fit WorldPool::Impl::RestoreRows(const Ids& ids, const Snapshot
 /// Restores a snapshot in a World object. Throws WorldFailure.
 void WorldPool::Impl::RestoreWorld(uint32_t id, const Snapshot& from) {
   Slot& slot = slots[id];
+  NoteForm();
   if (!slot.world) MakeWorld(id);
   slot.form = Form::kWorld;
   slot.returns = false;
@@ -159,28 +172,29 @@ void WorldPool::Impl::RestoreWorld(uint32_t id, const Snapshot& from) {
 StepObserver::Outcome WorldPool::Impl::StepWorld(uint32_t id, uint64_t first, uint64_t end,
                                                  StepObserver* observer, Thread* thread) {
   Slot& slot = slots[id];
+  StepObserver* const each = observer && observer->TakesPartInSteps() ? observer : nullptr;
   for (uint64_t step = first; step < end; step++) {
-    if (observer) observer->BeforeStep(id, step);
+    if (each) each->BeforeStep(id, step);
     if (BecomeRow(id)) {
-      const uint64_t steps = observer ? 1 : end - step;
-      slot.rows->Step(id, steps, ScratchOf(slot, thread));
+      const uint64_t steps = each ? 1 : end - step;
+      RowsToChange(slot)->Step(id, steps, ScratchOf(slot, thread));
       step += steps - 1;
     } else if (Require(id)->Update()) {
       if (!slot.world) throw WorldFailure{"a controller has deleted the world"};
       return StepObserver::kHasEnded;
     }
-    if (observer) observer->AfterStep(id, step);
+    if (each) each->AfterStep(id, step);
   }
   return StepObserver::kMadeAllSteps;
 }
 
 /// The number of steps of a round of about 50 ms, which a user who waits for Ctrl-C does not
 /// notice. Shorter rounds would be slower, because each world starts a round with cold caches.
-uint64_t WorldPool::Impl::StepsOfRound(size_t worlds, uint64_t unit) const {
+uint64_t WorldPool::Impl::StepsOfRound(double seconds_of_step, size_t worlds, uint64_t unit) const {
   constexpr double kSeconds = 0.05;
-  if (step_seconds <= 0) return unit;
+  if (seconds_of_step <= 0) return unit;
   const double units =
-      kSeconds / (step_seconds * static_cast<double>(unit) * static_cast<double>(worlds));
+      kSeconds / (seconds_of_step * static_cast<double>(unit) * static_cast<double>(worlds));
   return unit * static_cast<uint64_t>(std::clamp(units, 1.0, 1e9));
 }
 
@@ -209,17 +223,46 @@ void WorldPool::Impl::StepRound(const Ids& ids, uint64_t first, uint64_t end,
   if (steps > 0) step_seconds = (threads::WallClock() - start) / static_cast<double>(steps);
 }
 
+void WorldPool::Impl::StepOnHost(const Ids& ids, uint64_t steps, StepObserver* observer,
+                                 uint64_t unit) {
+  for (uint64_t done = 0; done < steps;) {
+    const uint64_t end =
+        done + std::min(StepsOfRound(step_seconds, ids.size(), unit), steps - done);
+    StepRound(ids, done, end, observer);
+    done = end;
+    if (observer && done < steps) observer->BetweenRounds();
+  }
+}
+
+namespace {
+
+/// The device that makes whole steps; null if none is wanted, or after a message if there is none.
+std::shared_ptr<rows::RowDevice> DeviceFor(const WorldPoolOptions& options) {
+  if (!options.device_steps) return nullptr;
+  std::string message;
+  std::shared_ptr<rows::RowDevice> device = rows::OpenRowDevice(options.device_choice, 0, &message);
+  if (!device)
+    messages::Report(LogLevel::kError, "stage: worlds can't be stepped on a device: " + message);
+  return device;
+}
+
+}  // namespace
+
 WorldPool::WorldPool(const World& prototype, const std::vector<uint64_t>& seeds,
                      const WorldPoolOptions& options)
     : impl_(new Impl(std::make_shared<PoolScene>(prototype, options), seeds,
-                     options.threads > 0 ? options.threads : threads::CountUsableProcessors())) {}
+                     options.threads > 0 ? options.threads : threads::CountUsableProcessors(),
+                     DeviceFor(options))) {}
 
 WorldPool::WorldPool(const WorldPool& other, const std::vector<uint64_t>& seeds)
-    : impl_(new Impl(other.impl_->scene, seeds, other.threads())) {}
+    : impl_(new Impl(other.impl_->scene, seeds, other.threads(),
+                     DeviceFor(other.impl_->scene->pool_options()))) {}
 
 WorldPool::~WorldPool() = default;
 
-bool WorldPool::IsReady() const { return impl_->scene->IsReady(); }
+bool WorldPool::IsReady() const {
+  return impl_->scene->IsReady() && (impl_->device || !impl_->scene->pool_options().device_steps);
+}
 
 uint32_t WorldPool::size() const { return static_cast<uint32_t>(impl_->slots.size()); }
 
@@ -237,7 +280,10 @@ const std::vector<uint64_t>& WorldPool::seeds() const { return impl_->seeds; }
 
 const std::string& WorldPool::Failure(uint32_t id) const { return impl_->slots[id].failure; }
 
-void WorldPool::SetFailure(uint32_t id, const std::string& why) { impl_->slots[id].failure = why; }
+void WorldPool::SetFailure(uint32_t id, const std::string& why) {
+  impl_->slots[id].failure = why;
+  impl_->NoteForm();
+}
 
 uint64_t WorldPool::times_made(uint32_t id) const { return impl_->slots[id].times_made; }
 
@@ -285,15 +331,15 @@ void WorldPool::Subscribe(uint32_t id, uint32_t model) {
 
 std::string WorldPool::WhyNotClosed(uint32_t id) const { return impl_->WhyNotClosed(id); }
 
+std::string WorldPool::StepDevice() const { return impl_->device ? impl_->device->Name() : ""; }
+
 void WorldPool::Step(const Ids& ids, uint64_t steps, StepObserver* observer, uint64_t unit) {
   STAGE_ASSERT(unit > 0);
   impl_->FreeUnusedRows();
-  for (uint64_t done = 0; done < steps;) {
-    const uint64_t end = done + std::min(impl_->StepsOfRound(ids.size(), unit), steps - done);
-    impl_->StepRound(ids, done, end, observer);
-    done = end;
-    if (observer && done < steps) observer->BetweenRounds();
-  }
+  if (!impl_->device || (observer && observer->TakesPartInSteps()))
+    return impl_->StepOnHost(ids, steps, observer, unit);
+  const Ids others = impl_->StepOnDevice(ids, steps, observer, unit);
+  if (!others.empty()) impl_->StepOnHost(others, steps, observer, unit);
 }
 
 void WorldPool::Reset(const Ids& ids, const std::vector<uint64_t>& seeds) {

@@ -14,6 +14,7 @@
 
 #include "stage.hh"
 #include "support/closed_world.hh"
+#include "support/device.hh"
 #include "support/model_testing.hh"
 #include "support/own_worlds.hh"
 #include "support/random_source.hh"
@@ -41,10 +42,9 @@ int DoNothing(World*, void*) { return 0; }
 /// A pool, and a world alone for each of its worlds, with which the same is done.
 class Twins {
  public:
-  Twins(const std::string& text, const std::vector<uint64_t>& seeds, unsigned threads)
+  Twins(const std::string& text, const std::vector<uint64_t>& seeds,
+        const WorldPoolOptions& options)
       : text_(text) {
-    WorldPoolOptions options;
-    options.threads = threads;
     pool_ = std::make_unique<WorldPool>(*LoadText(text, 1), seeds, options);
     for (const uint64_t seed : seeds) alone_.push_back(LoadText(text, seed));
     ids_ = pool_->All();
@@ -163,7 +163,7 @@ class Counter : public StepObserver {
 
 /// Counts of events, which show that the tests do what they claim.
 struct Happened {
-  size_t rows = 0, worlds = 0, came_back = 0, resets = 0, copies = 0;
+  size_t rows = 0, worlds = 0, came_back = 0, resets = 0, copies = 0, on_device = 0;
 };
 
 /// Does something at random with a world, and the same with its twin.
@@ -200,6 +200,13 @@ void ExpectEqual(Twins* twins) {
   for (const uint32_t id : twins->ids()) ASSERT_EQ(twins->Difference(id), "") << "world " << id;
 }
 
+Ids SomeOf(const Ids& ids, RandomSource* random) {
+  Ids some;
+  for (const uint32_t id : ids)
+    if (random->OneIn(2)) some.push_back(id);
+  return some;
+}
+
 /// Steps with callbacks, resets, copies, subscriptions, commands and poses at random moments.
 void RunAtRandom(Twins* twins, RandomSource* random, int rounds, Happened* happened) {
   WorldPool& pool = twins->pool();
@@ -214,7 +221,10 @@ void RunAtRandom(Twins* twins, RandomSource* random, int rounds, Happened* happe
     Counter counter(&pool);
     if (random->OneIn(4)) counter.asks_in = 2;
     const auto steps = static_cast<uint64_t>(random->Int(0, 5));
-    twins->Step(twins->ids(), steps, random->OneIn(2) ? &counter : nullptr);
+    Counter* const observer = random->OneIn(2) ? &counter : nullptr;
+    if (!observer && !pool.StepDevice().empty())
+      for (const uint32_t on : twins->ids()) happened->on_device += pool.WhyNotOnDevice(on).empty();
+    twins->Step(random->OneIn(3) ? SomeOf(twins->ids(), random) : twins->ids(), steps, observer);
     happened->rows += twins->rows();
     happened->worlds += pool.size() - twins->rows();
     ASSERT_NO_FATAL_FAILURE(ExpectEqual(twins)) << "round " << round;
@@ -227,19 +237,34 @@ uint64_t Worlds() {
   return wanted ? std::strtoull(wanted, nullptr, 10) : kSanitized ? 8 : 12;
 }
 
-class PoolRows : public testing::TestWithParam<unsigned> {};
+/// Threads of a pool; kOnDevice: on two threads, whole steps on an OpenCL device.
+constexpr unsigned kOnDevice = 100;
+
+class PoolRows : public testing::TestWithParam<unsigned> {
+ protected:
+  static WorldPoolOptions Options() {
+    WorldPoolOptions options;
+    options.device_steps = GetParam() == kOnDevice;
+    options.threads = options.device_steps ? 2 : GetParam();
+    return options;
+  }
+};
 
 TEST_P(PoolRows, WorldsEqualThoseAloneWhateverIsDoneWithThem) {
+  const bool on_device = GetParam() == kOnDevice;
+  if (on_device && !device::WhyNone().empty()) GTEST_SKIP() << device::WhyNone();
   InitLibrary();
   Happened happened;
   for (uint64_t seed = 1; seed <= Worlds(); seed++) {
     RandomSource random(seed * 100 + GetParam());
-    const ClosedWorldKind kind{random.OneIn(2), random.OneIn(2), random.Int(1, 5), 3};
+    // Devices do not know contacts of outlines.
+    const bool outlines = random.OneIn(on_device ? 6 : 2);
+    const ClosedWorldKind kind{outlines, random.OneIn(2), random.Int(1, 5), 3};
     const std::string text = ClosedWorld(kind, &random);
     SCOPED_TRACE("seed " + std::to_string(seed) + "\n" + text);
     std::vector<uint64_t> seeds(static_cast<size_t>(random.Int(1, 9)));
     for (uint64_t& of_world : seeds) of_world = random.Next();
-    Twins twins(text, seeds, GetParam());
+    Twins twins(text, seeds, Options());
     ASSERT_EQ(twins.pool().WhyNotClosed(0), "");
     for (const uint32_t id : twins.ids()) {
       if (random.OneIn(2)) twins.Drive(id, &random);
@@ -254,6 +279,7 @@ TEST_P(PoolRows, WorldsEqualThoseAloneWhateverIsDoneWithThem) {
   EXPECT_GT(happened.came_back, 20u);
   EXPECT_GT(happened.resets, 5u);
   EXPECT_GT(happened.copies, 5u);
+  EXPECT_EQ(happened.on_device > 100, on_device);
 }
 
 TEST(PoolRowsOfPopulations, AWorldWhoseMembersDoNotFitFailsWithTheReason) {
@@ -294,7 +320,7 @@ TEST(PoolRowsOfPopulations, AWorldWhoseMembersDoNotFitFailsWithTheReason) {
   EXPECT_LT(failures, 19u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Threads, PoolRows, testing::Values(1u, 2u, 7u, 16u));
+INSTANTIATE_TEST_SUITE_P(Threads, PoolRows, testing::Values(1u, 2u, 7u, 16u, kOnDevice));
 
 }  // namespace
 }  // namespace Stg

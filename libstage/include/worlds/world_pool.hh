@@ -24,8 +24,12 @@ struct WorldPoolOptions {
       threads;  ///< threads that work on the worlds, the caller's included; 0: one per processor
   bool device;  ///< the worlds share the prototype's OpenCL device, if it has one
   bool branch;  ///< World::IsBranch() is true for the worlds, and they end only on request
+  /// Whole steps of closed worlds are made on an OpenCL device. It needs doubles, and passes a test
+  /// when it is opened.
+  bool device_steps;
+  std::string device_choice;  ///< which device makes them, as after --opencl=; "": the best one
 
-  WorldPoolOptions() : threads(1), device(true), branch(false) {}
+  WorldPoolOptions() : threads(1), device(true), branch(false), device_steps(false) {}
 };
 
 /// Interface by which a client takes part in WorldPool::Step(). Several threads call it at once for
@@ -41,6 +45,9 @@ class StepObserver {
   };
 
   virtual ~StepObserver() {}
+  /// False: BeforeStep() and AfterStep() need not be called, so that a device can make several
+  /// steps at once.
+  virtual bool TakesPartInSteps() const;
   /// Called before each step of a world. `step` counts from 0 in each call of Step().
   virtual void BeforeStep(uint32_t id, uint64_t step);
   /// Called after each step.
@@ -83,7 +90,8 @@ class WorldPool {
   WorldPool(const WorldPool&) = delete;
   WorldPool& operator=(const WorldPool&) = delete;
 
-  /// False if the prototype cannot be copied; a message gives the reason.
+  /// False if the prototype cannot be copied, or there is no device as wanted; a message gives the
+  /// reason.
   bool IsReady() const;
   uint32_t size() const;
   unsigned threads() const;
@@ -123,14 +131,19 @@ class WorldPool {
   void Subscribe(uint32_t id, uint32_t model);
   /// Why the world needs a World object, in words that follow "because"; empty if it needs none.
   std::string WhyNotClosed(uint32_t id) const;
+  /// Name of the device that makes whole steps; empty if there is none.
+  std::string StepDevice() const;
+  /// Why that device cannot step the world, in words that follow "because"; empty if it can. Worlds
+  /// that it cannot step are stepped on the host, with equal results.
+  std::string WhyNotOnDevice(uint32_t id) const;
 
   /// Makes `steps` steps of these worlds, except for those that have failed. Those that are asked
   /// to quit have ended and make no further steps. A round takes about 50 ms and at least `unit`
   /// steps; its number of steps is a multiple of `unit`, except perhaps that of the last one.
   void Step(const Ids& ids, uint64_t steps, StepObserver* observer = NULL, uint64_t unit = 1);
   /// Resets these worlds, each to the state after loading with its new seed. Takes about as long as
-  /// Restore(), unless loading depends on the seed or on code of clients, as with controllers or
-  /// populations; such worlds are made again.
+  /// Restore(). A world that is not closed is made again if loading it depends on the seed or on
+  /// code of clients, as with populations or controllers.
   void Reset(const Ids& ids, const std::vector<uint64_t>& seeds);
   /// Restores a snapshot in each of these worlds; see World::Restore(). A world that the snapshot
   /// does not fit has failed.
