@@ -210,7 +210,7 @@ RAY_FUNCTION ray_ulong row_rotated(ray_ulong value, int bits) {
   return (value << bits) | (value >> (64 - bits));
 }
 
-RAY_FUNCTION double row_uniform(row_random_t* random) {
+RAY_FUNCTION ray_ulong row_next(row_random_t* random) {
   ray_ulong* const s = random->state;
   const ray_ulong result = row_rotated(s[1] * 5, 7) * 9, shifted = s[1] << 17;
   s[2] ^= s[0];
@@ -219,7 +219,15 @@ RAY_FUNCTION double row_uniform(row_random_t* random) {
   s[0] ^= s[3];
   s[2] ^= shifted;
   s[3] = row_rotated(s[3], 45);
-  return (double)(result >> 11) * (1.0 / 9007199254740992.0);
+  return result;
+}
+
+RAY_FUNCTION double row_uniform(row_random_t* random) {
+  return (double)(row_next(random) >> 11) * (1.0 / 9007199254740992.0);
+}
+
+RAY_FUNCTION ray_uint row_choose(row_random_t* random, ray_uint count) {
+  return (ray_uint)((row_next(random) >> 32) * count >> 32);
 }
 
 RAY_FUNCTION double row_uniform_error(row_random_t* random) {

@@ -28,6 +28,7 @@
 #include <string>
 #include <vector>
 
+#include "control/batch_controller.hh"
 #include "geometry/geometry.hh"
 #include "insight/explain.hh"
 #include "messages/assert.hh"

@@ -325,6 +325,7 @@ std::string WhyNotOnDevice(const std::shared_ptr<const Scene>& scene) {
   if (scene->outlines)
     return "its contacts are those of outlines (contacts \"cells\" are possible)";
   if (scene->finders.any) return "a bumper, fiducial finder or blobfinder runs";
+  if (!scene->controls.groups.empty()) return "a controller drives robots";
   for (const Mover& mover : scene->movers) {
     if (!mover.runs) continue;
     const auto is = [&](motion::BuiltInDrive kind) {

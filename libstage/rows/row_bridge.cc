@@ -17,17 +17,6 @@
 
 namespace Stg {
 
-namespace {
-
-bool SameState(const RandomStream& a, RandomStream b) {
-  RandomStream copy = a;
-  for (int i = 0; i < 4; i++)
-    if (copy.Next() != b.Next()) return false;
-  return true;
-}
-
-}  // namespace
-
 // ---- seeds --------------------------------------------------------------------------------------
 
 uint64_t RowBridge::SeedOf(const rows::Scene& scene, const Model& model, uint64_t seed) {
@@ -64,7 +53,8 @@ bool RowBridge::Read(World* world, rows::Rows* to, size_t row, World* spare) {
   ReadModels(*world, to, row);
   ReadGrid(*world, to, row);
   ReadOrder(*world, to, row);
-  if (!ReadSensors(*world, to, row) || !Write(*to, row, spare)) return false;
+  if (!ReadControls(*world, to, row) || !ReadSensors(*world, to, row) || !Write(*to, row, spare))
+    return false;
   Snapshot of_world, of_row;
   return world->Take(&of_world) && spare->Take(&of_row) && of_world.hash() == of_row.hash();
 }
@@ -233,6 +223,7 @@ bool RowBridge::Write(const rows::Rows& from, size_t row, World* world) {
   WriteEnergy(from, row, world);
   WriteSensors(from, row, world);
   WriteFinders(from, row, world);
+  WriteControls(from, row, world);
   WriteSchedule(from, row, world);
   WriteGrid(from, row, world);
   return true;
@@ -279,8 +270,7 @@ void RowBridge::WriteRobot(const rows::Rows& from, size_t row, size_t k, ModelPo
   model.driven_ = rows::PoseOf(c.driven[i], 0);
   if (!mover.has_noisy_odometry) return;
   *model.noisy_odometry_ = c.noisy_odometry[i];
-  if (!SameState(c.random[i], RandomStream(model.random_.seed())))
-    model.random_.Get() = c.random[i];
+  WriteRandom(c.random[i], &model);
 }
 
 /// Sets the totals last, because packs change them.

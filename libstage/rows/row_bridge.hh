@@ -72,6 +72,15 @@ class RowBridge {
   static std::string WhyNotRanger(const ModelRanger& ranger);
   static std::string WhyNotFinder(const Model& model);
   static std::string WhyNotSchedule(const World& world);
+  // The following functions are in control_bridge.cc.
+  static std::string WhyNotControls(const World& world);
+  static void AddControls(const World& prototype, rows::Scene* scene);
+  static uint32_t FirstRayOf(const rows::Scene& scene, const ModelRanger* ranger, uint32_t index);
+  template <typename F>
+  static bool ForEachControl(const World& world, const rows::Scene& scene, F f);
+  static bool ReadControls(const World& world, rows::Rows* to, size_t row);
+  static void WriteControls(const rows::Rows& from, size_t row, World* world);
+  static void WriteRandom(const RandomStream& random, Model* to);
   // The following functions are in population_bridge.cc.
   static std::string WhyNotPopulations(const World& world);
   static std::shared_ptr<const InitialState> CaptureStart(World* prototype);

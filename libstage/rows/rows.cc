@@ -50,7 +50,8 @@ void ForEachColumn(const Scene& scene, F f, C*... c) {
   f(odometry ? robots : 0, &c->driven...);
   f(odometry ? robots : 0, &c->error...);
   f(noisy ? robots : 0, &c->noisy_odometry...);
-  f(noisy ? robots : 0, &c->random...);
+  f(noisy || !scene.controls.groups.empty() ? robots : 0, &c->random...);
+  f(size_t{scene.controls.memory_count}, &c->memory...);
   f(bodies, &c->box...);
   f(bodies, &c->stamp...);
   f(size_t{scene.byte_count}, &c->bits...);
@@ -199,7 +200,8 @@ void Rows::DrawErrors(size_t world) {
     const Mover& mover = scene_->movers[i];
     if (!mover.robot) continue;
     const Velocity error = DrawOdomError(&random);
-    if (!mover.errors_given) columns.error[first + i] = {error.x, error.y, error.a};
+    if (!mover.errors_given && !columns.error.empty())
+      columns.error[first + i] = {error.x, error.y, error.a};
   }
   if (columns.random.empty()) return;
   for (size_t i = 0; i < scene_->movers.size(); i++)

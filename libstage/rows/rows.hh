@@ -58,7 +58,7 @@ struct Columns {
   // If any robot has odometry.
   std::vector<Planar> estimate, driven, error;
   std::vector<NoisyOdometry> noisy_odometry;  ///< if any has random errors
-  std::vector<RandomStream> random;
+  std::vector<RandomStream> random;           ///< if any has random errors or a controller
 
   // By power pack, joules; and by world.
   std::vector<double> stored, dissipated;
@@ -68,6 +68,8 @@ struct Columns {
   std::vector<OutlineBox> box;
   std::vector<uint64_t> stamp;  ///< of the last rasterization since loading; 0: none
   std::vector<std::byte> bits;  ///< rows of words, see Body::first_byte
+
+  std::vector<double> memory;  ///< of controllers, see ControlGroup
 
   // By sensor: streams of noise, if any sensor has noise.
   std::vector<RandomStream> noise;

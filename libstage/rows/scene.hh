@@ -23,6 +23,7 @@
 #include "motion/columns.hh"
 #include "motion/walls.hh"
 #include "rows/cell_map.hh"
+#include "rows/controls.hh"
 #include "rows/finders.hh"
 #include "sensing/fan.hh"
 #include "world/world.hh"
@@ -142,6 +143,7 @@ struct Scene {
   std::vector<Body> bodies;
   std::vector<Sensor> sensors;
   Finders finders;
+  Controls controls;
   bool exact = false;                                       ///< some rays are of the exact model
   uint32_t ray_count = 0, byte_count = 0, point_count = 0;  ///< of a world
   std::vector<double> brightness;                           ///< values of ranger_return; 0: nothing

@@ -96,6 +96,7 @@ std::string RowBridge::WhyNotClosed(const World& world) {
     robots += IsRobot(*model);
   }
   if (std::string reason = WhyNotPopulations(world); !reason.empty()) return reason;
+  if (std::string reason = WhyNotControls(world); !reason.empty()) return reason;
   if (robots > kMaxRobots) return "there are more than " + std::to_string(kMaxRobots) + " robots";
   return WhyNotSchedule(world);
 }
@@ -434,6 +435,7 @@ std::shared_ptr<const rows::Scene> RowBridge::MakeScene(std::unique_ptr<World> p
   maker.PlaceBits();
   maker.AddSensors();
   AddFinders(prototype.get(), scene.get());
+  AddControls(*prototype, scene.get());
   maker.AddPacks();
   maker.FindUpdating();
   AddPopulations(prototype.get(), scene.get());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Steps of a row. The phases are those of World::Step(): commands, rays, sensed poses, moves. Each
+// Steps of a row. The phases are those of World::Step(): commands, rays, sensed poses, moves,
+// controllers. Each
 // phase computes what models do in that phase, with the same operations in the same order.
 
 #include "rows/stepper.hh"
@@ -34,7 +35,7 @@ constexpr double kSecond = 1e6;  // microseconds
 }  // namespace
 
 Rows::Scratch::Scratch(const Scene& scene)
-    : first(scene.grid), exact(scene.grid), columns(scene.columns) {
+    : first(scene.grid), exact(scene.grid), control(scene.controls), columns(scene.columns) {
   MakeFans(scene);
   MakeLooks(scene.finders);
   places.resize(scene.ray_count);
@@ -70,12 +71,14 @@ Rows::Stepper::Stepper(Rows* rows, size_t world, Scratch* scratch)
       ray_(world * scene_.ray_count),
       sensor_(world * scene_.sensors.size()),
       pack_(world * scene_.packs.size()),
+      memory_(world * scene_.controls.memory_count),
       seconds_(static_cast<double>(scene_.step) / kSecond) {}
 
 void Rows::Stepper::Step() {
   c_.time[world_] += scene_.step;
   const usec_t now = c_.time[world_];
-  if (c_.next_update[world_] <= now) {
+  const bool is_due = c_.next_update[world_] <= now;
+  if (is_due) {
     const double dt = static_cast<double>(now - c_.last_update[world_]) / kSecond;
     c_.last_update[world_] = now;
     c_.next_update[world_] = scene_.NextUpdateAfter(now);
@@ -88,6 +91,7 @@ void Rows::Stepper::Step() {
     MoveOutlines();
   else
     for (size_t i = 0; i < scene_.movers.size(); i++) MoveCells(i);
+  if (is_due) RunControls();
   DrawEnergy();
   c_.steps[world_]++;
 }

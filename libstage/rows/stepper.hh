@@ -78,6 +78,8 @@ class Rows::Scratch {
   std::vector<internal::sensing::HitInterval> blob_intervals;
   std::vector<ModelBlobfinder::Blob> blobs;
 
+  ControlBuffers control;
+
   // Moves.
   CornerCells corners[2];
   OutlineBox boxes[kMaxBodies];
@@ -136,6 +138,11 @@ class Rows::Stepper {
   void AddNoise(size_t index);
   void PlaceCorners();
   uint8_t BrightnessOf(const Model& model) const;
+
+  // In controls.cc.
+  void RunControls();
+  void GatherForControl(const ControlGroup& group);
+  ControllerBatch BatchOf(const ControlGroup& group, const double* time);
 
   // In finders.cc.
   void FindModels();
@@ -196,7 +203,7 @@ class Rows::Stepper {
   Columns& c_;
   Scratch& s_;
   // The world, and its first elements in the columns.
-  const size_t world_, mover_, body_, byte_, ray_, sensor_, pack_;
+  const size_t world_, mover_, body_, byte_, ray_, sensor_, pack_, memory_;
   const double seconds_;  // of a step
 };
 

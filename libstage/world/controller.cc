@@ -31,6 +31,24 @@ std::string FirstWord(const std::string& text) {
   return text.substr(begin, text.find_first_of(" \t", begin) - begin);
 }
 
+/// A CB_INIT callback that is called once.
+int AttachBatchController(Model* model, void* user) {
+  const auto& arguments = *static_cast<const BatchArguments*>(user);
+  arguments.engine->batch_controls.Attach(model, arguments);
+  return 1;
+}
+
+/// The reason that an exception of BatchController::Prepare() gives. Call it in the handler.
+std::string ReasonOfException() {
+  try {
+    throw;
+  } catch (const std::exception& error) {
+    return error.what();
+  } catch (...) {
+    return "it has thrown " + DescribeException();
+  }
+}
+
 }  // namespace
 
 /// Kept short because the line also names the place, the controller and the model.
@@ -38,6 +56,11 @@ constexpr size_t kMaxReasonBytes = 140;
 
 std::string WorldEngine::DescribeInitFailure(const std::string& model_name,
                                              const void* arguments) const {
+  for (const auto& known : batch_arguments)
+    if (known.get() == arguments)
+      return "controller " + messages::Quoted(known->name) + " of the model " +
+             messages::Quoted(model_name) + ": " +
+             messages::Shortened(ReasonOfException(), kMaxReasonBytes);
   const std::string controller = FirstWord(TextOf(arguments, *this));
   return (controller.empty() ? "a callback of type CB_INIT"
                              : "Init() of the controller " + messages::Quoted(controller)) +
@@ -50,11 +73,17 @@ void WorldEngine::LoadController(Model* model, const std::string& text) {
   if (name.empty()) throw LoadError("found an empty controller name", 255);
 
   std::string error;
-  ControllerInit init = FindLinkedController(name);
-  if (!init) init = FindControllerInit(name, &error);
-  if (!init) throw LoadError("controller " + messages::Quoted(name) + " " + error, 255);
+  ControllerCode code = FindLinkedController(name);
+  if (!code) code = FindPluginController(name, &error);
+  if (!code) throw LoadError("controller " + messages::Quoted(name) + " " + error, 255);
+  if (code.batch) {
+    batch_arguments.push_back(
+        std::make_unique<BatchArguments>(BatchArguments{this, code.batch, name, text}));
+    model->AddCallback(Model::CB_INIT, AttachBatchController, batch_arguments.back().get());
+    return;
+  }
   controller_arguments.push_back(std::make_unique<CtrlArgs>(text, World::ctrlargs));
-  model->AddCallback(Model::CB_INIT, reinterpret_cast<model_callback_t>(init),
+  model->AddCallback(Model::CB_INIT, reinterpret_cast<model_callback_t>(code.init),
                      controller_arguments.back().get());
 }
 

@@ -20,6 +20,7 @@
 #include "sensing/batch_tracer.hh"
 #include "threads/wall_clock.hh"
 #include "threads/worker_pool.hh"
+#include "world/batch_controls.hh"
 #include "world/metric_list.hh"
 #include "world/phases/callback_phase.hh"
 #include "world/phases/contact_phase.hh"
@@ -59,6 +60,8 @@ class WorldEngine : public Host {
   std::vector<std::function<void(World&)>> calls_after_step;
   size_t plugins_left_out = 0;  ///< see RunOptions::controllers
   std::vector<std::unique_ptr<CtrlArgs>> controller_arguments;
+  std::vector<std::unique_ptr<BatchArguments>> batch_arguments;
+  BatchControls batch_controls;
   /// Highest stamp when loading ended. Bodies that have not moved since have stamps up to this one,
   /// in the order of creation.
   uint64_t last_stamp_of_loading = 0;

@@ -30,7 +30,7 @@ std::vector<unsigned> IndicesOf(const std::vector<Model*>& models) {
 /// True if clients may hold pointers to models that a restart deletes, or expect callbacks.
 bool World::HasClients() const {
   const auto has_callbacks = [](const Model* model) {
-    return model->controllers_ > 0 ||
+    return model->controllers_ > model->batch_controllers_ ||
            (model->callbacks_ && std::ranges::any_of(model->callbacks_->all, [](const auto& entry) {
               return entry.function != nullptr;
             }));

@@ -11,8 +11,16 @@
 
 namespace Stg {
 
-/// Returns null if no controller of that name has been registered.
-ControllerInit FindLinkedController(const std::string& name);
+/// The code of a controller: one of both, or none.
+struct ControllerCode {
+  ControllerInit init = nullptr;
+  const BatchController* batch = nullptr;
+
+  explicit operator bool() const { return init || batch; }
+};
+
+/// Returns no code if no controller of that name has been registered.
+ControllerCode FindLinkedController(const std::string& name);
 /// All registered names, sorted.
 std::vector<std::string> LinkedControllerNames();
 

@@ -163,6 +163,7 @@ bool World::LoadNow(WorldEngine& engine, Source source) {
     engine.RunDeferredDeletes();
     if (wf) UnLoad();
     engine.controller_arguments.clear();  // no running controller uses them
+    engine.batch_arguments.clear();
   }
   const ScopedValue loads(&engine.loads, engine.loads + 1);
   if (engine.loads > kMaxNestedLoads) return RefuseToNest();

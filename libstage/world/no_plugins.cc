@@ -29,13 +29,13 @@ void* OpenPlugin(const std::string&, std::string* error, Stamp) {
 
 void* FindSymbol(void*, const char*, std::string*) { return nullptr; }
 
-ControllerInit FindControllerInit(const std::string&, std::string* error) {
+ControllerCode FindPluginController(const std::string&, std::string* error) {
   std::string linked;
   for (const std::string& name : LinkedControllerNames())
     linked += (linked.empty() ? "" : ", ") + name;
   *error = "is not linked into this program; expected one of " +
            (linked.empty() ? "none" : linked) + "; see RegisterController()";
-  return nullptr;
+  return {};
 }
 
 void* FindInGui(const char*, std::string* message) {

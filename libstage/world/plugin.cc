@@ -110,15 +110,18 @@ void* FindSymbol(void* plugin, const char* symbol, std::string* error) {
   return address;
 }
 
-ControllerInit FindControllerInit(const std::string& name, std::string* error) {
+ControllerCode FindPluginController(const std::string& name, std::string* error) {
+  using GetBatchController = const BatchController* (*)();
   void* const library = OpenPlugin(name, error);
+  void* const batch = library ? dlsym(library, "StageBatchController") : nullptr;
+  if (batch) return {nullptr, reinterpret_cast<GetBatchController>(batch)()};
   void* const init = library ? FindSymbol(library, "Init", error) : nullptr;
-  if (init) return reinterpret_cast<ControllerInit>(init);
+  if (init) return {reinterpret_cast<ControllerInit>(init), nullptr};
   const bool elsewhere = error->starts_with("there is no ");
   *error = std::string("can't be ") + (library ? "used: " : "loaded: ") +
            messages::Shortened(*error, messages::kMaxDetailBytes) +
            (elsewhere ? "; STAGEPATH names further folders to look in" : "");
-  return nullptr;
+  return {};
 }
 
 }  // namespace Stg

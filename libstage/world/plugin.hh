@@ -23,9 +23,9 @@ enum class Stamp { kRequired, kNone };
 void* OpenPlugin(const std::string& name, std::string* error, Stamp stamp = Stamp::kRequired);
 /// Returns the address of a symbol of the plug-in, or null and the reason in *error.
 void* FindSymbol(void* plugin, const char* symbol, std::string* error);
-/// Returns Init() of a controller's plug-in, or null and the reason in *error, such as "can't be
+/// Returns the code of a controller's plug-in, or none and the reason in *error, such as "can't be
 /// loaded: there is no ...".
-ControllerInit FindControllerInit(const std::string& name, std::string* error);
+ControllerCode FindPluginController(const std::string& name, std::string* error);
 
 }  // namespace Stg
 

@@ -5,7 +5,8 @@
 //   trace      the batch is traced against the bodies as the last step left them
 //   finish     sensors act on what they sensed: grippers grip
 //   move       positions and actuators move, in the order of creation
-//   callbacks  those of the updated models, in the order of update; then those of the world
+//   callbacks  those of the updated models, in the order of update; then batch controllers; then
+//              those of the world
 //   energy     running models draw from their power packs, chargers give energy
 
 #include <algorithm>
@@ -128,6 +129,7 @@ void World::Step(WorldEngine& engine, uint64_t epoch) {
   if (engine.epoch != epoch) return;
   const double moved = WallClock();
   engine.callbacks.Run(&engine);
+  if (engine.epoch == epoch) engine.batch_controls.Run(engine, sim_time);
   if (engine.epoch == epoch) CallUpdateCallbacks();
   if (engine.epoch != epoch) return;
   ValidateAfter("callbacks");

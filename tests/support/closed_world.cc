@@ -112,7 +112,16 @@ std::string ShapeText(RandomSource* random) {
   }
 }
 
-std::string RobotText(RandomSource* random, double x, double y) {
+/// A built-in controller and what it needs.
+std::string ControllerText(RandomSource* random) {
+  std::string text = random->Pick<std::string>(
+      {" ctrl \"stage/wander\"", " ctrl \"stage/wander speed=0.7 turn=1.2 front=0.6\""});
+  return text + " ranger( sensor( range [0 " + Number(random->Real(0.3, 6)) + "] fov " +
+         Number(random->Real(30, 360)) + " samples " + std::to_string(random->Int(9, 40)) +
+         (random->OneIn(3) ? " noise [0.01 0.05 0.7] ) )" : " ) )");
+}
+
+std::string RobotText(bool controlled, RandomSource* random, double x, double y) {
   const double size = random->Real(0.1, 0.5), width = size * random->Real(0.6, 1.2);
   const bool bumps = random->OneIn(4);
   std::string text = "position( size [" + Number(size) + " " + Number(width) + " " +
@@ -139,6 +148,7 @@ std::string RobotText(RandomSource* random, double x, double y) {
             Number(random->Real(50, 400));
   if (random->OneIn(3)) text += " stops_when_empty " + std::to_string(random->Int(0, 1));
   text += LooksText(random);
+  if (controlled && random->OneIn(2)) text += ControllerText(random);
   for (int i = random->Int(0, 2); i > 0; i--) text += RangerText(random);
   text += FindersText(size, random);
   if (random->OneIn(6))
@@ -172,7 +182,7 @@ std::string SceneryText(RandomSource* random, double room) {
 std::string PopulationsText(const ClosedWorldKind& kind, RandomSource* random) {
   const std::string side = Number(kind.room + 3);
   const std::string area = " area [-" + side + " -" + side + " " + side + " " + side + "] )\n";
-  std::string text = "define bot " + RobotText(random, 0, 0);
+  std::string text = "define bot " + RobotText(kind.controlled, random, 0, 0);
   text +=
       "population( name \"bots\" model \"bot\" count " + std::to_string(random->Int(1, 3)) + area;
   if (!kind.outlines || random->OneIn(2)) return text;
@@ -190,7 +200,7 @@ std::string ClosedWorld(const ClosedWorldKind& kind, RandomSource* random) {
                      (kind.exact ? "exact" : "cell") + "\"\n";
   for (int i = random->Int(0, 8); i > 0; i--) text += SceneryText(random, kind.room);
   for (int i = 0; i < kind.robots; i++)
-    text += RobotText(random, random->Real(-kind.room / 2, kind.room / 2),
+    text += RobotText(kind.controlled, random, random->Real(-kind.room / 2, kind.room / 2),
                       random->Real(-kind.room / 2, kind.room / 2));
   if (random->OneIn(3)) text += PopulationsText(kind, random);
   return text;

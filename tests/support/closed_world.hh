@@ -21,7 +21,8 @@ struct ClosedWorldKind {
   bool outlines = true;
   bool exact = false;
   int robots = 4;
-  double room = 4.0;  ///< m: side of the square in which robots start
+  double room = 4.0;        ///< m: side of the square in which robots start
+  bool controlled = false;  ///< some robots have built-in controllers
 };
 
 /// A world file with robots of several kinds, scenery and sensors.

@@ -27,6 +27,7 @@
 
 namespace Stg {
 
+class BatchControls;
 class BlockGroup;
 class CallbackPhase;
 class ContactPhase;
@@ -473,6 +474,7 @@ class Model : public Ancestor {
   friend class GatherPhase;
   friend class MovePhase;
   friend class ContactPhase;
+  friend class BatchControls;
   friend class RowBridge;
   friend struct ContactOutline;
   friend class StepCostMeter;
@@ -742,7 +744,8 @@ class Model : public Ancestor {
   uint32_t contact_row_ = kNoRow;   // in roots: its row in the columns of motion
   // The pose before the last step, in pushable models that are no robots. See GetSensedPose().
   std::unique_ptr<Pose> pose_before_push_;
-  uint16_t controllers_;  // number loaded
+  uint16_t controllers_;            // number loaded
+  uint16_t batch_controllers_ = 0;  // those of them that are batch controllers
   LazyRandomStream random_;
   std::unique_ptr<Raster> last_raster_;
   // Empty for most models.

@@ -114,6 +114,7 @@ class ModelPosition : public Model {
 
  protected:
   friend class World;
+  friend class BatchControls;
   friend class RowBridge;
   friend class StepCostMeter;
   friend class WorldEngine;

@@ -10,6 +10,7 @@
 
 namespace Stg {
 
+class BatchController;
 class Model;
 struct CtrlArgs;
 
@@ -20,6 +21,9 @@ typedef int (*ControllerInit)(Model* model, CtrlArgs* arguments);
 /// instead of loading a plug-in of that name. Can be called from any thread. Returns false with a
 /// message if the name is registered already.
 bool RegisterController(const std::string& name, ControllerInit init);
+
+/// Registers a batch controller in the same way. It must exist until the program ends.
+bool RegisterBatchController(const std::string& name, const BatchController* controller);
 
 }  // namespace Stg
 

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Batch controllers in World objects and in rows.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <memory>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "support/model_testing.hh"
+#include "support/own_worlds.hh"
+#include "worlds/pool_access.hh"
+
+namespace Stg {
+namespace {
+
+std::unique_ptr<World> LoadSeeded(const std::string& text, uint64_t seed, int threads = 1) {
+  InitLibrary();
+  RunOptions options = OptionsOf(seed);
+  options.threads = threads;
+  options.share_from = 1;
+  auto world = std::make_unique<World>(options);
+  std::istringstream content(text);
+  EXPECT_TRUE(world->Load(content, "t.world")) << text;
+  return world;
+}
+
+#ifndef STAGE_STATIC
+std::string PluginOf(const std::string& path) {
+  const char* const build = std::getenv("STAGE_BINARY_DIR");
+  return std::string(build ? build : ".") + "/" + path + ".so";
+}
+std::string Herd() { return PluginOf("tests/plugins/herd"); }
+#endif
+
+/// Robots with lasers in a room with things, all with the controllers `ctrl`.
+std::string Room(const std::string& ctrl, const std::string& more = "") {
+  std::string text = "contacts \"cells\"\ndefine robot position( size [0.3 0.3 0.3] ctrl [\"" +
+                     ctrl + "\"] " + more +
+                     "\n  ranger( pose [0 0 -0.1 0] sensor( range [0 3] fov 240 samples 24 ) ) )\n";
+  for (const char* wall : {"0 2 0 0", "0 -2 0 0", "2 0 0 90", "-2 0 0 90"})
+    text += std::string("model( size [4 0.1 1] pose [") + wall + "] )\n";
+  text += "model( size [0.5 0.3 1] pose [0.2 0.1 0 30] )\n";
+  for (const char* pose : {"-1 -1 0 10", "1 -1 0 100", "1 1 0 200", "-1 1 0 -60"})
+    text += std::string("robot( pose [") + pose + "] )\n";
+  return text;
+}
+
+std::vector<ModelPosition*> RobotsOf(const World& world) {
+  std::vector<ModelPosition*> robots;
+  for (Model* model : world.GetChildren())
+    if (auto* const robot = dynamic_cast<ModelPosition*>(model)) robots.push_back(robot);
+  return robots;
+}
+
+constexpr const char* kNoisy = "localization \"odom\" odom_noise [0.02 0.01 0.03 0.02]";
+
+// ---- built-in controllers equal the plug-ins with callbacks ----
+
+#ifndef STAGE_STATIC
+/// Compares the states of robots with a built-in controller and with a plug-in of the same rules.
+void ExpectSameRobots(const std::string& built_in, const std::string& plugin, int steps) {
+  const auto a = LoadSeeded(built_in, 5), b = LoadSeeded(plugin, 5);
+  size_t stalls = 0, turns = 0;
+  for (int step = 0; step < steps; step++) {
+    ASSERT_FALSE(a->Update());
+    ASSERT_FALSE(b->Update());
+    const std::vector<ModelPosition*> of_a = RobotsOf(*a), of_b = RobotsOf(*b);
+    ASSERT_EQ(of_a.size(), of_b.size());
+    for (size_t i = 0; i < of_a.size(); i++) {
+      ASSERT_EQ(of_a[i]->GetPose(), of_b[i]->GetPose()) << "robot " << i << " in step " << step;
+      ASSERT_EQ(of_a[i]->est_pose, of_b[i]->est_pose) << "robot " << i << " in step " << step;
+      ASSERT_EQ(of_a[i]->GetVelocity(), of_b[i]->GetVelocity());
+      stalls += of_a[i]->Stalled();
+      turns += of_a[i]->GetVelocity().a != 0;
+    }
+  }
+  EXPECT_GT(turns, 100u);
+  (void)stalls;
+}
+
+TEST(BuiltInControllers, WanderDrivesAsThePluginWithCallbacks) {
+  ExpectSameRobots(Room("stage/wander"), Room("wander"), 1000);
+  ExpectSameRobots(Room("stage/wander", kNoisy), Room("wander", kNoisy), 1000);
+}
+#endif
+
+// ---- World objects and rows ----
+
+/// Steps a pool and worlds alone, with snapshots and resets; they must be equal.
+void ExpectRowsEqualWorlds(const std::string& text, unsigned threads) {
+  const std::vector<uint64_t> seeds = {1, 2, 3, 4, 5, 6, 7};
+  WorldPoolOptions options;
+  options.threads = threads;
+  WorldPool pool(*LoadSeeded(text, 9), seeds, options);
+  ASSERT_EQ(pool.WhyNotClosed(0), "");
+  std::vector<std::unique_ptr<World>> alone;
+  for (const uint64_t seed : seeds) alone.push_back(LoadSeeded(text, seed));
+  std::set<uint64_t> hashes;
+  for (int round = 0; round < 12; round++) {
+    pool.Step(pool.All(), 25);
+    for (const auto& world : alone)
+      for (int i = 0; i < 25; i++) ASSERT_FALSE(world->Update());
+    if (round == 4) {
+      pool.Reset({3}, {77});
+      alone[3] = LoadSeeded(text, 77);
+    }
+    if (round == 6) {
+      Snapshot of_pool, of_alone;
+      ASSERT_TRUE(pool.Take(0, &of_pool));
+      ASSERT_TRUE(alone[0]->Take(&of_alone));
+      EXPECT_EQ(of_pool.hash(), of_alone.hash());
+      pool.Restore({2}, of_pool);
+      ASSERT_TRUE(alone[2]->Restore(of_alone));
+    }
+    if (round == 8) pool.At(1);
+    if (round == 10) pool.Release({1});
+    for (const uint32_t id : pool.All()) {
+      ASSERT_EQ(pool.Failure(id), "");
+      ASSERT_EQ(pool.StateHashes({id})[0], alone[id]->StateHash()) << round << " world " << id;
+      EXPECT_EQ(PoolAccess::HasWorld(pool, id), id == 1 && round >= 8 && round < 10)
+          << pool.WhyNotClosed(id);
+      hashes.insert(alone[id]->StateHash());
+    }
+  }
+  EXPECT_GT(hashes.size(), 50u);
+}
+
+class BatchControllers : public testing::TestWithParam<unsigned> {};
+
+TEST_P(BatchControllers, RowsOfBuiltInControllersEqualWorlds) {
+  ExpectRowsEqualWorlds(Room("stage/wander"), GetParam());
+  ExpectRowsEqualWorlds(Room("stage/wander speed=0.6 turn=0.9", kNoisy), GetParam());
+}
+
+#ifndef STAGE_STATIC
+TEST_P(BatchControllers, RowsOfAPluginEqualWorlds) {
+  ExpectRowsEqualWorlds(Room(Herd()), GetParam());
+  ExpectRowsEqualWorlds(Room(Herd() + " speed=0.5", kNoisy), GetParam());
+  ExpectRowsEqualWorlds(Room("stage/wander\" \"" + Herd(), "drive \"omni\""), GetParam());
+}
+#endif
+
+INSTANTIATE_TEST_SUITE_P(Threads, BatchControllers, testing::Values(1u, 2u, 5u));
+
+TEST(BatchControllersInWorlds, ThreadsChangeNoResult) {
+  const std::string text = Room("stage/wander", kNoisy);
+  const auto one = LoadSeeded(text, 3), many = LoadSeeded(text, 3, 4);
+  for (int i = 0; i < 300; i++) {
+    ASSERT_FALSE(one->Update());
+    ASSERT_FALSE(many->Update());
+    ASSERT_EQ(one->StateHash(), many->StateHash()) << i;
+  }
+}
+
+#ifndef STAGE_STATIC
+TEST(BatchControllersInWorlds, MemoryAndRandomNumbersAreInSnapshots) {
+  const std::string text = Room(Herd());
+  const auto world = LoadSeeded(text, 3), copy = LoadSeeded(text, 4);
+  for (int i = 0; i < 100; i++) world->Update();
+  Snapshot snapshot;
+  ASSERT_TRUE(world->Take(&snapshot));
+  ASSERT_TRUE(copy->Restore(snapshot));
+  EXPECT_EQ(copy->StateHash(), world->StateHash());
+  for (int i = 0; i < 100; i++) {
+    world->Update();
+    copy->Update();
+  }
+  EXPECT_EQ(copy->StateHash(), world->StateHash());
+}
+
+TEST(BatchControllersInWorlds, ADeletedRobotIsNotDrivenAndARestoredOneIs) {
+  const std::string text = Room(Herd());
+  const auto world = LoadSeeded(text, 3), twin = LoadSeeded(text, 3);
+  for (int i = 0; i < 10; i++) world->Update();
+  Snapshot snapshot;
+  ASSERT_TRUE(world->Take(&snapshot));
+  delete RobotsOf(*world)[1];
+  for (int i = 0; i < 10; i++) ASSERT_FALSE(world->Update());
+  delete RobotsOf(*world)[0]->GetChildren()[0];  // its ranger
+  for (int i = 0; i < 10; i++) ASSERT_FALSE(world->Update());
+  ASSERT_TRUE(world->Restore(snapshot));
+  for (int i = 0; i < 10; i++) twin->Update();
+  for (int i = 0; i < 50; i++) {
+    world->Update();
+    twin->Update();
+  }
+  EXPECT_EQ(world->StateHash(), twin->StateHash());
+}
+#endif
+
+TEST(BatchControllersInWorlds, RobotsAreDrivenInTheStepsInWhichTheyUpdate) {
+  const auto world = LoadSeeded(
+      "position( name \"r\" update_interval 300 ctrl \"stage/wander\"\n"
+      "  ranger( sensor( range [0 3] fov 180 samples 20 ) ) )\n",
+      1);
+  ModelPosition& robot = *RobotsOf(*world)[0];
+  std::vector<double> speeds;
+  for (int i = 0; i < 6; i++) {
+    world->Update();
+    speeds.push_back(robot.GetVelocity().x);
+  }
+  EXPECT_EQ(speeds, (std::vector<double>{0, 0, 0, 0, 0, 0.4}));
+}
+
+// ---- mistakes ----
+
+void ExpectError(const std::string& ctrl, const std::string& reason) {
+  const LoadOutcome outcome =
+      TryToLoad("position( name \"r\"\n  ctrl \"" + ctrl +
+                "\"\n  ranger( sensor( range [0 3] fov 180 samples 20 ) ) )\n");
+  EXPECT_FALSE(outcome.loaded);
+  EXPECT_EQ(outcome.status, 255);
+  const std::string name = ctrl.substr(0, ctrl.find(' '));
+  EXPECT_EQ(outcome.errors,
+            "t.world:2:8: controller \"" + name + "\" of the model \"r\": " + reason + "\n");
+}
+
+TEST(BatchControllerArguments, MistakesAreReportedInOneLine) {
+  ExpectError("stage/wander speed=fast", "found \"speed=fast\", expected a number from 0 to 1000");
+  ExpectError("stage/wander speed=-1", "found \"speed=-1\", expected a number from 0 to 1000");
+  ExpectError("stage/wander speed=0x1", "found \"speed=0x1\", expected a number from 0 to 1000");
+  ExpectError("stage/wander speed",
+              "found the argument \"speed\", expected speed=NUMBER, slow=NUMBER, turn=NUMBER, "
+              "front=NUMBER, stop=NUMBER");
+}
+
+TEST(BatchControllerArguments, WrongModelsAreReportedInOneLine) {
+  EXPECT_EQ(TryToLoad("model( name \"m\" ctrl \"stage/wander\" )").errors,
+            "t.world:1:22: controller \"stage/wander\" of the model \"m\": found a model of type "
+            "\"model\", expected a position: this controller drives robots\n");
+  EXPECT_EQ(
+      TryToLoad("position( name \"m\" ctrl \"stage/wander\" )").errors,
+      "t.world:1:25: controller \"stage/wander\" of the model \"m\": found none of ranger:0 to "
+      "ranger:15 with more than 8 samples, expected one\n");
+}
+
+}  // namespace
+}  // namespace Stg
