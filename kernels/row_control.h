@@ -12,8 +12,15 @@
 namespace Stg {
 #endif
 
-/* ---- wander: the rule of examples/ctrl/support/obstacle_rule.hh --------------------------------
- */
+/* ---- records ------------------------------------------------------------------------------ */
+
+enum { ROW_GOAL, ROW_WANDER, ROW_DISPERSE, ROW_PEDESTRIAN };
+
+/* Drives to a place, and turns to a heading if that is finite. */
+typedef struct {
+  double x, y, heading;          /* m, rad, in the frame of the estimate */
+  double speed, turn, tolerance; /* m/s, rad/s, m */
+} row_goal_t;
 
 typedef struct {
   double speed, slow, turn; /* m/s straight ahead and while it turns, rad/s */
@@ -21,11 +28,96 @@ typedef struct {
 } row_wander_t;
 
 typedef struct {
+  double speed, gain, turn, margin, horizon; /* see DisperseRule */
+  double radius;                             /* m, of the disc that must stay free */
+  double cosines, sines;                     /* of the sectors into which rays look: sums */
+} row_disperse_t;
+
+/* Lengths in m, times in s. */
+typedef struct {
+  double x, y, tolerance, speed, time, turn;
+  double repulsion, reach; /* of other robots: m/s^2 at touch, and the decay */
+  double wall, wall_reach; /* of other things */
+  double behind;           /* the weight of what is not in sight */
+  double radius;           /* of each robot */
+} row_pedestrian_t;
+
+/* Rays are numbered from the first one of a robot on. */
+
+/* A sensor: the rays from `begin` to `end`. */
+typedef struct {
+  double x, y; /* m, in the robot's frame */
+  double cap;  /* m: readings of it and above show nothing */
+  ray_uint begin, end;
+} row_eye_t;
+
+/* Neighbouring rays of a sensor in one sector. */
+typedef struct {
+  ray_uint begin, end;
+  ray_uint front_begin, front_end; /* those that count for the free path */
+  ray_uint eye, unused;
+} row_run_t;
+
+/* A sector into which rays look. */
+typedef struct {
+  ray_uint sector, first_run, end_run, unused;
+} row_sector_t;
+
+/* How the sensors of a robot look. */
+typedef struct {
+  RAY_GLOBAL const row_eye_t* eyes;
+  RAY_GLOBAL const row_sector_t* sectors;
+  RAY_GLOBAL const row_run_t* runs;
+  RAY_GLOBAL const row_turn_t* directions; /* by ray, in the robot's frame */
+  ray_uint eye_count, sector_count;
+} row_layout_t;
+
+/* A robot that a built-in controller drives. */
+typedef struct RAY_ALIGNED(16) {
+  ray_uint kind, mover;
+  ray_uint memory;    /* index of its first number among those of a world */
+  ray_uint own;       /* index among the robots */
+  ray_uint first_ray; /* among those of a world */
+  ray_uint rays;      /* of the first sensor */
+  ray_uint first_eye, eyes, first_sector, sectors, first_run, first_direction;
+  union {
+    row_goal_t goal;
+    row_wander_t wander;
+    row_disperse_t disperse;
+    row_pedestrian_t pedestrian;
+  } rule;
+} row_control_t;
+
+/* ---- goal --------------------------------------------------------------------------------- */
+
+#define ROW_GOAL_GAIN 2.0    /* rad/s per rad */
+#define ROW_GOAL_FACING 0.01 /* rad: close enough to the heading */
+
+RAY_FUNCTION void row_go_to_goal(RAY_GLOBAL const row_goal_t* rule, row_planar_t at,
+                                 row_planar_t* command) {
+  const double dx = rule->x - at.x, dy = rule->y - at.y;
+  const double distance = sqrt(dx * dx + dy * dy);
+  const row_turn_t turn = row_turn(at.a);
+  double off = 0;
+  command->x = command->y = 0;
+  if (distance > rule->tolerance) {
+    off = row_normalize(row_arc_tangent(dy, dx) - at.a);
+    command->x = rule->speed * row_larger(0.0, (dx * turn.cosine + dy * turn.sine) / distance);
+  } else if (row_is_finite(rule->heading)) {
+    off = row_normalize(rule->heading - at.a);
+    if (fabs(off) <= ROW_GOAL_FACING) off = 0;
+  }
+  command->a = row_constrain(ROW_GOAL_GAIN * off, -rule->turn, rule->turn);
+}
+
+/* ---- wander: the rule of examples/ctrl/support/obstacle_rule.hh ---------------------------- */
+
+typedef struct {
   int obstructed, stop;
   double left, right; /* m: the nearest thing on either side */
 } row_obstacles_t;
 
-RAY_FUNCTION row_obstacles_t row_look_for_obstacles(const row_wander_t* rule,
+RAY_FUNCTION row_obstacles_t row_look_for_obstacles(RAY_GLOBAL const row_wander_t* rule,
                                                     RAY_GLOBAL const double* ranges,
                                                     ray_uint count) {
   const ray_uint side = count / 3;
@@ -46,7 +138,7 @@ RAY_FUNCTION row_obstacles_t row_look_for_obstacles(const row_wander_t* rule,
 }
 
 /* *left: updates that are left of the present turn. */
-RAY_FUNCTION void row_wander(const row_wander_t* rule, RAY_GLOBAL const double* ranges,
+RAY_FUNCTION void row_wander(RAY_GLOBAL const row_wander_t* rule, RAY_GLOBAL const double* ranges,
                              ray_uint count, RAY_GLOBAL double* left, row_random_t* random,
                              row_planar_t* command) {
   const row_obstacles_t seen = row_look_for_obstacles(rule, ranges, count);
@@ -61,6 +153,280 @@ RAY_FUNCTION void row_wander(const row_wander_t* rule, RAY_GLOBAL const double* 
     command->a = seen.left < seen.right ? -rule->turn : rule->turn;
   }
   *left -= 1;
+}
+
+/* ---- disperse: the rule of examples/ctrl/support/disperse_rule.hh -------------------------- */
+
+#define ROW_SECTOR_COUNT 72u
+#define ROW_SECTOR_WIDTH (2 * ROW_PI / 72) /* rad */
+#define ROW_UNLIMITED 1000.0 /* m: nothing is seen in a sector; the free path has no end */
+#define ROW_UNSEEN 2000.0    /* no ray looks into the sector */
+
+/* The nearest reading in a sector into which rays look. */
+typedef struct {
+  double free; /* m: up to where the way is free */
+  double push; /* 1/m^2 */
+  ray_uint ray, unused;
+} row_look_t;
+
+/* Memory of a robot during a call. */
+typedef struct {
+  RAY_GLOBAL double* nearest;   /* m, by sector */
+  RAY_GLOBAL row_look_t* looks; /* by sector into which rays look */
+} row_sight_t;
+
+/* Distance ahead of a point that a ray has hit; no limit beside the way. */
+RAY_FUNCTION double row_free_up_to(row_eye_t eye, double range, row_turn_t direction,
+                                   double radius) {
+  const double ahead = eye.x + range * direction.cosine;
+  const double aside = eye.y + range * direction.sine;
+  return ahead > 0.0 && aside < radius && aside > -radius ? ahead : ROW_UNLIMITED;
+}
+
+/* Finds the nearest reading in sector number `index` of those into which rays look. */
+RAY_FUNCTION void row_look(const row_layout_t* layout, ray_uint index, double radius,
+                           RAY_GLOBAL const double* ranges, const row_sight_t* sight) {
+  const row_sector_t sector = layout->sectors[index];
+  double nearest = ROW_UNLIMITED;
+  row_look_t look;
+  ray_uint r, i;
+  look.free = ROW_UNLIMITED;
+  look.push = 0;
+  look.ray = look.unused = 0;
+  for (r = sector.first_run; r < sector.end_run; r++) {
+    const row_run_t run = layout->runs[r];
+    const row_eye_t eye = layout->eyes[run.eye];
+    const double most = row_smaller(eye.cap, nearest);
+    double least = most;
+    for (i = run.begin; i < run.end; i++)
+      if (ranges[i] < least) {
+        least = ranges[i];
+        look.ray = i;
+      }
+    if (least < most) nearest = least;
+    for (i = run.front_begin; i < run.front_end; i++)
+      look.free =
+          row_smaller(look.free, row_free_up_to(eye, ranges[i], layout->directions[i], radius));
+  }
+  sight->nearest[sector.sector] = nearest;
+  sight->looks[index] = look;
+}
+
+/* True if the sector is a local minimum. The first of two equal ones counts. */
+RAY_FUNCTION int row_is_nearest(const row_sight_t* sight, ray_uint sector) {
+  const double range = sight->nearest[sector];
+  ray_uint i;
+  for (i = 1; i <= 5; i++)
+    if (!(range < sight->nearest[(sector + ROW_SECTOR_COUNT - i) % ROW_SECTOR_COUNT] &&
+          range <= sight->nearest[(sector + i) % ROW_SECTOR_COUNT]))
+      return 0;
+  return 1;
+}
+
+/* Number of further sectors, in steps to the left or right, in which the thing is about as near. */
+RAY_FUNCTION ray_uint row_extent(const row_sight_t* sight, ray_uint sector, ray_uint step) {
+  const double range = sight->nearest[sector];
+  ray_uint extent = 0, i;
+  for (i = 1; i < ROW_SECTOR_COUNT / 2; i++) {
+    const double there = sight->nearest[(sector + i * step) % ROW_SECTOR_COUNT];
+    if (there == ROW_UNSEEN) continue;
+    if (!(there < 1.3 * range)) break;
+    extent = i;
+  }
+  return extent;
+}
+
+/* True if the thing is wider than two robots like this one. */
+RAY_FUNCTION int row_is_wall(const row_sight_t* sight, ray_uint sector, double radius) {
+  const ray_uint width =
+      1 + row_extent(sight, sector, 1) + row_extent(sight, sector, ROW_SECTOR_COUNT - 1);
+  return (double)width * ROW_SECTOR_WIDTH * sight->nearest[sector] > 4 * radius;
+}
+
+/* Finds the repulsion of the thing in a sector. All sectors have been looked at. */
+RAY_FUNCTION void row_find_push(const row_layout_t* layout, ray_uint index,
+                                RAY_GLOBAL const row_disperse_t* rule, const row_sight_t* sight) {
+  const ray_uint sector = layout->sectors[index].sector;
+  const double range = sight->nearest[sector], horizon = rule->horizon;
+  double nearest, distance;
+  if (!(range < horizon) || !row_is_nearest(sight, sector)) return;
+  nearest = row_larger(range, rule->radius);
+  distance = row_is_wall(sight, sector, rule->radius) ? 2 * nearest : nearest;
+  sight->looks[index].push = row_larger(0.0, 1 / (distance * distance) - 1 / (horizon * horizon));
+}
+
+/* Direction to drive, 1/m^2 in the robot's frame, and the free path. */
+typedef struct {
+  double x, y, imbalance, free;
+} row_urge_t;
+
+RAY_FUNCTION row_urge_t row_find_urge(const row_layout_t* layout,
+                                      RAY_GLOBAL const row_disperse_t* rule,
+                                      const row_sight_t* sight) {
+  double total = 0;
+  row_urge_t urge;
+  ray_uint i;
+  urge.x = urge.y = urge.imbalance = 0;
+  urge.free = ROW_UNLIMITED;
+  for (i = 0; i < layout->sector_count; i++) {
+    const row_look_t look = sight->looks[i];
+    urge.free = row_smaller(urge.free, look.free);
+    if (look.push == 0) continue;
+    total += look.push;
+    urge.x -= look.push * layout->directions[look.ray].cosine;
+    urge.y -= look.push * layout->directions[look.ray].sine;
+  }
+  if (!(total > 0)) return urge;
+  /* Unseen directions repel like the average of the others. */
+  urge.x += total / (double)layout->sector_count * rule->cosines;
+  urge.y += total / (double)layout->sector_count * rule->sines;
+  urge.imbalance = sqrt(urge.x * urge.x + urge.y * urge.y) / total;
+  return urge;
+}
+
+/* True if a stalled robot backs slightly, every other time. *backing: whether it did. */
+RAY_FUNCTION int row_back_off(RAY_GLOBAL const row_disperse_t* rule, int stalled,
+                              RAY_GLOBAL double* backing, row_planar_t* command) {
+  const int backs = stalled && *backing == 0;
+  *backing = backs;
+  command->x = backs ? -rule->speed / 4 : 0;
+  command->y = command->a = 0;
+  return backs;
+}
+
+/* The command for what the robot sees. It was zero. */
+RAY_FUNCTION void row_disperse(const row_layout_t* layout, RAY_GLOBAL const row_disperse_t* rule,
+                               const row_sight_t* sight, row_planar_t* command) {
+  const row_urge_t goal = row_find_urge(layout, rule, sight);
+  double urge, clearance, facing;
+  if (!(goal.imbalance > 0.1)) return;
+  urge = row_smaller(1.0, goal.imbalance / 0.3);
+  clearance = (goal.free - rule->radius) / (4.0 * rule->radius);
+  facing = goal.x / sqrt(goal.x * goal.x + goal.y * goal.y);
+  command->x =
+      rule->speed * row_larger(0.0, row_smaller(urge, clearance)) * row_larger(0.0, facing);
+  command->a =
+      row_constrain(rule->gain * urge * row_arc_tangent(goal.y, goal.x), -rule->turn, rule->turn);
+}
+
+/* ---- pedestrian --------------------------------------------------------------------------- */
+
+#define ROW_MAX_SPEED 1.3 /* as a multiple of the wanted speed */
+#define ROW_SIGHT_LIMIT                                                    \
+  -0.17364817766693033 /* cosine of half of a field of view of 200 degrees \
+                        */
+#define ROW_FAR 10.0   /* repulsion ends at this multiple of its decay */
+
+/* exp(x) for x from -20 to 20 from sums and products alone, so that it has the same bits
+ * everywhere; relative error below 1e-8. */
+RAY_FUNCTION double row_exponential(double x) {
+  const double y = row_constrain(x, -20.0, 20.0) / 1024;
+  double power = 1 + y * (1 + y / 2 * (1 + y / 3 * (1 + y / 4 * (1 + y / 5))));
+  int i;
+  for (i = 0; i < 10; i++) power *= power;
+  return power;
+}
+
+/* The wanted direction, the force so far, and where the pedestrian is. */
+typedef struct {
+  row_point_t at, towards, force;
+} row_social_t;
+
+/* Adds the repulsion of something in direction (dx, dy), seen from the pedestrian. */
+RAY_FUNCTION void row_repel(RAY_GLOBAL const row_pedestrian_t* rule, double dx, double dy,
+                            double touch, double strength, double reach, row_social_t* social) {
+  const double distance = sqrt(dx * dx + dy * dy);
+  double force;
+  if (!(distance > 0) || distance > touch + ROW_FAR * reach) return;
+  force = strength * row_exponential((touch - distance) / reach);
+  if (social->towards.x * dx + social->towards.y * dy < ROW_SIGHT_LIMIT * distance)
+    force *= rule->behind;
+  social->force.x -= force * (dx / distance);
+  social->force.y -= force * (dy / distance);
+}
+
+/* True if a point lies on one of the other robots. */
+RAY_FUNCTION int row_is_of_robot(RAY_GLOBAL const row_pedestrian_t* rule,
+                                 RAY_GLOBAL const row_planar_t* poses, ray_uint count, ray_uint own,
+                                 double x, double y) {
+  const double radius = 1.5 * rule->radius;
+  ray_uint i;
+  for (i = 0; i < count; i++) {
+    const double dx = poses[i].x - x, dy = poses[i].y - y;
+    if (i != own && dx * dx + dy * dy < radius * radius) return 1;
+  }
+  return 0;
+}
+
+/* Adds the repulsion of the nearest points that a sensor sees, except for those of robots: of rays
+ * with a smaller range than their neighbours. */
+RAY_FUNCTION void row_repel_by_walls(RAY_GLOBAL const row_pedestrian_t* rule,
+                                     const row_layout_t* layout, ray_uint index,
+                                     RAY_GLOBAL const double* ranges,
+                                     RAY_GLOBAL const row_planar_t* poses, ray_uint count,
+                                     ray_uint own, row_turn_t heading, row_social_t* social) {
+  const row_eye_t eye = layout->eyes[index];
+  ray_uint i;
+  for (i = eye.begin; i < eye.end; i++) {
+    const double range = ranges[i];
+    const row_turn_t direction = layout->directions[i];
+    double x, y, dx, dy;
+    if (!(range < eye.cap) || (i > eye.begin && !(range < ranges[i - 1])) ||
+        (i + 1 < eye.end && !(range <= ranges[i + 1])))
+      continue;
+    x = eye.x + range * direction.cosine;
+    y = eye.y + range * direction.sine;
+    dx = x * heading.cosine - y * heading.sine;
+    dy = x * heading.sine + y * heading.cosine;
+    if (row_is_of_robot(rule, poses, count, own, social->at.x + dx, social->at.y + dy)) continue;
+    row_repel(rule, dx, dy, rule->radius, rule->wall, rule->wall_reach, social);
+  }
+}
+
+/* memory: the velocity that the forces have given it, m/s, and when they did, s. */
+RAY_FUNCTION void row_walk_by(RAY_GLOBAL const row_pedestrian_t* rule, const row_social_t* social,
+                              double time, int stalled, RAY_GLOBAL double* memory,
+                              row_turn_t heading, row_planar_t* command) {
+  const double dt = time - memory[2];
+  double vx = stalled ? 0 : memory[0], vy = stalled ? 0 : memory[1], speed;
+  vx += dt * ((social->towards.x * rule->speed - vx) / rule->time + social->force.x);
+  vy += dt * ((social->towards.y * rule->speed - vy) / rule->time + social->force.y);
+  speed = sqrt(vx * vx + vy * vy);
+  if (speed > ROW_MAX_SPEED * rule->speed) {
+    vx *= ROW_MAX_SPEED * rule->speed / speed;
+    vy *= ROW_MAX_SPEED * rule->speed / speed;
+  }
+  memory[0] = vx;
+  memory[1] = vy;
+  memory[2] = time;
+  command->x = vx * heading.cosine + vy * heading.sine;
+  command->y = vy * heading.cosine - vx * heading.sine;
+  command->a = row_constrain(2 * row_arc_tangent(command->y, command->x), -rule->turn, rule->turn);
+}
+
+/* poses: of all robots; `own` is the index of this one. */
+RAY_FUNCTION void row_walk(RAY_GLOBAL const row_pedestrian_t* rule, const row_layout_t* layout,
+                           RAY_GLOBAL const double* ranges, RAY_GLOBAL const row_planar_t* poses,
+                           ray_uint count, ray_uint own, double time, int stalled,
+                           RAY_GLOBAL double* memory, row_planar_t* command) {
+  const row_planar_t at = poses[own];
+  const double dx = rule->x - at.x, dy = rule->y - at.y;
+  const double distance = sqrt(dx * dx + dy * dy);
+  const row_turn_t heading = row_turn(at.a);
+  row_social_t social;
+  ray_uint i;
+  social.at.x = at.x;
+  social.at.y = at.y;
+  social.towards.x = distance > rule->tolerance ? dx / distance : 0;
+  social.towards.y = distance > rule->tolerance ? dy / distance : 0;
+  social.force.x = social.force.y = 0;
+  for (i = 0; i < count; i++)
+    if (i != own)
+      row_repel(rule, poses[i].x - at.x, poses[i].y - at.y, 2 * rule->radius, rule->repulsion,
+                rule->reach, &social);
+  for (i = 0; i < layout->eye_count; i++)
+    row_repel_by_walls(rule, layout, i, ranges, poses, count, own, heading, &social);
+  row_walk_by(rule, &social, time, stalled, memory, heading, command);
 }
 
 #ifndef RAY_IN_OPENCL

@@ -2,12 +2,24 @@
 
 #include "control/stock_controllers.hh"
 
-#include "control/wander.hh"
+#include <algorithm>
+
+#include "control/stock_list.hh"
 
 namespace Stg::control {
 
 std::vector<std::pair<std::string, const BatchController*>> StockControllers() {
-  return {{"stage/wander", WanderController()}};
+  return {{"stage/disperse", DisperseController()},
+          {"stage/goal", GoalController()},
+          {"stage/pedestrian", PedestrianController()},
+          {"stage/wander", WanderController()}};
+}
+
+const StockParameters* StockParametersOf(const BatchController* controller,
+                                         const ControlledRobot& robot) {
+  for (const auto& [name, stock] : StockControllers())
+    if (stock == controller) return static_cast<const StockParameters*>(robot.parameters.get());
+  return nullptr;
 }
 
 }  // namespace Stg::control

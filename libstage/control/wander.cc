@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-
-#include "control/wander.hh"
+//
+// The built-in controller stage/wander: drives about at random and avoids obstacles.
 
 #include <memory>
 #include <stdexcept>
 #include <string>
 
-#include "control/records.hh"
+#include "control/stock_batch.hh"
+#include "control/stock_list.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
 
@@ -33,8 +34,9 @@ ModelRanger* FindLaser(const Model& robot) {
 class Wander : public BatchController {
  public:
   std::shared_ptr<const ControllerParameters> Prepare(ControllerSetup* setup) const override {
-    auto parameters = std::make_shared<WanderParameters>();
-    row_wander_t& rule = parameters->rule;
+    auto parameters = std::make_shared<StockParameters>();
+    parameters->record.kind = ROW_WANDER;
+    row_wander_t& rule = parameters->record.rule.wander;
     rule = {.speed = 0.4, .slow = 0.05, .turn = 0.5, .front = 1.0, .stop = 0.3};
     setup->ReadNumbers({{"speed", &rule.speed, 0, 1000},
                         {"slow", &rule.slow, 0, 1000},
@@ -46,19 +48,17 @@ class Wander : public BatchController {
   }
 
   void Step(const ControllerBatch& batch) const override {
-    for (size_t world = 0; world < batch.worlds; world++)
-      for (size_t r = 0; r < batch.robots; r++) {
-        const double* const ranges = batch.RangesOf(world, r, 0);
-        if (!ranges) continue;
-        const size_t i = world * batch.robots + r;
-        row_random_t random = RecordOf(batch.random[i]);
-        row_planar_t command = RecordOf(batch.command[i]);
-        row_wander(&static_cast<const WanderParameters&>(*batch.robot[r]->parameters).rule, ranges,
-                   static_cast<ray_uint>(batch.robot[r]->sensors[0].bearings.size()),
-                   &batch.memory[i], &random, &command);
-        Store(random, &batch.random[i]);
-        batch.command[i] = {command.x, command.y, command.a};
-      }
+    DriveAll(batch, [](const InBatch& at, row_planar_t* command) {
+      const double* const ranges = at.batch.RangesOf(at.world, at.robot, 0);
+      if (!ranges) return;
+      row_random_t random;
+      RandomStream* const stream = &at.batch.random[at.index()];
+      std::memcpy(&random, static_cast<const void*>(stream), sizeof random);
+      row_wander(&at.parameters().record.rule.wander, ranges,
+                 static_cast<ray_uint>(at.of().sensors[0].bearings.size()),
+                 &at.batch.memory[at.index()], &random, command);
+      std::memcpy(static_cast<void*>(stream), &random, sizeof random);
+    });
   }
 
   size_t memory_size() const override { return 1; }

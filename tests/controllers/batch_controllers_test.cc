@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <memory>
 #include <set>
@@ -11,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/row_control.h"
 #include "support/model_testing.hh"
 #include "support/own_worlds.hh"
 #include "worlds/pool_access.hh"
@@ -87,7 +90,119 @@ TEST(BuiltInControllers, WanderDrivesAsThePluginWithCallbacks) {
   ExpectSameRobots(Room("stage/wander"), Room("wander"), 1000);
   ExpectSameRobots(Room("stage/wander", kNoisy), Room("wander", kNoisy), 1000);
 }
+
+TEST(BuiltInControllers, DisperseDrivesAsThePluginWithCallbacks) {
+  const std::string sonars =
+      "ranger( pose [0.1 0 -0.1 20] sensor( pose [0 0.1 0 90] range [0 2] fov 5 samples 1 ) "
+      "sensor( pose [0.05 0 0 -120] range [0 6] fov 400 samples 33 ) sensor( samples 0 ) )";
+  const std::string few = " speed=0.7 gain=2 turn=1 margin=0.05 horizon=2.5";
+  for (const std::string& more : {std::string(kNoisy), sonars, "origin [0.05 0.1 0 20] " + sonars})
+    for (const std::string& arguments : {std::string(), few})
+      ExpectSameRobots(Room("stage/disperse" + arguments, more), Room("disperse" + arguments, more),
+                       500);
+}
 #endif
+
+// ---- rules ----
+
+TEST(BuiltInControllers, GoalArrivesWhenTheFormulaSays) {
+  // It commands 0.5 m/s in each step of 0.1 s, first in the step after the first update, until the
+  // estimate is within 0.12 m of the goal, 3 m away.
+  const auto world = LoadSeeded(
+      "position( pose [1 2 0 90] ctrl \"stage/goal x=1 y=5 speed=0.5 tolerance=0.12\" )\n", 1);
+  const ModelPosition& robot = *RobotsOf(*world)[0];
+  for (int i = 0; i < 100; i++) {
+    const int moves = std::min(std::max(i - 1, 0), 59);
+    EXPECT_NEAR(robot.GetPose().y, 2 + 0.05 * moves, 1e-9) << i;
+    world->Update();
+  }
+  EXPECT_NEAR(robot.GetPose().y, 4.95, 1e-9);
+  EXPECT_NEAR(robot.GetPose().x, 1, 1e-9);
+}
+
+TEST(BuiltInControllers, GoalReachesItsPlaceAndHeadingFromAnywhere) {
+  std::string text;
+  for (int i = 0; i < 12; i++)
+    text += "position( size [0.1 0.1 0.1] obstacle_return 0 drive \"" +
+            std::string(i % 2 ? "omni" : "diff") + "\" pose [" + std::to_string(i - 6) + " " +
+            std::to_string(i % 5 - 2) + " 0 " + std::to_string(i * 77) +
+            "] ctrl \"stage/goal x=0.5 y=-0.3 heading=135\" )\n";
+  const auto world = LoadSeeded(text, 1);
+  for (int i = 0; i < 600; i++) world->Update();
+  for (const ModelPosition* robot : RobotsOf(*world)) {
+    EXPECT_LT(robot->GetPose().Distance(Pose(0.5, -0.3, 0, 0)), 0.1);
+    EXPECT_NEAR(robot->GetPose().a, 135 * M_PI / 180, 0.02);
+    EXPECT_TRUE(robot->GetVelocity().IsZero());
+  }
+}
+
+/// Two pedestrians that meet; `sign` -1: in a mirror.
+std::string Meeting(int sign) {
+  const auto number = [&](double value) { return std::to_string(sign * value); };
+  return "contacts \"cells\"\ndefine walker position( size [0.4 0.4 0.4] drive \"omni\" )\n"
+         "walker( pose [-3 " +
+         number(0.05) + " 0 " + number(10) + "] ctrl \"stage/pedestrian x=3 y=" + number(0.05) +
+         "\" )\n"
+         "walker( pose [3 " +
+         number(-0.05) + " 0 " + number(170) + "] ctrl \"stage/pedestrian x=-3 y=" + number(-0.05) +
+         "\" )\n";
+}
+
+TEST(BuiltInControllers, PedestriansEvadeEachOtherAndMirrorImagesDoSoInAMirror) {
+  const auto world = LoadSeeded(Meeting(1), 1), mirror = LoadSeeded(Meeting(-1), 1);
+  const std::vector<ModelPosition*> robots = RobotsOf(*world), mirrored = RobotsOf(*mirror);
+  double nearest = 10;
+  for (int step = 0; step < 130; step++) {
+    world->Update();
+    mirror->Update();
+    nearest = std::min(nearest, robots[0]->GetPose().Distance(robots[1]->GetPose()));
+    for (size_t i = 0; i < 2; i++) {
+      const Pose a = robots[i]->GetPose(), b = mirrored[i]->GetPose();
+      ASSERT_EQ(a.x, b.x) << step;
+      ASSERT_EQ(a.y, -b.y) << step;
+      ASSERT_EQ(a.a, -b.a) << step;
+      ASSERT_FALSE(robots[i]->Stalled());
+    }
+  }
+  EXPECT_GT(nearest, 0.5);
+  EXPECT_LT(robots[0]->GetPose().Distance(Pose(3, 0.05, 0, 0)), 0.25);
+  EXPECT_LT(robots[1]->GetPose().Distance(Pose(-3, -0.05, 0, 0)), 0.25);
+}
+
+TEST(BuiltInControllers, APedestrianAloneApproachesItsSpeedAsTheRelaxationSays) {
+  // dv/dt = (speed - v) / time, in steps of 0.1 s.
+  const auto world = LoadSeeded(
+      "position( drive \"omni\" velocity_bounds [-9 9 -9 9 0 0 -90 90] ctrl \"stage/pedestrian "
+      "x=50 y=0 speed=2 time=0.8\" )",
+      1);
+  const ModelPosition& robot = *RobotsOf(*world)[0];
+  double v = 0;
+  for (int i = 0; i < 50; i++) {
+    world->Update();
+    EXPECT_NEAR(robot.GetVelocity().x, v, 1e-12) << i;
+    v += 0.1 * (2 - v) / 0.8;
+  }
+}
+
+TEST(BuiltInControllers, APedestrianWalksThroughADoorWithoutTouchingItsPosts) {
+  const auto world = LoadSeeded(
+      "contacts \"cells\"\nmodel( size [0.2 3 1] pose [0 2.1 0 0] )\n"
+      "model( size [0.2 3 1] pose [0 -2.1 0 0] )\n"
+      "position( size [0.3 0.3 0.3] pose [-3 0.5 0 0] ctrl \"stage/pedestrian x=3 y=0.2 speed=1\"\n"
+      "  ranger( pose [0 0 -0.1 0] sensor( range [0 4] fov 360 samples 73 ) ) )\n",
+      1);
+  const ModelPosition& robot = *RobotsOf(*world)[0];
+  for (int i = 0; i < 150; i++) {
+    world->Update();
+    ASSERT_FALSE(robot.Stalled()) << i << " at " << robot.GetPose().x << " " << robot.GetPose().y;
+  }
+  EXPECT_LT(robot.GetPose().Distance(Pose(3, 0.2, 0, 0)), 0.25);
+}
+
+TEST(BuiltInControllers, TheExponentialIsExactToEightDigits) {
+  for (double x = -20; x <= 20; x += 0.037)
+    EXPECT_NEAR(row_exponential(x) / std::exp(x), 1, 1e-8) << x;
+}
 
 // ---- World objects and rows ----
 
@@ -135,6 +250,10 @@ class BatchControllers : public testing::TestWithParam<unsigned> {};
 TEST_P(BatchControllers, RowsOfBuiltInControllersEqualWorlds) {
   ExpectRowsEqualWorlds(Room("stage/wander"), GetParam());
   ExpectRowsEqualWorlds(Room("stage/wander speed=0.6 turn=0.9", kNoisy), GetParam());
+  ExpectRowsEqualWorlds(Room("stage/disperse", kNoisy), GetParam());
+  ExpectRowsEqualWorlds(Room("stage/goal x=1.5 y=0.5", kNoisy), GetParam());
+  ExpectRowsEqualWorlds(Room("stage/pedestrian x=0.5 y=-1.5 speed=0.6", kNoisy), GetParam());
+  ExpectRowsEqualWorlds(Room("stage/pedestrian x=0.5 y=-1.5\" \"stage/wander", ""), GetParam());
 }
 
 #ifndef STAGE_STATIC
@@ -221,6 +340,9 @@ void ExpectError(const std::string& ctrl, const std::string& reason) {
 }
 
 TEST(BatchControllerArguments, MistakesAreReportedInOneLine) {
+  ExpectError("stage/goal x=1", "found no argument y, expected y=NUMBER");
+  ExpectError("stage/pedestrian x=1 y=2 time=0",
+              "found \"time=0\", expected a number from 0.001 to 1000");
   ExpectError("stage/wander speed=fast", "found \"speed=fast\", expected a number from 0 to 1000");
   ExpectError("stage/wander speed=-1", "found \"speed=-1\", expected a number from 0 to 1000");
   ExpectError("stage/wander speed=0x1", "found \"speed=0x1\", expected a number from 0 to 1000");

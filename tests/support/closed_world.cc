@@ -114,8 +114,15 @@ std::string ShapeText(RandomSource* random) {
 
 /// A built-in controller and what it needs.
 std::string ControllerText(RandomSource* random) {
-  std::string text = random->Pick<std::string>(
-      {" ctrl \"stage/wander\"", " ctrl \"stage/wander speed=0.7 turn=1.2 front=0.6\""});
+  const std::string place =
+      " x=" + Number(random->Real(-3, 3)) + " y=" + Number(random->Real(-3, 3));
+  const std::string controllers = random->Pick<std::string>(
+      {"stage/wander", "stage/wander speed=0.7 turn=1.2 front=0.6", "stage/disperse",
+       "stage/disperse speed=1 horizon=3 margin=0.02", "stage/goal" + place,
+       "stage/goal heading=50" + place, "stage/pedestrian" + place,
+       "stage/pedestrian speed=0.5 radius=0.4" + place,
+       "stage/goal" + place + "\" \"stage/wander"});
+  const std::string text = " ctrl [\"" + controllers + "\"]";
   return text + " ranger( sensor( range [0 " + Number(random->Real(0.3, 6)) + "] fov " +
          Number(random->Real(30, 360)) + " samples " + std::to_string(random->Int(9, 40)) +
          (random->OneIn(3) ? " noise [0.01 0.05 0.7] ) )" : " ) )");
