@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
  * The built-in controllers, for World objects, rows and devices; see docs/controllers.md. Compiled
- * after row_access.h. They use only operations that IEEE 754 rounds correctly, so all have the same
+ * after row_drive.h. They use only operations that IEEE 754 rounds correctly, so all have the same
  * bits.
  */
 #ifndef STAGE_KERNELS_ROW_CONTROL_H
 #define STAGE_KERNELS_ROW_CONTROL_H
 
 #ifndef RAY_IN_OPENCL
-#include "kernels/row_access.h"
+#include "kernels/row_drive.h"
 namespace Stg {
 #endif
 
@@ -63,23 +63,29 @@ typedef struct {
   ray_uint sector, first_run, end_run, unused;
 } row_sector_t;
 
-/* How the sensors of a robot look. */
+#define ROW_SECTOR_COUNT 72u
+#define ROW_NOT_SEEN 255 /* no ray looks into the sector */
+
+/* How the sensors of a robot look. The parts follow it. */
 typedef struct {
-  RAY_GLOBAL const row_eye_t* eyes;
-  RAY_GLOBAL const row_sector_t* sectors;
-  RAY_GLOBAL const row_run_t* runs;
-  RAY_GLOBAL const row_turn_t* directions; /* by ray, in the robot's frame */
   ray_uint eye_count, sector_count;
+  ray_uint eyes, sectors, runs;          /* offsets of the parts in bytes */
+  ray_uint turns;                        /* row_turn_t by ray, in the robot's frame */
+  row_byte sector_map[ROW_SECTOR_COUNT]; /* index of the sector, or ROW_NOT_SEEN */
 } row_layout_t;
 
-/* A robot that a built-in controller drives. */
+#define ROW_OF_LAYOUT(layout, type, part) \
+  ((RAY_GLOBAL const type*)((RAY_GLOBAL const row_byte*)(layout) + (layout)->part))
+
+/* A robot and one of its controllers. */
 typedef struct RAY_ALIGNED(16) {
   ray_uint kind, mover;
   ray_uint memory;    /* index of its first number among those of a world */
   ray_uint own;       /* index among the robots */
   ray_uint first_ray; /* among those of a world */
   ray_uint rays;      /* of the first sensor */
-  ray_uint first_eye, eyes, first_sector, sectors, first_run, first_direction;
+  ray_uint layout;    /* offset in bytes among the layouts */
+  ray_uint first_look;
   union {
     row_goal_t goal;
     row_wander_t wander;
@@ -87,6 +93,11 @@ typedef struct RAY_ALIGNED(16) {
     row_pedestrian_t pedestrian;
   } rule;
 } row_control_t;
+
+/* A robot with controllers, which are called in order. */
+typedef struct {
+  ray_uint first_control, end_control;
+} row_driven_t;
 
 /* ---- goal --------------------------------------------------------------------------------- */
 
@@ -157,23 +168,17 @@ RAY_FUNCTION void row_wander(RAY_GLOBAL const row_wander_t* rule, RAY_GLOBAL con
 
 /* ---- disperse: the rule of examples/ctrl/support/disperse_rule.hh -------------------------- */
 
-#define ROW_SECTOR_COUNT 72u
 #define ROW_SECTOR_WIDTH (2 * ROW_PI / 72) /* rad */
 #define ROW_UNLIMITED 1000.0 /* m: nothing is seen in a sector; the free path has no end */
 #define ROW_UNSEEN 2000.0    /* no ray looks into the sector */
 
 /* The nearest reading in a sector into which rays look. */
 typedef struct {
-  double free; /* m: up to where the way is free */
-  double push; /* 1/m^2 */
+  double nearest; /* m */
+  double free;    /* m: up to where the way is free */
+  double push;    /* 1/m^2 */
   ray_uint ray, unused;
 } row_look_t;
-
-/* Memory of a robot during a call. */
-typedef struct {
-  RAY_GLOBAL double* nearest;   /* m, by sector */
-  RAY_GLOBAL row_look_t* looks; /* by sector into which rays look */
-} row_sight_t;
 
 /* Distance ahead of a point that a ray has hit; no limit beside the way. */
 RAY_FUNCTION double row_free_up_to(row_eye_t eye, double range, row_turn_t direction,
@@ -184,9 +189,9 @@ RAY_FUNCTION double row_free_up_to(row_eye_t eye, double range, row_turn_t direc
 }
 
 /* Finds the nearest reading in sector number `index` of those into which rays look. */
-RAY_FUNCTION void row_look(const row_layout_t* layout, ray_uint index, double radius,
-                           RAY_GLOBAL const double* ranges, const row_sight_t* sight) {
-  const row_sector_t sector = layout->sectors[index];
+RAY_FUNCTION void row_look(RAY_GLOBAL const row_layout_t* layout, ray_uint index, double radius,
+                           RAY_GLOBAL const double* ranges, RAY_GLOBAL row_look_t* looks) {
+  const row_sector_t sector = ROW_OF_LAYOUT(layout, row_sector_t, sectors)[index];
   double nearest = ROW_UNLIMITED;
   row_look_t look;
   ray_uint r, i;
@@ -194,8 +199,8 @@ RAY_FUNCTION void row_look(const row_layout_t* layout, ray_uint index, double ra
   look.push = 0;
   look.ray = look.unused = 0;
   for (r = sector.first_run; r < sector.end_run; r++) {
-    const row_run_t run = layout->runs[r];
-    const row_eye_t eye = layout->eyes[run.eye];
+    const row_run_t run = ROW_OF_LAYOUT(layout, row_run_t, runs)[r];
+    const row_eye_t eye = ROW_OF_LAYOUT(layout, row_eye_t, eyes)[run.eye];
     const double most = row_smaller(eye.cap, nearest);
     double least = most;
     for (i = run.begin; i < run.end; i++)
@@ -205,30 +210,41 @@ RAY_FUNCTION void row_look(const row_layout_t* layout, ray_uint index, double ra
       }
     if (least < most) nearest = least;
     for (i = run.front_begin; i < run.front_end; i++)
-      look.free =
-          row_smaller(look.free, row_free_up_to(eye, ranges[i], layout->directions[i], radius));
+      look.free = row_smaller(
+          look.free,
+          row_free_up_to(eye, ranges[i], ROW_OF_LAYOUT(layout, row_turn_t, turns)[i], radius));
   }
-  sight->nearest[sector.sector] = nearest;
-  sight->looks[index] = look;
+  look.nearest = nearest;
+  looks[index] = look;
+}
+
+/* The nearest reading in a sector, m. */
+RAY_FUNCTION double row_nearest_in(RAY_GLOBAL const row_layout_t* layout,
+                                   RAY_GLOBAL const row_look_t* looks, ray_uint sector) {
+  const row_byte index = layout->sector_map[sector % ROW_SECTOR_COUNT];
+  return index == ROW_NOT_SEEN ? ROW_UNSEEN : looks[index].nearest;
 }
 
 /* True if the sector is a local minimum. The first of two equal ones counts. */
-RAY_FUNCTION int row_is_nearest(const row_sight_t* sight, ray_uint sector) {
-  const double range = sight->nearest[sector];
+RAY_FUNCTION int row_is_nearest(RAY_GLOBAL const row_layout_t* layout,
+                                RAY_GLOBAL const row_look_t* looks, ray_uint sector) {
+  const double range = row_nearest_in(layout, looks, sector);
   ray_uint i;
   for (i = 1; i <= 5; i++)
-    if (!(range < sight->nearest[(sector + ROW_SECTOR_COUNT - i) % ROW_SECTOR_COUNT] &&
-          range <= sight->nearest[(sector + i) % ROW_SECTOR_COUNT]))
+    if (!(range < row_nearest_in(layout, looks, sector + ROW_SECTOR_COUNT - i) &&
+          range <= row_nearest_in(layout, looks, sector + i)))
       return 0;
   return 1;
 }
 
 /* Number of further sectors, in steps to the left or right, in which the thing is about as near. */
-RAY_FUNCTION ray_uint row_extent(const row_sight_t* sight, ray_uint sector, ray_uint step) {
-  const double range = sight->nearest[sector];
+RAY_FUNCTION ray_uint row_extent(RAY_GLOBAL const row_layout_t* layout,
+                                 RAY_GLOBAL const row_look_t* looks, ray_uint sector,
+                                 ray_uint step) {
+  const double range = row_nearest_in(layout, looks, sector);
   ray_uint extent = 0, i;
   for (i = 1; i < ROW_SECTOR_COUNT / 2; i++) {
-    const double there = sight->nearest[(sector + i * step) % ROW_SECTOR_COUNT];
+    const double there = row_nearest_in(layout, looks, sector + i * step);
     if (there == ROW_UNSEEN) continue;
     if (!(there < 1.3 * range)) break;
     extent = i;
@@ -237,22 +253,24 @@ RAY_FUNCTION ray_uint row_extent(const row_sight_t* sight, ray_uint sector, ray_
 }
 
 /* True if the thing is wider than two robots like this one. */
-RAY_FUNCTION int row_is_wall(const row_sight_t* sight, ray_uint sector, double radius) {
-  const ray_uint width =
-      1 + row_extent(sight, sector, 1) + row_extent(sight, sector, ROW_SECTOR_COUNT - 1);
-  return (double)width * ROW_SECTOR_WIDTH * sight->nearest[sector] > 4 * radius;
+RAY_FUNCTION int row_is_wall(RAY_GLOBAL const row_layout_t* layout,
+                             RAY_GLOBAL const row_look_t* looks, ray_uint sector, double radius) {
+  const ray_uint width = 1 + row_extent(layout, looks, sector, 1) +
+                         row_extent(layout, looks, sector, ROW_SECTOR_COUNT - 1);
+  return (double)width * ROW_SECTOR_WIDTH * row_nearest_in(layout, looks, sector) > 4 * radius;
 }
 
 /* Finds the repulsion of the thing in a sector. All sectors have been looked at. */
-RAY_FUNCTION void row_find_push(const row_layout_t* layout, ray_uint index,
-                                RAY_GLOBAL const row_disperse_t* rule, const row_sight_t* sight) {
-  const ray_uint sector = layout->sectors[index].sector;
-  const double range = sight->nearest[sector], horizon = rule->horizon;
+RAY_FUNCTION void row_find_push(RAY_GLOBAL const row_layout_t* layout, ray_uint index,
+                                RAY_GLOBAL const row_disperse_t* rule,
+                                RAY_GLOBAL row_look_t* looks) {
+  const ray_uint sector = ROW_OF_LAYOUT(layout, row_sector_t, sectors)[index].sector;
+  const double range = looks[index].nearest, horizon = rule->horizon;
   double nearest, distance;
-  if (!(range < horizon) || !row_is_nearest(sight, sector)) return;
+  if (!(range < horizon) || !row_is_nearest(layout, looks, sector)) return;
   nearest = row_larger(range, rule->radius);
-  distance = row_is_wall(sight, sector, rule->radius) ? 2 * nearest : nearest;
-  sight->looks[index].push = row_larger(0.0, 1 / (distance * distance) - 1 / (horizon * horizon));
+  distance = row_is_wall(layout, looks, sector, rule->radius) ? 2 * nearest : nearest;
+  looks[index].push = row_larger(0.0, 1 / (distance * distance) - 1 / (horizon * horizon));
 }
 
 /* Direction to drive, 1/m^2 in the robot's frame, and the free path. */
@@ -260,21 +278,21 @@ typedef struct {
   double x, y, imbalance, free;
 } row_urge_t;
 
-RAY_FUNCTION row_urge_t row_find_urge(const row_layout_t* layout,
+RAY_FUNCTION row_urge_t row_find_urge(RAY_GLOBAL const row_layout_t* layout,
                                       RAY_GLOBAL const row_disperse_t* rule,
-                                      const row_sight_t* sight) {
+                                      RAY_GLOBAL row_look_t* looks) {
   double total = 0;
   row_urge_t urge;
   ray_uint i;
   urge.x = urge.y = urge.imbalance = 0;
   urge.free = ROW_UNLIMITED;
   for (i = 0; i < layout->sector_count; i++) {
-    const row_look_t look = sight->looks[i];
+    const row_look_t look = looks[i];
     urge.free = row_smaller(urge.free, look.free);
     if (look.push == 0) continue;
     total += look.push;
-    urge.x -= look.push * layout->directions[look.ray].cosine;
-    urge.y -= look.push * layout->directions[look.ray].sine;
+    urge.x -= look.push * ROW_OF_LAYOUT(layout, row_turn_t, turns)[look.ray].cosine;
+    urge.y -= look.push * ROW_OF_LAYOUT(layout, row_turn_t, turns)[look.ray].sine;
   }
   if (!(total > 0)) return urge;
   /* Unseen directions repel like the average of the others. */
@@ -295,9 +313,10 @@ RAY_FUNCTION int row_back_off(RAY_GLOBAL const row_disperse_t* rule, int stalled
 }
 
 /* The command for what the robot sees. It was zero. */
-RAY_FUNCTION void row_disperse(const row_layout_t* layout, RAY_GLOBAL const row_disperse_t* rule,
-                               const row_sight_t* sight, row_planar_t* command) {
-  const row_urge_t goal = row_find_urge(layout, rule, sight);
+RAY_FUNCTION void row_disperse(RAY_GLOBAL const row_layout_t* layout,
+                               RAY_GLOBAL const row_disperse_t* rule, RAY_GLOBAL row_look_t* looks,
+                               row_planar_t* command) {
+  const row_urge_t goal = row_find_urge(layout, rule, looks);
   double urge, clearance, facing;
   if (!(goal.imbalance > 0.1)) return;
   urge = row_smaller(1.0, goal.imbalance / 0.3);
@@ -361,15 +380,15 @@ RAY_FUNCTION int row_is_of_robot(RAY_GLOBAL const row_pedestrian_t* rule,
 /* Adds the repulsion of the nearest points that a sensor sees, except for those of robots: of rays
  * with a smaller range than their neighbours. */
 RAY_FUNCTION void row_repel_by_walls(RAY_GLOBAL const row_pedestrian_t* rule,
-                                     const row_layout_t* layout, ray_uint index,
+                                     RAY_GLOBAL const row_layout_t* layout, ray_uint index,
                                      RAY_GLOBAL const double* ranges,
                                      RAY_GLOBAL const row_planar_t* poses, ray_uint count,
                                      ray_uint own, row_turn_t heading, row_social_t* social) {
-  const row_eye_t eye = layout->eyes[index];
+  const row_eye_t eye = ROW_OF_LAYOUT(layout, row_eye_t, eyes)[index];
   ray_uint i;
   for (i = eye.begin; i < eye.end; i++) {
     const double range = ranges[i];
-    const row_turn_t direction = layout->directions[i];
+    const row_turn_t direction = ROW_OF_LAYOUT(layout, row_turn_t, turns)[i];
     double x, y, dx, dy;
     if (!(range < eye.cap) || (i > eye.begin && !(range < ranges[i - 1])) ||
         (i + 1 < eye.end && !(range <= ranges[i + 1])))
@@ -405,10 +424,11 @@ RAY_FUNCTION void row_walk_by(RAY_GLOBAL const row_pedestrian_t* rule, const row
 }
 
 /* poses: of all robots; `own` is the index of this one. */
-RAY_FUNCTION void row_walk(RAY_GLOBAL const row_pedestrian_t* rule, const row_layout_t* layout,
-                           RAY_GLOBAL const double* ranges, RAY_GLOBAL const row_planar_t* poses,
-                           ray_uint count, ray_uint own, double time, int stalled,
-                           RAY_GLOBAL double* memory, row_planar_t* command) {
+RAY_FUNCTION void row_walk(RAY_GLOBAL const row_pedestrian_t* rule,
+                           RAY_GLOBAL const row_layout_t* layout, RAY_GLOBAL const double* ranges,
+                           RAY_GLOBAL const row_planar_t* poses, ray_uint count, ray_uint own,
+                           double time, int stalled, RAY_GLOBAL double* memory,
+                           row_planar_t* command) {
   const row_planar_t at = poses[own];
   const double dx = rule->x - at.x, dy = rule->y - at.y;
   const double distance = sqrt(dx * dx + dy * dy);
@@ -428,6 +448,13 @@ RAY_FUNCTION void row_walk(RAY_GLOBAL const row_pedestrian_t* rule, const row_la
     row_repel_by_walls(rule, layout, i, ranges, poses, count, own, heading, &social);
   row_walk_by(rule, &social, time, stalled, memory, heading, command);
 }
+
+/* OpenCL C 1.1 has no static assertions. */
+typedef char row_control_has_128_bytes[sizeof(row_control_t) == 128 ? 1 : -1];
+typedef char row_layout_has_96_bytes[sizeof(row_layout_t) == 96 ? 1 : -1];
+typedef char row_eye_has_32_bytes[sizeof(row_eye_t) == 32 ? 1 : -1];
+typedef char row_run_has_24_bytes[sizeof(row_run_t) == 24 ? 1 : -1];
+typedef char row_look_has_32_bytes[sizeof(row_look_t) == 32 ? 1 : -1];
 
 #ifndef RAY_IN_OPENCL
 }  // namespace Stg

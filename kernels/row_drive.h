@@ -201,6 +201,13 @@ RAY_FUNCTION row_planar_t row_estimate_of(const row_world_t* w, ray_uint index) 
   return row_is_finite_pose(next) ? next : before;
 }
 
+/* The estimate of the last update. See RobotView::GetEstimate(). */
+RAY_FUNCTION row_planar_t row_known_estimate(const row_world_t* w, ray_uint index) {
+  const ray_uint flags = ROW_PART(w, row_mover_t, ROW_MOVERS)[index].flags;
+  return ROW_COLUMN(w, row_planar_t,
+                    (flags & ROW_HAS_ODOMETRY) != 0 ? ROW_ESTIMATE : ROW_SENSED)[index];
+}
+
 /* See motion::Drive(). */
 RAY_FUNCTION void row_drive_by(const row_world_t* w, ray_uint index, row_drive_input_t* in) {
   const int steers = in->mover->drive == ROW_CAR;

@@ -57,6 +57,7 @@ enum {
   ROW_ERROR,
   ROW_NOISY_ODOMETRY,
   ROW_RANDOM,
+  ROW_MEMORY,
   ROW_BOX,
   ROW_STAMP,
   ROW_BITS,
@@ -82,6 +83,11 @@ enum {
   ROW_DIRECTIONS,   /* ray_direction_t */
   ROW_UNIT_VECTORS, /* row_turn_t, with the same indices */
   ROW_CONSUMERS,
+  ROW_CONTROLLED, /* row_driven_t, see row_control.h */
+  ROW_CONTROLS,   /* row_control_t */
+  ROW_POSITIONS,  /* movers that are robots, if controllers need their poses */
+  ROW_LAYOUTS,    /* row_layout_t, each with its parts */
+  ROW_LOOK_OF,    /* by look: index of its control */
   ROW_MAPS,
   ROW_VIEWS,
   ROW_WALLS,
@@ -104,6 +110,8 @@ enum {
   ROW_DRAWN,      /* row_drawn_t by body */
   ROW_OVERLAPS,   /* row_overlaps_t by group of rivals */
   ROW_DRAWN_BITS, /* as ROW_BITS */
+  ROW_LOOKS,      /* row_look_t of controls */
+  ROW_ALL_POSES,  /* row_planar_t by robot */
   ROW_SCRATCHES   /* their number */
 };
 
@@ -275,7 +283,8 @@ typedef struct RAY_ALIGNED(16) {
   ray_ulong step, interval;         /* durations of a step and between updates, microseconds */
   double cells_per_metre, seconds;
   ray_uint movers, bodies, sensors, rays, packs, consumers, bytes;
-  ray_uint groups;    /* of rivals */
+  ray_uint groups; /* of rivals */
+  ray_uint driven, controls, looks, positions;
   ray_uint narrow;    /* outlines have NarrowWord rows, otherwise WideWord */
   ray_uint any_exact; /* among the sensors */
   ray_uint any_noise; /* of ranges */
@@ -352,7 +361,7 @@ typedef char row_own_ray_has_32_bytes[sizeof(row_own_ray_t) == 32 ? 1 : -1];
 typedef char row_fan_has_64_bytes[sizeof(row_fan_t) == 64 ? 1 : -1];
 typedef char row_wanted_has_48_bytes[sizeof(row_wanted_t) == 48 ? 1 : -1];
 typedef char row_drawn_has_32_bytes[sizeof(row_drawn_t) == 32 ? 1 : -1];
-typedef char row_scene_has_1072_bytes[sizeof(row_scene_t) == 1072 ? 1 : -1];
+typedef char row_scene_has_1168_bytes[sizeof(row_scene_t) == 1168 ? 1 : -1];
 typedef char row_map_has_48_bytes[sizeof(row_map_t) == 48 ? 1 : -1];
 typedef char row_view_has_32_bytes[sizeof(row_view_t) == 32 ? 1 : -1];
 typedef char row_fragment_has_48_bytes[sizeof(row_fragment_t) == 48 ? 1 : -1];

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
  * The step of a closed world on a device: Rows::Stepper::Step() with the same operations in the
- * same order, and the reset. Compiled after row_rays.h.
+ * same order, and the reset. Compiled after row_rays.h and row_driven.h.
  */
 #ifndef STAGE_KERNELS_ROW_STEP_H
 #define STAGE_KERNELS_ROW_STEP_H
 
 #ifndef RAY_IN_OPENCL
+#include "kernels/row_driven.h"
 #include "kernels/row_rays.h"
 namespace Stg {
 #endif
@@ -77,6 +78,7 @@ RAY_FUNCTION void row_step(const row_world_t* w, ray_uint steps) {
     row_update(w, is_due, dt);
     row_move(w);
     ROW_BARRIER();
+    row_run_controls(w, is_due, (double)now / ROW_SECOND);
     if (ROW_ITEM == 0) row_draw_energy(w);
     ROW_BARRIER();
   }

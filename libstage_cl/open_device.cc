@@ -55,8 +55,8 @@ std::string SourceOf(Kernels kernels) {
   if (kernels == Kernels::kWalks) return source + kPrefilterSource;
   for (const char* const part :
        {kRowRecordsSource, kRowMathSource, kRowAccessSource, kRowDriveSource, kRowOdometrySource,
-        kRowMoveSource, kRowWallsSource, kRowExactSource, kRowRaysSource, kRowStepSource,
-        kRowArraysSource, kRowKernelsSource})
+        kRowMoveSource, kRowWallsSource, kRowExactSource, kRowRaysSource, kRowControlSource,
+        kRowDrivenSource, kRowStepSource, kRowArraysSource, kRowKernelsSource})
     source += std::string(part) + "\n";
   return source;
 }

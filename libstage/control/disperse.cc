@@ -3,8 +3,6 @@
 // The built-in controller stage/disperse: drives each robot to where it is emptiest, so that a
 // crowd spreads.
 
-#include <algorithm>
-#include <iterator>
 #include <memory>
 #include <stdexcept>
 
@@ -45,8 +43,8 @@ class Disperse : public BatchController {
     UseRangers(setup);
     parameters->horizon = rule.horizon;
     parameters->layout = FindRayLayout(setup->sensors(), rule.horizon);
-    rule.cosines = parameters->layout->cosines;
-    rule.sines = parameters->layout->sines;
+    rule.cosines = parameters->layout->cosines();
+    rule.sines = parameters->layout->sines();
     return parameters;
   }
 
@@ -66,15 +64,12 @@ class Disperse : public BatchController {
     const row_disperse_t& rule = parameters.record.rule.disperse;
     if (row_back_off(&rule, at.batch.stalled[at.index()], &at.batch.memory[at.index()], command))
       return;
-    const row_layout_t layout = parameters.layout->View();
-    double nearest[ROW_SECTOR_COUNT];
+    const row_layout_t* const layout = parameters.layout->record();
     row_look_t looks[ROW_SECTOR_COUNT];
-    const row_sight_t sight{nearest, looks};
-    std::fill(std::begin(nearest), std::end(nearest), ROW_UNSEEN);
-    for (ray_uint i = 0; i < layout.sector_count; i++)
-      row_look(&layout, i, rule.radius, ranges, &sight);
-    for (ray_uint i = 0; i < layout.sector_count; i++) row_find_push(&layout, i, &rule, &sight);
-    row_disperse(&layout, &rule, &sight, command);
+    for (ray_uint i = 0; i < layout->sector_count; i++)
+      row_look(layout, i, rule.radius, ranges, looks);
+    for (ray_uint i = 0; i < layout->sector_count; i++) row_find_push(layout, i, &rule, looks);
+    row_disperse(layout, &rule, looks, command);
   }
 };
 

@@ -60,8 +60,8 @@ class Pedestrian : public BatchController {
     DriveAll(batch, [](const InBatch& at, row_planar_t* command) {
       const double* const ranges = ReadingsOf(at, &buffer);
       if (!ranges) return;
-      const row_layout_t layout = at.parameters().layout->View();
-      row_walk(&at.parameters().record.rule.pedestrian, &layout, ranges, at.all_poses(),
+      const row_layout_t* const layout = at.parameters().layout->record();
+      row_walk(&at.parameters().record.rule.pedestrian, layout, ranges, at.all_poses(),
                static_cast<ray_uint>(at.batch.all_robots), at.batch.own[at.robot],
                at.batch.time[at.world], at.batch.stalled[at.index()],
                at.batch.memory + 3 * at.index(), command);

@@ -16,30 +16,25 @@
 
 namespace Stg::control {
 
-struct RayLayout {
-  std::vector<row_eye_t> eyes;  ///< by sensor
-  std::vector<row_sector_t> sectors;
-  std::vector<row_run_t> runs;
-  std::vector<row_turn_t> directions;  ///< by ray
-  double cosines = 0, sines = 0;       ///< of the sectors: sums
-
+class RayLayout {
+ public:
   /// `first_rays`: index of the first ray of each sensor. Readings of `horizon` and above show
   /// nothing.
   RayLayout(const std::vector<ControllerSensor>& sensors, std::span<const uint32_t> first_rays,
             double horizon);
 
-  row_layout_t View() const {
-    return {eyes.data(),
-            sectors.data(),
-            runs.data(),
-            directions.data(),
-            static_cast<ray_uint>(eyes.size()),
-            static_cast<ray_uint>(sectors.size())};
+  const row_layout_t* record() const {
+    return reinterpret_cast<const row_layout_t*>(words_.data());
   }
+  /// The record and its parts.
+  std::span<const uint64_t> words() const { return words_; }
+  /// Sums over the sectors into which rays look.
+  double cosines() const { return cosines_; }
+  double sines() const { return sines_; }
 
  private:
-  void AddSensor(const ControllerSensor& sensor, uint32_t first_ray, double horizon,
-                 std::vector<row_run_t>* of_sectors);
+  std::vector<uint64_t> words_;
+  double cosines_ = 0, sines_ = 0;
 };
 
 /// The layout of sensors whose rays follow each other, shared by all robots that look alike.

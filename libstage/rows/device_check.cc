@@ -7,6 +7,7 @@
 #include <cstring>
 #include <numeric>
 #include <sstream>
+#include <utility>
 
 #include "messages/assert.hh"
 #include "models/position.hh"
@@ -49,12 +50,20 @@ car( pose [0.5 0.5 0 -70] )
 omni( pose [-0.5 0.5 0 -160] )
 )";
 
-/// A scene with robots of this size in metres.
-std::shared_ptr<const Scene> MakeScene(const std::string& size) {
+/// Robots with all built-in controllers.
+constexpr char kControlled[] = R"(
+wheeled( pose [-0.9 0 0 0] ctrl "stage/wander" )
+omni( pose [0.9 0 0 0] ctrl "stage/pedestrian x=-0.8 y=0.1" )
+omni( pose [0 -0.9 0 0] ctrl "stage/disperse" )
+wheeled( pose [0 0.9 0 0] ctrl "stage/goal x=0.5 y=-0.5" )
+)";
+
+/// A scene with robots of this size in metres; small ones have room for others with controllers.
+std::shared_ptr<const Scene> MakeScene(const std::string& size, bool controlled) {
   std::ostringstream text;
   text << "resolution 0.02\ncontacts \"cells\"\ndefine sized position( size [" << size << " "
        << size << " 0.3] )\n"
-       << kRobots;
+       << kRobots << (controlled ? kControlled : "");
   RunOptions options;
   options.threads = 1;
   options.listed = false;
@@ -101,8 +110,8 @@ std::vector<std::byte> BytesOf(const Rows& rows) {
          count(c.stored, 0.0) > 0 && count(c.brightness, 0) < c.brightness.size() / 4 * 3;
 }
 
-std::string SelfTestWith(RowDevice* device, const std::string& size) {
-  const std::shared_ptr<const Scene> scene = MakeScene(size);
+std::string SelfTestWith(RowDevice* device, const std::string& size, bool controlled) {
+  const std::shared_ptr<const Scene> scene = MakeScene(size, controlled);
   if (!scene || !WhyNotOnDevice(scene).empty()) return "the scene of the self-test has an error";
   std::array<uint64_t, kWorlds> seeds;
   std::iota(seeds.begin(), seeds.end(), uint64_t{1});
@@ -132,8 +141,8 @@ std::string SelfTestWith(RowDevice* device, const std::string& size) {
 }  // namespace
 
 std::string SelfTest(RowDevice* device) try {
-  for (const char* const size : {"0.2", "0.45"})
-    if (std::string wrong = SelfTestWith(device, size); !wrong.empty()) return wrong;
+  for (const auto& [size, controlled] : {std::pair("0.2", true), std::pair("0.45", false)})
+    if (std::string wrong = SelfTestWith(device, size, controlled); !wrong.empty()) return wrong;
   return "";
 } catch (const RowDeviceError& error) {
   return error.what();

@@ -43,6 +43,7 @@ void ForEachDeviceColumn(Columns* c, F f) {
   f(ROW_ERROR, &c->error);
   f(ROW_NOISY_ODOMETRY, &c->noisy_odometry);
   f(ROW_RANDOM, &c->random);
+  f(ROW_MEMORY, &c->memory);
   f(ROW_BOX, &c->box);
   f(ROW_STAMP, &c->stamp);
   f(ROW_BITS, &c->bits);

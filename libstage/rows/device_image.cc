@@ -14,6 +14,7 @@
 #include "messages/report.hh"
 #include "motion/drive_table.hh"
 #include "rows/device_columns.hh"
+#include "rows/device_controls.hh"
 #include "rows/device_views.hh"
 #include "rows/rows.hh"
 
@@ -58,6 +59,7 @@ class ImageMaker {
   void AddBodies();
   void AddSensors();
   row_sensor_t RecordOfSensor(const Sensor& sensor) const;
+  void AddControls();
   void AddMaps();
   void AddViews();
   void AddStart();
@@ -223,6 +225,19 @@ void ImageMaker::AddSensors() {
   SetPart(ROW_VIEWS, records);
 }
 
+void ImageMaker::AddControls() {
+  const DeviceControls controls(scene_);
+  SetPart(ROW_CONTROLLED, controls.driven());
+  SetPart(ROW_CONTROLS, controls.records());
+  SetPart(ROW_POSITIONS, controls.positions());
+  SetPart(ROW_LAYOUTS, controls.layouts());
+  SetPart(ROW_LOOK_OF, controls.look_of());
+  header_.driven = static_cast<uint32_t>(controls.driven().size());
+  header_.controls = static_cast<uint32_t>(controls.records().size());
+  header_.looks = static_cast<uint32_t>(controls.look_of().size());
+  header_.positions = static_cast<uint32_t>(controls.positions().size());
+}
+
 void ImageMaker::AddMaps() {
   std::vector<row_map_t> maps;
   for (const std::vector<CellMap>* some : {&scene_.blocked, &scene_.seen})
@@ -278,6 +293,8 @@ void ImageMaker::PlaceScratch() {
   place(ROW_DRAWN, scene_.bodies.size() * sizeof(row_drawn_t));
   place(ROW_OVERLAPS, header_.groups * sizeof(row_overlaps_t));
   place(ROW_DRAWN_BITS, scene_.byte_count);
+  place(ROW_LOOKS, header_.looks * sizeof(row_look_t));
+  place(ROW_ALL_POSES, header_.positions * sizeof(row_planar_t));
   header_.scratch_bytes = end;
 }
 
@@ -300,6 +317,7 @@ DeviceImage ImageMaker::Make() {
   AddMovers();
   AddBodies();
   AddSensors();
+  AddControls();
   AddMaps();
   AddStart();
   PlaceColumns();
@@ -325,7 +343,7 @@ std::string WhyNotOnDevice(const std::shared_ptr<const Scene>& scene) {
   if (scene->outlines)
     return "its contacts are those of outlines (contacts \"cells\" are possible)";
   if (scene->finders.any) return "a bumper, fiducial finder or blobfinder runs";
-  if (!scene->controls.groups.empty()) return "a controller drives robots";
+  if (std::string reason = WhyNotControls(*scene); !reason.empty()) return reason;
   for (const Mover& mover : scene->movers) {
     if (!mover.runs) continue;
     const auto is = [&](motion::BuiltInDrive kind) {

@@ -98,7 +98,7 @@ class RowDevice {
 };
 
 /// Raise it whenever the meaning of the interface or of an image changes.
-inline constexpr uint32_t kRowBackendVersion = 2;
+inline constexpr uint32_t kRowBackendVersion = 3;
 
 /// A hash that differs if the layout of shared objects or of records differs.
 constexpr uint64_t RowBackendLayout() {

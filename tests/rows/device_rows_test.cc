@@ -179,9 +179,10 @@ class DeviceRowsTest : public testing::TestWithParam<Case> {
 TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
   const auto [work_items, exact] = GetParam();
   size_t stalls = 0, hits = 0, empty_packs = 0, wide = 0, noisy = 0, placed_by_seed = 0;
+  size_t controlled = 0, remembering = 0;
   for (uint64_t seed = 1; seed <= Worlds(work_items == kHost ? 60 : 24); seed++) {
     RandomSource random(seed * 100 + exact);
-    const ClosedWorldKind kind{false, exact, random.Int(1, 8), random.Real(1, 6)};
+    const ClosedWorldKind kind{false, exact, random.Int(1, 8), random.Real(1, 6), seed % 2 == 0};
     const std::string text = ClosedWorld(kind, &random);
     const ScenePointer scene = SceneOf(text, random.OneIn(3) ? random.Next() & random.Next() : 0);
     ASSERT_TRUE(scene);
@@ -200,6 +201,8 @@ TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
     placed_by_seed += scene->populations != nullptr;
     wide += !scene->narrow;
     noisy += !comparison.host().columns.noise.empty();
+    for (const auto& group : scene->controls.groups) controlled += group.controls.size();
+    for (const double number : comparison.host().columns.memory) remembering += number != 0;
   }
   EXPECT_GT(stalls, 100u);
   EXPECT_GT(hits, 1000u);
@@ -207,6 +210,8 @@ TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
   EXPECT_GT(placed_by_seed, 3u);
   EXPECT_GT(wide, 0u);
   EXPECT_GT(noisy, 3u);
+  EXPECT_GT(controlled, 20u);
+  EXPECT_GT(remembering, 20u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, DeviceRowsTest,
@@ -252,6 +257,26 @@ TEST(DeviceRowsReasonsTest, RunningFindersAreRefusedWithAReason) {
   EXPECT_NE(Stg::rows::WhyNotOnDevice(scene).find("fiducial finder"), std::string::npos);
 }
 
+class DoNothing : public Stg::BatchController {
+ public:
+  std::shared_ptr<const Stg::ControllerParameters> Prepare(Stg::ControllerSetup*) const override {
+    return nullptr;
+  }
+  void Step(const Stg::ControllerBatch&) const override {}
+};
+
+TEST(DeviceRowsReasonsTest, ControllersThatAreNotBuiltInAreRefusedWithAReason) {
+  Stg::InitLibrary();
+  static const DoNothing controller;
+  ASSERT_TRUE(Stg::RegisterBatchController("nothing", &controller));
+  const std::string text = "contacts \"cells\"\nposition( name \"r\" ctrl \"";
+  const auto reason_of = [&](const std::string& ctrl) {
+    return Stg::rows::WhyNotOnDevice(SceneOf(text + ctrl + "\" )", 0));
+  };
+  EXPECT_EQ(reason_of("stage/goal x=1 y=1"), "");
+  EXPECT_EQ(reason_of("nothing"), "the controller of \"r\" is not built in");
+}
+
 TEST(DeviceRowsReasonsTest, ContactsOfOutlinesAreRefusedWithAReason) {
   const ScenePointer scene = SceneOf("position( size [0.3 0.3 0.3] )", 0);
   ASSERT_TRUE(scene);
@@ -287,7 +312,8 @@ TEST(DeviceSelfTestTest, FindsAnErrorOfOneBitInAColumn) {
   Stg::InitLibrary();
   Stg::test::HostRowDevice right;
   EXPECT_EQ(Stg::rows::SelfTest(&right), "");
-  for (const int column : {Stg::ROW_POSE, Stg::ROW_DRIVEN, Stg::ROW_NOISE, Stg::ROW_RANDOM}) {
+  for (const int column :
+       {Stg::ROW_POSE, Stg::ROW_DRIVEN, Stg::ROW_NOISE, Stg::ROW_RANDOM, Stg::ROW_MEMORY}) {
     WrongDevice wrong(column);
     EXPECT_NE(Stg::rows::SelfTest(&wrong), "") << column;
   }

@@ -259,8 +259,7 @@ TEST_P(PoolRows, WorldsEqualThoseAloneWhateverIsDoneWithThem) {
     RandomSource random(seed * 100 + GetParam());
     // Devices do not know contacts of outlines.
     const bool outlines = random.OneIn(on_device ? 6 : 2);
-    const ClosedWorldKind kind{outlines, random.OneIn(2), random.Int(1, 5), 3,
-                               !on_device && random.OneIn(2)};
+    const ClosedWorldKind kind{outlines, random.OneIn(2), random.Int(1, 5), 3, random.OneIn(2)};
     const std::string text = ClosedWorld(kind, &random);
     SCOPED_TRACE("seed " + std::to_string(seed) + "\n" + text);
     std::vector<uint64_t> seeds(static_cast<size_t>(random.Int(1, 9)));
