@@ -60,12 +60,26 @@ __kernel void gather_rows(__global const ulong* image, __global ulong* state, co
   if (world < worlds) row_gather(&w, &array, entries[item - world * count], values, to);
 }
 
+/* The i-th of some worlds. If is_list is 0, all worlds are meant. */
+ulong listed_world(__global const uint* list, const uint is_list, const ulong i,
+                   const uint worlds) {
+  return is_list && i < worlds ? list[i] : i;
+}
+
 /* Each work-item gives one of `count` robots of one of `worlds` worlds its command. */
-__kernel void command_rows(__global const ulong* image, __global ulong* state, const uint worlds,
+__kernel void command_rows(__global const ulong* image, __global ulong* state,
+                           __global const uint* list, const uint is_list, const uint worlds,
                            __global const row_entry_t* entries, const uint count,
                            const uint elements, __global const ulong* from) {
-  const ulong item = get_global_id(0), world = item / count;
-  const row_world_t w = world_number(image, state, state, world);
+  const ulong item = get_global_id(0), i = item / count;
+  const row_world_t w = world_number(image, state, state, listed_world(list, is_list, i, worlds));
   const row_array_t array = array_of(ROW_COMMANDS, ROW_COMMAND, elements, 0);
-  if (world < worlds) row_command(&w, &array, entries[item - world * count], from);
+  if (i < worlds) row_command(&w, &array, entries[item - i * count], from);
+}
+
+/* Each work-item sets one of `count` words of one of `worlds` worlds to 0. */
+__kernel void clear_rows(__global const uint* list, const uint is_list, const uint worlds,
+                         const uint count, __global ulong* words) {
+  const ulong item = get_global_id(0), i = item / count;
+  if (i < worlds) words[listed_world(list, is_list, i, worlds) * count + (item - i * count)] = 0;
 }

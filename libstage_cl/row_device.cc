@@ -28,6 +28,7 @@ ClRowDevice::ClRowDevice(const FoundDevice& device, std::unique_ptr<DriverWatch>
       reset_(device_.program, "reset_rows"),
       gather_(device_.program, "gather_rows"),
       command_(device_.program, "command_rows"),
+      clear_(device_.program, "clear_rows"),
       work_items_(work_items > 0         ? work_items
                   : device.kind == "cpu" ? kWorkItemsOfCpu
                                          : kWorkItemsOfGpu),
@@ -176,45 +177,69 @@ void ClRowDevice::SetParts(rows::RowMemory* memory, const std::vector<rows::RowP
   });
 }
 
-void ClRowDevice::Exchange(rows::RowMemory* memory) {
+/// Starts a kernel with a work-item for each thing to copy.
+void ClRowDevice::LaunchCopy(const ::cl::Kernel& kernel, size_t items) {
+  const size_t groups = (items + kCopiersInGroup - 1) / kCopiersInGroup;
+  if (groups > 0)
+    queue_.enqueueNDRangeKernel(kernel, ::cl::NullRange, ::cl::NDRange(groups * kCopiersInGroup),
+                                ::cl::NDRange(kCopiersInGroup));
+  queue_.flush();
+}
+
+void ClRowDevice::Gather(rows::RowMemory* memory) {
   Call([&] {
-    const auto& known = static_cast<const ClRowMemory&>(*memory);
-    for (const ClRowMemory::Part& part : known.parts_) {
-      if (part.count == 0 || worlds_ == 0) continue;
-      const bool commands = part.array.kind == ROW_COMMANDS;
-      commands ? GiveCommands(known, part) : Gather(known, part);
-      const size_t items = worlds_ * part.count;
-      const size_t groups = (items + kCopiersInGroup - 1) / kCopiersInGroup;
-      queue_.enqueueNDRangeKernel(commands ? command_ : gather_, ::cl::NullRange,
-                                  ::cl::NDRange(groups * kCopiersInGroup),
-                                  ::cl::NDRange(kCopiersInGroup));
+    const auto& to = static_cast<const ClRowMemory&>(*memory);
+    for (const ClRowMemory::Part& part : to.parts_) {
+      gather_.setArg(0, image_);
+      gather_.setArg(1, state_);
+      gather_.setArg(2, static_cast<cl_uint>(worlds_));
+      gather_.setArg(3, part.entries);
+      gather_.setArg(4, static_cast<cl_uint>(part.count));
+      gather_.setArg(5, part.values);
+      gather_.setArg(6, part.array.kind);
+      gather_.setArg(7, part.array.column);
+      gather_.setArg(8, part.array.elements);
+      gather_.setArg(9, part.array.of_readings);
+      gather_.setArg(10, to.buffer_);
+      LaunchCopy(gather_, worlds_ * part.count);
     }
-    queue_.flush();
   });
 }
 
-void ClRowDevice::Gather(const ClRowMemory& memory, const ClRowMemory::Part& part) {
-  gather_.setArg(0, image_);
-  gather_.setArg(1, state_);
-  gather_.setArg(2, static_cast<cl_uint>(worlds_));
-  gather_.setArg(3, part.entries);
-  gather_.setArg(4, static_cast<cl_uint>(part.count));
-  gather_.setArg(5, part.values);
-  gather_.setArg(6, part.array.kind);
-  gather_.setArg(7, part.array.column);
-  gather_.setArg(8, part.array.elements);
-  gather_.setArg(9, part.array.of_readings);
-  gather_.setArg(10, memory.buffer_);
+void ClRowDevice::GiveCommands(rows::RowMemory* memory, std::span<const uint32_t> worlds) {
+  Call([&] {
+    const auto& from = static_cast<const ClRowMemory&>(*memory);
+    const bool all = worlds.size() == worlds_;
+    const ::cl::Buffer list =
+        BufferOf(all ? std::span<const uint32_t>() : worlds, "the numbers of worlds");
+    for (const ClRowMemory::Part& part : from.parts_) {
+      command_.setArg(0, image_);
+      command_.setArg(1, state_);
+      command_.setArg(2, list);
+      command_.setArg(3, static_cast<cl_uint>(!all));
+      command_.setArg(4, static_cast<cl_uint>(worlds.size()));
+      command_.setArg(5, part.entries);
+      command_.setArg(6, static_cast<cl_uint>(part.count));
+      command_.setArg(7, part.array.elements);
+      command_.setArg(8, from.buffer_);
+      LaunchCopy(command_, worlds.size() * part.count);
+    }
+  });
 }
 
-void ClRowDevice::GiveCommands(const ClRowMemory& memory, const ClRowMemory::Part& part) {
-  command_.setArg(0, image_);
-  command_.setArg(1, state_);
-  command_.setArg(2, static_cast<cl_uint>(worlds_));
-  command_.setArg(3, part.entries);
-  command_.setArg(4, static_cast<cl_uint>(part.count));
-  command_.setArg(5, part.array.elements);
-  command_.setArg(6, memory.buffer_);
+void ClRowDevice::Clear(rows::RowMemory* memory, std::span<const uint32_t> worlds,
+                        size_t words_per_world) {
+  Call([&] {
+    const bool all = worlds.size() == worlds_;
+    const ::cl::Buffer list =
+        BufferOf(all ? std::span<const uint32_t>() : worlds, "the numbers of worlds");
+    clear_.setArg(0, list);
+    clear_.setArg(1, static_cast<cl_uint>(!all));
+    clear_.setArg(2, static_cast<cl_uint>(worlds.size()));
+    clear_.setArg(3, static_cast<cl_uint>(words_per_world));
+    clear_.setArg(4, static_cast<ClRowMemory*>(memory)->buffer_);
+    LaunchCopy(clear_, worlds.size() * words_per_world);
+  });
 }
 
 void ClRowDevice::WriteMemory(rows::RowMemory* memory, const void* from) {

@@ -52,7 +52,10 @@ class ClRowDevice final : public rows::RowDevice {
   void Finish() override;
   std::shared_ptr<rows::RowMemory> MakeMemory(size_t bytes) override;
   void SetParts(rows::RowMemory* memory, const std::vector<rows::RowPart>& parts) override;
-  void Exchange(rows::RowMemory* memory) override;
+  void Gather(rows::RowMemory* memory) override;
+  void GiveCommands(rows::RowMemory* memory, std::span<const uint32_t> worlds) override;
+  void Clear(rows::RowMemory* memory, std::span<const uint32_t> worlds,
+             size_t words_per_world) override;
   void WriteMemory(rows::RowMemory* memory, const void* from) override;
   void ReadMemory(rows::RowMemory* memory, void* to) override;
   void WaitForCuda() override;
@@ -64,13 +67,12 @@ class ClRowDevice final : public rows::RowDevice {
   template <typename T>
   ::cl::Buffer BufferOf(std::span<const T> elements, const std::string& name);
   void Launch(const ::cl::Kernel& kernel, size_t worlds);
-  void Gather(const ClRowMemory& memory, const ClRowMemory::Part& part);
-  void GiveCommands(const ClRowMemory& memory, const ClRowMemory::Part& part);
+  void LaunchCopy(const ::cl::Kernel& kernel, size_t items);
 
   const OpenDevice device_;  // destroyed last
   const pid_t process_ = getpid();
   ::cl::CommandQueue queue_;
-  ::cl::Kernel step_, step_some_, reset_, gather_, command_;
+  ::cl::Kernel step_, step_some_, reset_, gather_, command_, clear_;
   size_t work_items_, worlds_ = 0;
   ::cl::Buffer image_, state_, scratch_;
   const std::shared_ptr<CudaDevice> cuda_;  // null: CUDA does not have this device

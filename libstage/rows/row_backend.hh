@@ -86,10 +86,15 @@ class RowDevice {
 
   /// Makes memory for an array, if possible such that CUDA can access it.
   virtual std::shared_ptr<RowMemory> MakeMemory(size_t bytes) = 0;
-  /// Sets what Exchange() does. The parts belong to the scene of Begin().
+  /// Sets what Gather() and GiveCommands() do. The parts belong to the scene of Begin().
   virtual void SetParts(RowMemory* memory, const std::vector<RowPart>& parts) = 0;
-  /// Starts to copy elements of the state of all worlds to the memory; for commands, from it.
-  virtual void Exchange(RowMemory* memory) = 0;
+  /// Starts to copy elements of the state of all worlds to the memory.
+  virtual void Gather(RowMemory* memory) = 0;
+  /// Starts to copy commands of these worlds from the memory.
+  virtual void GiveCommands(RowMemory* memory, std::span<const uint32_t> worlds) = 0;
+  /// Starts to set the bytes of these worlds in the memory to 0. They are words of 8 bytes.
+  virtual void Clear(RowMemory* memory, std::span<const uint32_t> worlds,
+                     size_t words_per_world) = 0;
   /// Writes and reads the whole memory. Both wait until they are done.
   virtual void WriteMemory(RowMemory* memory, const void* from) = 0;
   virtual void ReadMemory(RowMemory* memory, void* to) = 0;

@@ -18,8 +18,8 @@ bool CopyTime(const Model& sensor, size_t, double* to) {
 }
 const Reading kTime = MakeReading("time", "s", "", ShapeOfTime, CopyTime);
 
-/// The n-th model of a type in a tree, in depth-first order from 0; null if there are too few. Each
-/// model of the type that is passed decrements `*n`.
+}  // namespace
+
 Model* FindInTree(const ModelType& type, Model* tree, size_t* n) {
   if (type.is(*tree) && (*n)-- == 0) return tree;
   for (Model* child : tree->GetChildren())
@@ -27,7 +27,17 @@ Model* FindInTree(const ModelType& type, Model* tree, size_t* n) {
   return nullptr;
 }
 
-}  // namespace
+RaysOfRanger FindRaysOfRanger(const rows::Scene& scene, const ModelPosition* robot,
+                              const ModelType& type, size_t index) {
+  RaysOfRanger found;
+  if (robot) found.model = FindInTree(type, const_cast<ModelPosition*>(robot), &index);
+  for (const rows::Sensor& sensor : scene.sensors) {
+    if (sensor.ranger != found.model) continue;
+    if (found.count == 0) found.first = sensor.first_ray;
+    found.count += sensor.rays;
+  }
+  return found;
+}
 
 nanobind::dlpack::dtype DtypeOf(const Reading& reading) {
   const nanobind::dlpack::dtype dtypes[] = {nanobind::dtype<bool>(), nanobind::dtype<uint8_t>(),
@@ -97,17 +107,9 @@ SensorArrays::Plan SensorArrays::MakePlan(const RowRobots& robots) const {
   Plan plan;
   plan.row.possible = type_->name == "ranger";
   for (const ModelPosition* robot : robots.models) {
-    size_t n = index_;
-    Plan::Sensor found;
-    if (robot) found.model = FindInTree(*type_, const_cast<ModelPosition*>(robot), &n);
-    if (found.model && !found.model->HasSubscribers())
-      plan.row.needs.push_back(found.model->GetId());
-    for (const rows::Sensor& sensor : robots.scene->sensors) {
-      if (sensor.ranger != found.model) continue;
-      if (found.rays == 0) found.first_ray = sensor.first_ray;
-      found.rays += sensor.rays;
-    }
-    plan.sensors.push_back(found);
+    plan.sensors.push_back(FindRaysOfRanger(*robots.scene, robot, *type_, index_));
+    const Model* const model = plan.sensors.back().model;
+    if (model && !model->HasSubscribers()) plan.row.needs.push_back(model->GetId());
   }
   return plan;
 }
@@ -120,7 +122,7 @@ void SensorArrays::FillFromRow(size_t world, const RowOfCrowd& row) {
 }
 
 /// Writes a reading of a ranger. What is constant is that of the prototype.
-void SensorArrays::FillFromRays(const ReadingArray& of, const Plan::Sensor& sensor,
+void SensorArrays::FillFromRays(const ReadingArray& of, const RaysOfRanger& sensor,
                                 const RowOfCrowd& row, void* to) {
   const rows::Columns& columns = row.rows.columns;
   const std::string& name = of.reading->name;
@@ -133,8 +135,8 @@ void SensorArrays::FillFromRays(const ReadingArray& of, const Plan::Sensor& sens
     *numbers = has_readings ? static_cast<double>(columns.last_update[row.row]) / 1e6 : kNaN;
     return;
   }
-  const size_t first = row.row * row.robots.scene->ray_count + sensor.first_ray;
-  const size_t space = of.space.Count(), known = has_readings ? sensor.rays : 0;
+  const size_t first = row.row * row.robots.scene->ray_count + sensor.first;
+  const size_t space = of.space.Count(), known = has_readings ? sensor.count : 0;
   STAGE_ASSERT(known <= space);
   if (ranges) std::copy_n(&columns.ranges[first], known, numbers);
   for (size_t ray = 0; intensities && ray < known; ray++)

@@ -133,19 +133,15 @@ class SensorArrays : public ArrayGroup {
   };
   /// Where the readings of the robots are in rows of a scene.
   struct Plan {
-    struct Sensor {
-      const Model* model = nullptr;  // of the prototype; null: the robot has none
-      uint32_t first_ray = 0, rays = 0;
-    };
     RowPlan row;
-    std::vector<Sensor> sensors;  // by robot
+    std::vector<RaysOfRanger> sensors;  // by robot
   };
   using Sensors = std::vector<Model*>;  // by robot; null: no such sensor
   Sensors SensorsOf(const Members& members) const;
   ReadingShape SpaceFor(const Reading& reading, const std::vector<Sensors>& examples) const;
   const Plan& SensorPlanFor(const RowRobots& robots);
   Plan MakePlan(const RowRobots& robots) const;
-  static void FillFromRays(const ReadingArray& of, const Plan::Sensor& sensor,
+  static void FillFromRays(const ReadingArray& of, const RaysOfRanger& sensor,
                            const RowOfCrowd& row, void* to);
 
   const ModelType* const type_;  // registered for good
@@ -155,6 +151,9 @@ class SensorArrays : public ArrayGroup {
   std::vector<ReadingArray> arrays_;
 };
 
+/// The n-th model of a type in a tree, in depth-first order from 0; null if there are too few. Each
+/// model of the type that is passed decrements `*n`.
+Model* FindInTree(const ModelType& type, Model* tree, size_t* n);
 nanobind::dlpack::dtype DtypeOf(const Reading& reading);
 /// The type of sensors of this name. Throws Failure if there is none.
 const ModelType& SensorTypeOf(const std::string& name);

@@ -17,11 +17,13 @@ namespace {
 
 /// Creates a pool of copies of the world. Throws Failure.
 std::unique_ptr<WorldPool> PoolOf(Simulation* prototype, const std::vector<uint64_t>& seeds,
-                                  unsigned threads) {
+                                  unsigned threads, const std::optional<std::string>& device) {
   const Source::Use use(prototype);
   const ErrorCollector collector;
   WorldPoolOptions options;
   options.threads = threads;
+  options.device_steps = device.has_value();
+  options.device_choice = device.value_or("");
   auto pool = std::make_unique<WorldPool>(prototype->world(), seeds, options);
   if (!pool->IsReady()) throw Failure{Kind::kStage, collector.Last("the world can't be copied")};
   return pool;
@@ -35,8 +37,9 @@ std::unique_ptr<WorldPool> AnotherPool(Batch* other, const WorldPool& pool,
 
 }  // namespace
 
-Batch::Batch(Simulation* prototype, const std::vector<uint64_t>& seeds, unsigned threads)
-    : pool_(PoolOf(prototype, seeds, threads)) {
+Batch::Batch(Simulation* prototype, const std::vector<uint64_t>& seeds, unsigned threads,
+             const std::optional<std::string>& device)
+    : pool_(PoolOf(prototype, seeds, threads, device)) {
   MakeWorlds();
 }
 
@@ -57,6 +60,7 @@ void Batch::MakeCrowd(const std::vector<uint32_t>& robots) {
   std::vector<ModelKey> keys;
   for (const uint32_t id : robots) keys.push_back({id, 0});
   crowd_ = std::make_shared<Crowd>(weak_from_this(), keys, size(), false);
+  if (!device().empty()) device_crowd_ = std::make_shared<DeviceCrowd>(shared_from_this(), crowd_);
 }
 
 World* Batch::WorldAt(size_t index) const {
@@ -151,6 +155,7 @@ class Batch::Recorder : public StepObserver {
 void Batch::Step(const Indices& which, uint64_t steps) {
   const Use use(this);
   const GilRelease no_gil;
+  if (device_crowd_) return device_crowd_->Step(which, steps);
   Stepper stepper(this);
   pool_->Step(which, steps, &stepper);
 }
@@ -166,6 +171,7 @@ void Batch::Rollout(const double* commands, size_t moments, uint64_t steps,
 void Batch::Reset(const Indices& which, const std::vector<uint64_t>& seeds) {
   const Use use(this);
   const GilRelease no_gil;
+  if (device_crowd_) return device_crowd_->Reset(which, seeds);
   pool_->Reset(which, seeds);
   pool_->ForEach(which, [&](uint32_t index) {
     crowd_->ClearCommands(index);
@@ -173,11 +179,17 @@ void Batch::Reset(const Indices& which, const std::vector<uint64_t>& seeds) {
   });
 }
 
+/// Updates the arrays of these worlds.
+void Batch::Gather(const Indices& which) {
+  if (device_crowd_) return device_crowd_->Update();
+  pool_->ForEach(which, [&](uint32_t index) { crowd_->Gather(*this, index); });
+}
+
 void Batch::Restore(const Indices& which, const Snapshot& from) {
   const Use use(this);
   const GilRelease no_gil;
   pool_->Restore(which, from);
-  pool_->ForEach(which, [&](uint32_t index) { crowd_->Gather(*this, index); });
+  Gather(which);
 }
 
 Snapshot Batch::Take(uint32_t index) {
@@ -210,8 +222,8 @@ void Batch::Teleport(const double* poses, const bool* which) {
   pool_->Run(size(), [&](size_t i, unsigned) {
     const size_t first = i * crowd_->size();
     crowd_->Teleport(*this, i, poses + 3 * first, which + first);
-    crowd_->Gather(*this, i);
   });
+  Gather(pool_->All());
 }
 
 std::vector<uint64_t> Batch::Seeds() {

@@ -12,11 +12,13 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "crowd.hh"
+#include "device_crowd.hh"
 #include "simulation.hh"
 #include "source.hh"
 #include "worlds/world_pool.hh"
@@ -27,13 +29,19 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
  public:
   using Indices = WorldPool::Ids;
 
-  /// Creates one world per seed, each as if loaded with that seed. `threads` is 1 or more. Throws
-  /// Failure if a world cannot be created.
-  Batch(Simulation* prototype, const std::vector<uint64_t>& seeds, unsigned threads);
+  /// Creates one world per seed, each as if loaded with that seed. `threads` is 1 or more. `device`
+  /// chooses the OpenCL device that makes whole steps; none: the host makes them. Throws Failure if
+  /// a world cannot be created, or if there is no such device.
+  Batch(Simulation* prototype, const std::vector<uint64_t>& seeds, unsigned threads,
+        const std::optional<std::string>& device);
   /// Creates newly loaded worlds of the same file as those of `other`.
   Batch(Batch* other, const std::vector<uint64_t>& seeds);
 
   const std::shared_ptr<Crowd>& crowd() { return crowd_; }
+  /// The arrays of a batch on a device; otherwise null.
+  const std::shared_ptr<DeviceCrowd>& device_crowd() { return device_crowd_; }
+  /// Name of the device that makes whole steps, or "".
+  std::string device() const { return pool_->StepDevice(); }
   /// Creates the arrays of the robots with these ids. Call it once, after the batch is owned by a
   /// shared_ptr.
   void MakeCrowd(const std::vector<uint32_t>& robots);
@@ -90,10 +98,12 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   class Recorder;
 
   void MakeWorlds();
+  void Gather(const Indices& which);
   void Look(uint32_t index, const std::function<void(World& world)>& look) const;
 
   const std::unique_ptr<WorldPool> pool_;
   std::shared_ptr<Crowd> crowd_;
+  std::shared_ptr<DeviceCrowd> device_crowd_;
 };
 
 }  // namespace Stg::python

@@ -35,9 +35,10 @@ using Recorded = nb::ndarray<bool, nb::shape<-1, -1>, nb::c_contig, nb::device::
 using Written = nb::ndarray<nb::c_contig, nb::device::cpu>;
 
 std::shared_ptr<Batch> Make(Simulation& prototype, const std::vector<uint64_t>& seeds,
-                            unsigned threads, const std::vector<uint32_t>& robots) {
+                            unsigned threads, const std::vector<uint32_t>& robots,
+                            const std::optional<std::string>& device) {
   return Logged([&] {
-    const auto batch = std::make_shared<Batch>(&prototype, seeds, threads);
+    const auto batch = std::make_shared<Batch>(&prototype, seeds, threads, device);
     batch->MakeCrowd(robots);
     return batch;
   });
@@ -111,8 +112,10 @@ std::tuple<double, double, double> Fit(Batch& batch, uint32_t index, int width, 
 void BindBatch(nb::module_& module) {
   nb::class_<Batch>(module, "Batch", "Many worlds; see stagesim.Batch.")
       .def(nb::new_(&Make), nb::arg("prototype"), nb::arg("seeds"), nb::arg("threads"),
-           nb::arg("robots"))
+           nb::arg("robots"), nb::arg("device").none() = nb::none())
       .def_prop_ro("crowd", &Batch::crowd)
+      .def_prop_ro("device_crowd", &Batch::device_crowd)
+      .def_prop_ro("device", &Batch::device)
       .def_prop_ro("threads", &Batch::threads)
       .def("failures", &Batch::Failures)
       .def("reasons", &Batch::Reasons)
@@ -152,6 +155,26 @@ void BindBatch(nb::module_& module) {
       .def("teleport", &Teleport, nb::arg("poses"), nb::arg("which"));
 }
 
+void BindDeviceCrowd(nb::module_& module) {
+  nb::class_<DeviceArray>(module, "DeviceArray", "An array on a device; see stagesim.DeviceArray.")
+      .def_prop_ro("shape", &DeviceArray::Shape)
+      .def_prop_ro("dtype", &DeviceArray::DtypeName)
+      .def("dlpack", &DeviceArray::Dlpack)
+      .def("dlpack_device", &DeviceArray::DlpackDevice)
+      .def("numpy", &DeviceArray::Numpy)
+      .def("write", &DeviceArray::Write, nb::arg("values"));
+  nb::class_<DeviceCrowd>(module, "DeviceCrowd",
+                          "Arrays of the robots of worlds on a device; see stagesim.Batch.")
+      .def_prop_ro("size", &DeviceCrowd::size)
+      .def("body", &DeviceCrowd::BodyArray, nb::arg("name"))
+      .def("stalled", &DeviceCrowd::StalledArray)
+      .def("commands", &DeviceCrowd::CommandArray)
+      .def("sensor", &DeviceCrowd::SensorArray, nb::arg("type"), nb::arg("index"), nb::arg("most"),
+           nb::arg("reading"))
+      .def("time", &DeviceCrowd::TimeArray)
+      .def("ended", &DeviceCrowd::EndedArray);
+}
+
 }  // namespace
 
 void BindCrowd(nb::module_& module) {
@@ -165,6 +188,7 @@ void BindCrowd(nb::module_& module) {
            nb::arg("reading"))
       .def("time", &Crowd::TimeArray)
       .def("ended", &Crowd::EndedArray);
+  BindDeviceCrowd(module);
   BindBatch(module);
 }
 

@@ -87,6 +87,9 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   /// Sets all commands of a world to 0.
   void ClearCommands(size_t world);
 
+  /// The robots in a scene of the source's rows.
+  const RowRobots& RobotsIn(const rows::Scene& scene);
+
  private:
   class SourceLock;
   /// A NumPy view of the array, which keeps this crowd alive.
@@ -101,7 +104,6 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   std::vector<Members> Examples(const Source& source);
   void FillGroup(const Source& source, ArrayGroup* group);
   static void FillGroup(ArrayGroup* group, size_t world, const Members& members);
-  const RowRobots& RobotsIn(const rows::Scene& scene);
   bool GatherRow(const Source& source, size_t world, std::span<const Named> groups);
   bool CommandRow(const Source& source, size_t world);
   bool TeleportRow(const Source& source, size_t world, const double* poses, const bool* which);

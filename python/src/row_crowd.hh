@@ -18,7 +18,8 @@
 
 namespace Stg {
 class ModelPosition;
-}
+struct ModelType;
+}  // namespace Stg
 
 namespace Stg::python {
 
@@ -74,6 +75,16 @@ struct RowOfCrowd {
   size_t row;
   const RowRobots& robots;
 };
+
+/// Where the readings of a ranger are in rows of a scene.
+struct RaysOfRanger {
+  const Model* model = nullptr;  ///< of the prototype; null: the robot has none
+  uint32_t first = 0, count = 0;
+};
+
+/// Finds ranger number `index` in the tree of a robot of the prototype, which may be null.
+RaysOfRanger FindRaysOfRanger(const rows::Scene& scene, const ModelPosition* robot,
+                              const ModelType& type, size_t index);
 
 /// How a group of arrays is filled from rows of a scene.
 struct RowPlan {

@@ -13,6 +13,7 @@ from . import _core
 from ._core import Model, RangeSensor, Snapshot, View
 from ._paths import shipped_worlds
 from .batch import Batch
+from .device_array import DeviceArray
 from .errors import GoneError, StageError, WorldError
 from .fleet import Fleet, Reading, Sensor, sensor_types
 from .pictures import Film, save_png
@@ -22,6 +23,6 @@ Ranger = Fiducials = Blobs = Camera = Sensor  # former names
 
 __version__: str = _core.version()
 __all__ = [
-    "Batch", "Contacts", "Film", "Fleet", "GoneError", "Model", "RangeSensor", "Reading", "Sensor", "Snapshot", "StageError",
-    "View", "World", "WorldError", "save_png", "sensor_types", "shipped_worlds",
+    "Batch", "Contacts", "DeviceArray", "Film", "Fleet", "GoneError", "Model", "RangeSensor", "Reading", "Sensor",
+    "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "sensor_types", "shipped_worlds",
 ]

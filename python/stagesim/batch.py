@@ -25,7 +25,7 @@ Which = Union[None, int, Sequence[int], npt.NDArray[Any]]
 
 
 class Batch(Crowd):
-    """Many worlds of the same file, which one call steps on several threads.
+    """Many worlds of the same file, which one call steps on several threads, or on a device.
 
     The arrays are those of a Fleet with an axis for the worlds in front: `pose` is (n, robots, 3),
     `ranger(0).ranges` (n, robots, samples). Each world is bit-equal to the same world alone, for any number
@@ -37,6 +37,13 @@ class Batch(Crowd):
 
     Batches can be pickled and deep-copied, as worlds can. The copy has the same states and the same `cmd`.
 
+    With `device`, whole steps are made on an OpenCL device: all worlds, from commands to readings, with the same
+    bits as on the host. All worlds must be closed, see explain(), and have contacts of cells. The arrays are in the
+    memory of the device. If CUDA has the device, they are DeviceArray objects, which PyTorch, JAX and CuPy use in
+    place; otherwise they are arrays of NumPy, which are copied after each call. Arrays of positions, commands,
+    stalls, energy and rangers are there; ask for those of rangers before the first step, or after a reset of all
+    worlds. All other methods work as without a device.
+
     Args:
         file: path of the world file, or the name of a shipped world, as in World().
         n: number of worlds, 1 or more.
@@ -44,49 +51,56 @@ class Batch(Crowd):
         threads: number of threads that the worlds are distributed over, 1 to 1024; None: one per available
             processor.
         robots: a pattern of names or types, as in World.fleet(); None: all that drive on the ground.
+        device: None: the host makes the steps; "opencl": the best OpenCL device makes them; "opencl:NAME": that
+            device, named as after `stage --opencl=`, for example "opencl:gpu".
         options: all others of World().
 
     Raises:
-        WorldError: the file can't be loaded.
+        WorldError: the file can't be loaded, or the device can't step it.
+        StageError: there is no such device.
         GoneError: there are no such robots.
         TypeError, ValueError: an argument has a wrong type or is out of range.
     """
 
     @_options.accepting(OWN)
     def __init__(self, file: str | os.PathLike[str], n: int, *, seeds: Iterable[int] | None = None,
-                 threads: int | None = None, robots: str | None = None, **options: Any) -> None:
+                 threads: int | None = None, robots: str | None = None, device: str | None = None,
+                 **options: Any) -> None:
         own = _options.complete(options, OWN)
-        self._begin(World(file, threads=1, **own), n, seeds, threads, robots)
+        self._begin(World(file, threads=1, **own), n, seeds, threads, robots, device)
 
     @classmethod
     def of(cls, world: World, n: int, *, seeds: Iterable[int] | None = None,
-           threads: int | None = None, robots: str | None = None) -> Batch:
+           threads: int | None = None, robots: str | None = None, device: str | None = None) -> Batch:
         """Makes a batch from the file or text of `world`, in the state after loading."""
         batch = cls.__new__(cls)
-        batch._begin(world, n, seeds, threads, robots)
+        batch._begin(world, n, seeds, threads, robots, device)
         return batch
 
     def _begin(self, prototype: World, n: int, seeds: Iterable[int] | None, threads: int | None,
-               robots: str | None) -> None:
+               robots: str | None, device: str | None) -> None:
         n = _checks.integer(n, "the number of worlds", 1, MAX_WORLDS)
         ids, names = prototype._choose(robots)
         threads = _core.count_processors() if threads is None else _options.checked("threads", threads)
-        core = _core.Batch(prototype._core, _options.seeds(range(n) if seeds is None else seeds, n), threads, ids)
-        self._take(core, n, names, prototype._recipe, ids)
+        core = _core.Batch(prototype._core, _options.seeds(range(n) if seeds is None else seeds, n), threads, ids,
+                           _choice_of(device))
+        self._take(core, n, names, prototype._recipe, ids, device)
 
-    def _take(self, core: _core.Batch, n: int, names: tuple[str, ...], recipe: Recipe, ids: list[int]) -> None:
+    def _take(self, core: _core.Batch, n: int, names: tuple[str, ...], recipe: Recipe, ids: list[int],
+              device: str | None) -> None:
         self._core = core
+        self._device = device
         self.n = n  #: number of worlds
         self.names = names  #: names of the robots, the same in each world
         self._recipe = recipe
         self._ids = ids
         self._all = np.arange(n, dtype=np.uint32)
-        super().__init__(core.crowd)
+        super().__init__(core.device_crowd or core.crowd)
 
     # ---- copies ----
 
     def _states(self) -> _States:
-        cmd = self.cmd.copy() if "cmd" in self._views else None
+        cmd = np.array(self.cmd) if "cmd" in self._views else None
         return [self.snapshot(i) for i in range(self.n)], self._core.failures(), cmd
 
     def _put(self, states: _States) -> None:
@@ -99,12 +113,18 @@ class Batch(Crowd):
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Batch:
         copied = memo[id(self)] = type(self).__new__(type(self))
-        copied._take(self._core.another(self.seeds), self.n, self.names, self._recipe, self._ids)
+        copied._take(self._core.another(self.seeds), self.n, self.names, self._recipe, self._ids, self._device)
         copied._put(self._states())
         return copied
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _unpickle_batch, (type(self), self._recipe, self.seeds, self.threads, self._ids, self._states())
+        return _unpickle_batch, (type(self), self._recipe, self.seeds, self.threads, self._ids, self._states(),
+                                 self._device)
+
+    @property
+    def device(self) -> str | None:
+        """Name of the device that makes the steps; None: the host makes them."""
+        return self._core.device or None
 
     @property
     def time(self) -> Floats:
@@ -161,7 +181,8 @@ class Batch(Crowd):
     def reset(self, seeds: int | Iterable[int] | None = None, *, ids: Which = None) -> None:
         """Resets worlds to their state after loading. Their commands become 0.
 
-        If the file has no controllers, plug-ins or populations, this is about as fast as restore().
+        This is about as fast as restore(), unless a world is not closed, see explain(), and its file has
+        controllers, plug-ins or populations.
 
         Args:
             seeds: one seed per selected world, or one for all; None: their current seeds.
@@ -211,6 +232,8 @@ class Batch(Crowd):
         moments = _checks.integer(moments, "moments", 0)
         n = _checks.integer(n, "the number of steps", 1)
         live = [self.array("ranger.intensities" if name == "intensities" else name) for name in record]
+        if self.device is not None:
+            return self._rollout_on_device(given, moments, n, dict(zip(record, live)))
         made: list[npt.NDArray[Any]] = [np.empty((moments, *view.shape), view.dtype) for view in live]
         recorded = np.zeros((moments, self.n), bool)
         self._core.rollout(moments, n, given, live, made, recorded)
@@ -219,6 +242,17 @@ class Batch(Crowd):
             for array in made:
                 array[failed] = np.nan if array.dtype.kind == "f" else 0
         return {**dict(zip(record, made)), "failed": failed}
+
+    def _rollout_on_device(self, commands: npt.NDArray[Any] | None, moments: int, n: int,
+                           live: Mapping[str, Any]) -> dict[str, npt.NDArray[Any]]:
+        made = {name: np.empty((moments, *view.shape), view.dtype) for name, view in live.items()}
+        for moment in range(moments):
+            if commands is not None:
+                self.cmd[...] = commands[moment]
+            self.step(n)
+            for name, view in live.items():
+                made[name][moment] = np.asarray(view)
+        return {**made, "failed": np.zeros((moments, self.n), bool)}
 
     def snapshot(self, index: int) -> Snapshot:
         """Returns the state of world `index`, for restore() of this batch or of a World of the same file."""
@@ -290,13 +324,24 @@ class Batch(Crowd):
         return f"<Batch of {self.n} worlds of {len(self)} robots>"
 
 
+def _choice_of(device: str | None) -> str | None:
+    """The device as after `stage --opencl=`; None: none."""
+    if device is None:
+        return None
+    kind, _, choice = device.partition(":") if isinstance(device, str) else ("", "", "")
+    if kind != "opencl":
+        raise ValueError(f"found the device {device!r}, expected None, \"opencl\", or \"opencl:NAME\" with a name as "
+                         "after stage --opencl=")
+    return choice
+
+
 def _unpickle_batch(cls: type[Batch], recipe: Recipe, seeds: list[int], threads: int, ids: list[int],
-                 states: _States) -> Batch:
+                    states: _States, device: str | None) -> Batch:
     """Unpickles a batch."""
     prototype = World._from_recipe(recipe._replace(options={**recipe.options, "threads": 1}))
     batch = cls.__new__(cls)
     names = {id_: name for id_, name, _, _ in prototype._core.robots()}
-    batch._take(_core.Batch(prototype._core, seeds, threads, ids), len(seeds),
-                tuple(names.get(id_, "") for id_ in ids), recipe, ids)
+    batch._take(_core.Batch(prototype._core, seeds, threads, ids, _choice_of(device)), len(seeds),
+                tuple(names.get(id_, "") for id_ in ids), recipe, ids, device)
     batch._put(states)
     return batch

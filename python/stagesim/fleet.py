@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _checks, _core
+from .device_array import DeviceArray, wrapped
 
 if TYPE_CHECKING:
     from .world import World
@@ -28,7 +29,7 @@ class _Views:
     def _view(self, name: str, make: Callable[[], Any]) -> npt.NDArray[Any]:
         view = self._views.get(name)
         if view is None:
-            view = self._views[name] = make()
+            view = self._views[name] = wrapped(make())
         return view
 
 
@@ -62,12 +63,12 @@ class Sensor:
     def __init__(self, readings: tuple[Reading, ...], view: Callable[[str], npt.NDArray[Any]]) -> None:
         self.readings = readings  #: names, types and units of the arrays
         self._view = view
-        self.time: Floats = view("time")  # raises GoneError if there is no such sensor
+        self.time: Floats = wrapped(view("time"))  # raises GoneError if there is no such sensor
 
     def __getattr__(self, name: str) -> npt.NDArray[Any]:
         if name.startswith("_") or all(name != reading.name for reading in self.readings):
             raise AttributeError(f"found {name!r}, expected a reading of the sensor", name=name, obj=self)
-        view = self.__dict__[name] = self._view(name)
+        view = self.__dict__[name] = wrapped(self._view(name))
         return view
 
     def __dir__(self) -> list[str]:
@@ -256,7 +257,7 @@ class Crowd(_Views):
         else:
             kind, _, index = sensor.partition(":")
             view = getattr(self.sensor(kind, int(index or 0)), reading, None)
-        if not isinstance(view, np.ndarray):
+        if not isinstance(view, (np.ndarray, DeviceArray)):
             raise ValueError(f"found {name!r}, expected the name of an array")
         return view
 

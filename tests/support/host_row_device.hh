@@ -5,6 +5,7 @@
 #ifndef STAGE_TESTS_SUPPORT_HOST_ROW_DEVICE_HH
 #define STAGE_TESTS_SUPPORT_HOST_ROW_DEVICE_HH
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -71,11 +72,30 @@ class HostRowDevice : public rows::RowDevice {
   void SetParts(rows::RowMemory* memory, const std::vector<rows::RowPart>& parts) override {
     static_cast<HostRowMemory*>(memory)->parts = parts;
   }
-  void Exchange(rows::RowMemory* memory) override {
+  void Gather(rows::RowMemory* memory) override {
     auto* const to = static_cast<HostRowMemory*>(memory);
     for (const rows::RowPart& part : to->parts)
       for (size_t i = 0; i < worlds_; i++)
-        for (const row_entry_t& entry : part.entries) Exchange(WorldAt(i), part, entry, to->data());
+        for (const row_entry_t& entry : part.entries) {
+          const row_world_t world = WorldAt(i);
+          row_gather(&world, &part.array, entry,
+                     reinterpret_cast<const uint64_t*>(part.values.data()), to->data());
+        }
+  }
+  void GiveCommands(rows::RowMemory* memory, std::span<const uint32_t> worlds) override {
+    auto* const from = static_cast<HostRowMemory*>(memory);
+    for (const rows::RowPart& part : from->parts)
+      for (const uint32_t i : worlds)
+        for (const row_entry_t& entry : part.entries) {
+          const row_world_t world = WorldAt(i);
+          row_command(&world, &part.array, entry, from->words.data());
+        }
+  }
+  void Clear(rows::RowMemory* memory, std::span<const uint32_t> worlds,
+             size_t words_per_world) override {
+    for (const uint32_t i : worlds)
+      std::fill_n(&static_cast<HostRowMemory*>(memory)->words[i * words_per_world], words_per_world,
+                  uint64_t{0});
   }
   void WriteMemory(rows::RowMemory* memory, const void* from) override {
     std::memcpy(static_cast<HostRowMemory*>(memory)->data(), from, memory->bytes());
@@ -87,14 +107,6 @@ class HostRowDevice : public rows::RowDevice {
 
  private:
   row_byte* state() { return reinterpret_cast<row_byte*>(state_.data()); }
-  static void Exchange(const row_world_t& world, const rows::RowPart& part,
-                       const row_entry_t& entry, row_byte* memory) {
-    if (part.array.kind == ROW_COMMANDS)
-      row_command(&world, &part.array, entry, reinterpret_cast<const uint64_t*>(memory));
-    else
-      row_gather(&world, &part.array, entry, reinterpret_cast<const uint64_t*>(part.values.data()),
-                 memory);
-  }
   row_world_t WorldAt(size_t i) {
     const auto* const image = reinterpret_cast<const row_byte*>(image_.data());
     const auto* const scene = reinterpret_cast<const row_scene_t*>(image);

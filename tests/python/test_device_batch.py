@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Batches whose worlds are stepped on a device: everything equals a batch on the host, to the bit."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import stagesim as st
+
+ARRAYS = ("pose", "velocity", "actual_velocity", "estimate", "sensed_pose", "sensed_time", "energy", "stalled", "time",
+          "ended", "ranger.ranges", "ranger.intensities", "ranger.bearings", "ranger.origins", "ranger.time")
+WALLS = """
+resolution 0.02
+contacts "cells"
+model( pose [0 1.3 0 0] size [2.6 0.1 1] )
+model( pose [0 -1.3 0 10] size [2.6 0.1 1] ranger_return 3 )
+"""
+KINDS = {
+    "noisy robots with packs": WALLS + """
+define bot position( size [0.3 0.3 0.3] localization "odom" odom_noise [0.02 0.01 0.03 0.02]
+  ranger( pose [0 0 -0.1 0] sensor( range [0 2] fov 270 samples 12 noise [0.01 0.02 0.1] ) ) )
+bot( pose [-0.5 -0.5 0 30] joules 40 joules_capacity 40 )
+bot( pose [0.5 0.5 0 -100] )
+""",
+    "robots of several types": WALLS + """
+define scanner ranger( pose [0 0 -0.1 0] sensor( range [0 1.5] fov 360 samples 16 ray_model "exact" ) )
+define car position( drive "car" size [0.3 0.2 0.3] localization "gps" scanner() )
+define cart position( drive "omni" size [0.2 0.2 0.3] scanner( sensor( range [0 1] samples 5 ) ) )
+cart( pose [-0.5 -0.5 0 30] )
+car( pose [0.5 0.5 0 -100] )
+cart( pose [0.5 -0.5 0 60] )
+position( pose [0 0 0 60] size [0.2 0.2 0.2] )
+""",
+    "a population": WALLS + """
+define bot position( size [0.2 0.2 0.3] ranger( pose [0 0 -0.1 0] sensor( range [0 1] fov 180 samples 7 ) ) )
+population( name "bots" model "bot" count 4 area [0 0 2 2] )
+""",
+}
+
+
+@pytest.fixture(scope="module")
+def device(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The device of the tests, which are skipped if there is no OpenCL."""
+    file = tmp_path_factory.mktemp("device") / "w.world"
+    file.write_text(WALLS)
+    try:
+        st.World(file, opencl=True)
+    except st.StageError as error:
+        if "OpenCL" not in str(error):
+            raise
+        pytest.skip(str(error))
+    return "opencl"
+
+
+def pair(text: str, folder: Path, n: int, device: str) -> tuple[st.Batch, st.Batch]:
+    """The same worlds on the host and on a device."""
+    file = folder / "w.world"
+    file.write_text(text)
+    return st.Batch(file, n), st.Batch(file, n, device=device)
+
+
+class Comparison:
+    """Does the same with two batches, and compares their arrays and states."""
+
+    def __init__(self, batches: tuple[st.Batch, st.Batch]) -> None:
+        self.batches = batches
+        self.arrays = [{name: batch.array(name) for name in ARRAYS} for batch in batches]
+
+    def check(self, what: str) -> None:
+        """Fails if the batches differ."""
+        host, device = self.arrays
+        for name in ARRAYS:
+            of_device = np.asarray(device[name])
+            assert host[name].dtype == of_device.dtype and host[name].shape == of_device.shape, name
+            assert np.array_equal(host[name], of_device, equal_nan=host[name].dtype.kind == "f"), (what, name)
+        assert self.batches[0].state_hashes() == self.batches[1].state_hashes(), what
+
+    def do(self, method: str, *arguments: Any, **options: Any) -> None:
+        """Calls a method of both."""
+        for batch in self.batches:
+            getattr(batch, method)(*arguments, **options)
+
+    def act(self, random: np.random.Generator) -> str:
+        """Does something at random."""
+        n, robots = self.batches[0].n, len(self.batches[0])
+        match random.integers(0, 6):
+            case 0:
+                mask = random.random(n) < 0.3
+                self.do("reset", random.integers(0, 1000, mask.sum()), ids=mask)
+                return "reset of some"
+            case 1:
+                self.do("reset")
+                return "reset of all"
+            case 2:
+                self.do("teleport", random.uniform(-1, 1, (n, robots, 3)), random.random((n, robots)) < 0.3)
+                return "teleport"
+            case 3:
+                source, target = random.integers(0, n, 2).tolist()
+                for batch in self.batches:
+                    batch.restore(batch.snapshot(source), target)
+                return "restore"
+        return "nothing"
+
+    def step(self, random: np.random.Generator) -> None:
+        """Gives commands, some of which are NaN, and steps all worlds or some."""
+        n, robots = self.batches[0].n, len(self.batches[0])
+        commands = random.uniform(-1, 1, (n, robots, 3))
+        commands[random.random((n, robots)) < 0.2] = np.nan
+        for batch in self.batches:
+            batch.cmd[...] = commands
+        self.do("step", int(random.integers(0, 4)), ids=None if random.random() < 0.5 else random.random(n) < 0.5)
+
+
+@pytest.mark.parametrize("n", [1, 33, 300])
+@pytest.mark.parametrize("kind", KINDS)
+def test_all_arrays_and_states_are_those_of_the_host(kind: str, n: int, device: str, tmp_path: Path) -> None:
+    both = Comparison(pair(KINDS[kind], tmp_path, n, device))
+    both.check("start")
+    random = np.random.default_rng(n)
+    stalls = hits = 0
+    for moment in range(25):
+        what = both.act(random)
+        both.check(f"{moment}: {what}")
+        both.step(random)
+        both.check(f"{moment}: {what}, step")
+        host = both.arrays[0]
+        stalls += host["stalled"].sum()
+        hits += np.nansum(host["ranger.intensities"] > 0)
+    assert hits > 0 and (n == 1 or stalls > 0)
+
+
+def test_cmd_of_reset_worlds_is_zero(device: str, tmp_path: Path) -> None:
+    for batch in pair(KINDS["a population"], tmp_path, 5, device):
+        batch.cmd[...] = 1
+        batch.step(2)
+        batch.reset(ids=[1, 3])
+        assert np.asarray(batch.cmd).sum(axis=(1, 2)).tolist() == [12, 0, 12, 0, 12]
+
+
+def test_rollouts_record_the_arrays_of_the_host(device: str, tmp_path: Path) -> None:
+    host, other = pair(KINDS["noisy robots with packs"], tmp_path, 7, device)
+    commands = np.random.default_rng(3).uniform(-1, 1, (6, 7, 2, 3))
+    records = [batch.rollout(commands, n=3, record=["pose", "ranges", "stalled"]) for batch in (host, other)]
+    for name, array in records[0].items():
+        assert np.array_equal(array, records[1][name]), name
+
+
+def test_copies_go_on_as_the_original(device: str, tmp_path: Path) -> None:
+    batch = pair(KINDS["robots of several types"], tmp_path, 3, device)[1]
+    batch.cmd[...] = 0.3
+    batch.step(3)
+    for copied in (copy.deepcopy(batch), pickle.loads(pickle.dumps(batch))):
+        assert copied.device == batch.device
+        copied.step(2)
+        fork = batch.fork(1)
+        fork.step(2)
+        assert copied.state_hash(1) == fork.state_hash()
+
+
+def test_worlds_that_a_device_cannot_step_are_refused_with_the_reason(device: str, tmp_path: Path) -> None:
+    file = tmp_path / "w.world"
+    file.write_text(WALLS.replace('contacts "cells"', "") + "position()")
+    with pytest.raises(st.WorldError, match="can't step world 0, because .*outlines.*without device="):
+        st.Batch(file, 2, device=device)
+
+
+def test_arrays_that_a_device_lacks_are_refused(device: str, tmp_path: Path) -> None:
+    batch = pair(KINDS["a population"], tmp_path, 2, device)[1]
+    with pytest.raises(st.StageError, match="no array called estimate_covariance.*without device="):
+        batch.estimate_covariance
+    with pytest.raises(st.GoneError, match="no robot has a ranger number 1"):
+        batch.ranger(1)
+
+
+def test_a_sensor_must_be_asked_for_before_the_first_step(device: str, tmp_path: Path) -> None:
+    batch = pair(KINDS["a population"], tmp_path, 2, device)[1]
+    batch.step(1)
+    with pytest.raises(st.StageError, match="before the first step, or after a reset of all worlds"):
+        batch.ranges
+    batch.reset()
+    assert batch.ranges.shape == (2, 4, 7)
+
+
+def test_unknown_devices_are_refused(tmp_path: Path) -> None:
+    file = tmp_path / "w.world"
+    file.write_text(KINDS["a population"])
+    with pytest.raises(ValueError, match="found the device 'cuda', expected None, \"opencl\""):
+        st.Batch(file, 2, device="cuda")
+    with pytest.raises(st.StageError, match="no OpenCL device"):
+        st.Batch(file, 2, device="opencl:no such device")
