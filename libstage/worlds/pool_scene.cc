@@ -67,8 +67,7 @@ void Subscriptions::MakeScene() {
 // ---- the scene ----------------------------------------------------------------------------------
 
 PoolScene::PoolScene(const World& prototype, const WorldPoolOptions& options)
-    : source_(prototype, options.device), pool_options_(options), options_(source_.options()) {
-  Add({});
+    : source_(prototype, options.device), pool_options_(options), options_(source_.options()), loaded_(Add({})) {
   if (!options.branch) return;
   options_.branch = true;
   options_.duration = 0;

@@ -82,7 +82,7 @@ class PoolScene {
   const InitialState* initial_state();
 
   /// The subscriptions of a world that has just been loaded: none.
-  Subscriptions* loaded() { return all_[0].get(); }
+  Subscriptions* loaded() { return loaded_; }
   /// True if worlds can be rows as long as clients do nothing that prevents it.
   bool has_rows() { return !options_.branch && IsReady() && loaded()->scene() != nullptr; }
   /// Why they cannot, in words that follow "because".
@@ -101,7 +101,8 @@ class PoolScene {
   std::once_flag initial_state_once_;
   std::shared_ptr<const InitialState> initial_state_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<Subscriptions>> all_;
+  std::vector<std::unique_ptr<Subscriptions>> all_;  // guarded by mutex_
+  Subscriptions* const loaded_;                      // the first one
 };
 
 }  // namespace Stg
