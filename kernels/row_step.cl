@@ -49,37 +49,38 @@ row_array_t array_of(const uint kind, const uint column, const uint elements,
   return array;
 }
 
-/* Each work-item writes one of `count` entries of one of `worlds` worlds to an array. */
-__kernel void gather_rows(__global const ulong* image, __global ulong* state, const uint worlds,
+/* Each work-group writes the `count` entries of one world to an array. */
+__kernel void gather_rows(__global const ulong* image, __global ulong* state,
                           __global const row_entry_t* entries, const uint count,
                           __global const ulong* values, const uint kind, const uint column,
                           const uint elements, const uint of_readings, __global uchar* to) {
-  const ulong item = get_global_id(0), world = item / count;
-  const row_world_t w = world_number(image, state, state, world);
+  const row_world_t w = world_number(image, state, state, get_group_id(0));
   const row_array_t array = array_of(kind, column, elements, of_readings);
-  if (world < worlds) row_gather(&w, &array, entries[item - world * count], values, to);
+  uint i;
+  for (i = ROW_ITEM; i < count; i += ROW_ITEMS) row_gather(&w, &array, entries[i], values, to);
 }
 
-/* The i-th of some worlds. If is_list is 0, all worlds are meant. */
-ulong listed_world(__global const uint* list, const uint is_list, const ulong i,
-                   const uint worlds) {
-  return is_list && i < worlds ? list[i] : i;
+/* The world of the work-group: that of its place in the list. If is_list is 0, all worlds are
+ * meant. */
+ulong listed_world(__global const uint* list, const uint is_list) {
+  return is_list ? list[get_group_id(0)] : get_group_id(0);
 }
 
-/* Each work-item gives one of `count` robots of one of `worlds` worlds its command. */
+/* Each work-group gives `count` robots of one world their commands. */
 __kernel void command_rows(__global const ulong* image, __global ulong* state,
-                           __global const uint* list, const uint is_list, const uint worlds,
+                           __global const uint* list, const uint is_list,
                            __global const row_entry_t* entries, const uint count,
                            const uint elements, __global const ulong* from) {
-  const ulong item = get_global_id(0), i = item / count;
-  const row_world_t w = world_number(image, state, state, listed_world(list, is_list, i, worlds));
+  const row_world_t w = world_number(image, state, state, listed_world(list, is_list));
   const row_array_t array = array_of(ROW_COMMANDS, ROW_COMMAND, elements, 0);
-  if (i < worlds) row_command(&w, &array, entries[item - i * count], from);
+  uint i;
+  for (i = ROW_ITEM; i < count; i += ROW_ITEMS) row_command(&w, &array, entries[i], from);
 }
 
-/* Each work-item sets one of `count` words of one of `worlds` worlds to 0. */
-__kernel void clear_rows(__global const uint* list, const uint is_list, const uint worlds,
-                         const uint count, __global ulong* words) {
-  const ulong item = get_global_id(0), i = item / count;
-  if (i < worlds) words[listed_world(list, is_list, i, worlds) * count + (item - i * count)] = 0;
+/* Each work-group sets the `count` words of one world to 0. */
+__kernel void clear_rows(__global const uint* list, const uint is_list, const uint count,
+                         __global ulong* words) {
+  const ulong world = listed_world(list, is_list);
+  uint i;
+  for (i = ROW_ITEM; i < count; i += ROW_ITEMS) words[world * count + i] = 0;
 }

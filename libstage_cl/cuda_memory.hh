@@ -1,44 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // Memory that OpenCL and CUDA share: CUDA makes it, and OpenCL imports it by a file descriptor
-// (cl_khr_external_memory_opaque_fd). CUDA's driver library is looked for at run time, because few
-// machines have one.
+// (cl_khr_external_memory_opaque_fd).
 
 #ifndef STAGE_CL_CUDA_MEMORY_HH
 #define STAGE_CL_CUDA_MEMORY_HH
 
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 
+#include "libstage_cl/cuda.hh"
 #include "libstage_cl/opencl.hh"
 
 namespace Stg::cl {
 
-struct CudaFunctions;
-
-/// A device of OpenCL that CUDA has as well.
-class CudaDevice {
- public:
-  /// Returns null if CUDA is not there, or does not have the device.
-  static std::shared_ptr<CudaDevice> Find(const ::cl::Device& device);
-
-  CudaDevice(const CudaFunctions& functions, int number, void* context)
-      : functions_(functions), number_(number), context_(context) {}
-  int number() const { return number_; }
-  /// Waits until everything in the device's primary context, which other libraries use, is done.
-  bool Wait();
-
- private:
-  friend class CudaMemory;
-  class Current;
-
-  const CudaFunctions& functions_;
-  const int number_;
-  void* const context_;
-};
-
-/// Memory of a device. Its bytes are a multiple of a unit of CUDA, at least those asked for.
+/// Its size is a multiple of a unit of CUDA, at least what was asked for.
 class CudaMemory {
  public:
   /// Returns null if there is no such memory.
@@ -57,8 +33,8 @@ class CudaMemory {
   bool Allocate(size_t bytes);
 
   const std::shared_ptr<CudaDevice> device_;
-  uint64_t allocation_ = 0;
-  uintptr_t address_ = 0;
+  cuda::Allocation allocation_ = 0;
+  cuda::Address address_ = 0;
   size_t bytes_ = 0;
   bool is_allocated_ = false, is_mapped_ = false;
 };

@@ -113,9 +113,12 @@ std::unique_ptr<sensing::Prefilter> MakePrefilter(const std::string& choice, std
 std::unique_ptr<rows::RowDevice> MakeRowDevice(const std::string& choice, uint32_t work_items,
                                                std::string* message) {
   const auto make = [&](std::unique_ptr<DriverWatch> watch, std::string* wrong) {
-    return MakeFor(choice, wrong, [&](const FoundDevice& device) {
-      return std::make_unique<ClRowDevice>(device, std::move(watch), work_items);
-    });
+    return MakeFor(
+        choice, wrong, [&](const FoundDevice& device) -> std::unique_ptr<rows::RowDevice> {
+          auto made = std::make_unique<ClRowDevice>(device, std::move(watch), work_items);
+          auto by_cuda = made->ForCuda(work_items);
+          return by_cuda ? std::move(by_cuda) : std::move(made);
+        });
   };
   return MakeProbed("rows " + choice, message, make);
 }

@@ -5,6 +5,10 @@
 #include <algorithm>
 #include <string>
 #include <utility>
+#include <vector>
+
+#include "libstage_cl/cuda_row_device.hh"
+#include "libstage_cl/environment.hh"
 
 namespace Stg::cl {
 
@@ -14,8 +18,6 @@ using rows::RowDeviceError;
 
 // Work-items for a world. A CPU runs the work-items of a group one after the other.
 constexpr size_t kWorkItemsOfCpu = 1, kWorkItemsOfGpu = 32;
-// Work-items of a group that copies elements of arrays.
-constexpr size_t kCopiersInGroup = 64;
 
 }  // namespace
 
@@ -32,10 +34,26 @@ ClRowDevice::ClRowDevice(const FoundDevice& device, std::unique_ptr<DriverWatch>
       work_items_(work_items > 0         ? work_items
                   : device.kind == "cpu" ? kWorkItemsOfCpu
                                          : kWorkItemsOfGpu),
-      cuda_(CudaDevice::Find(device_.found.device)) {
-  for (const ::cl::Kernel* const kernel : {&step_, &step_some_, &reset_})
+      cuda_(FromEnvironment("STAGE_CL_CUDA") == "off" ? nullptr
+                                                      : CudaDevice::Find(device_.found.device)) {
+  for (const ::cl::Kernel* const kernel :
+       {&step_, &step_some_, &reset_, &gather_, &command_, &clear_})
     work_items_ = std::min<size_t>(
         work_items_, kernel->getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_.found.device));
+}
+
+std::unique_ptr<rows::RowDevice> ClRowDevice::ForCuda(uint32_t work_items) const {
+  const std::string wanted = FromEnvironment("STAGE_CL_CUDA");
+  if (!cuda_ || wanted == "share") return nullptr;
+  try {
+    const std::vector<std::vector<unsigned char>> binaries =
+        device_.program.getInfo<CL_PROGRAM_BINARIES>();
+    if (binaries.empty()) return nullptr;
+    const std::string ptx(binaries[0].begin(), binaries[0].end());
+    return std::make_unique<CudaRowDevice>(cuda_, Name(), ptx, work_items);
+  } catch (const RowDeviceError&) {
+    return nullptr;
+  }
 }
 
 std::string ClRowDevice::Name() const {
@@ -63,14 +81,22 @@ auto ClRowDevice::Call(F f) {
   return ::cl::Buffer(device_.context, CL_MEM_READ_WRITE, std::max<size_t>(bytes, 1));
 }
 
-/// A buffer with these elements. Writing waits, so the caller may change its data. The buffer must
-/// be kept until the kernel that uses it has been started; the driver keeps it from then on.
+/// A buffer with these elements.
 template <typename T>
 ::cl::Buffer ClRowDevice::BufferOf(std::span<const T> elements, const std::string& name) {
   const ::cl::Buffer buffer = MakeBuffer(elements.size_bytes(), name);
   if (!elements.empty())
     queue_.enqueueWriteBuffer(buffer, CL_TRUE, 0, elements.size_bytes(), elements.data());
   return buffer;
+}
+
+/// Writes data for the next kernel. Waits, so the caller may change its data.
+void ClRowDevice::Send(std::span<const std::byte> data, Transfer* to) {
+  if (to->bytes < data.size() || to->bytes == 0) {
+    to->bytes = std::max<size_t>(2 * data.size(), 1);
+    to->buffer = MakeBuffer(to->bytes, to->name);
+  }
+  if (!data.empty()) queue_.enqueueWriteBuffer(to->buffer, CL_TRUE, 0, data.size(), data.data());
 }
 
 void ClRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffers& buffers) {
@@ -94,6 +120,7 @@ void ClRowDevice::Read(size_t offset, void* to, size_t bytes) {
 
 /// Starts a kernel with a work-group for each world.
 void ClRowDevice::Launch(const ::cl::Kernel& kernel, size_t worlds) {
+  if (worlds == 0) return;
   queue_.enqueueNDRangeKernel(kernel, ::cl::NullRange, ::cl::NDRange(worlds * work_items_),
                               ::cl::NDRange(work_items_));
   queue_.flush();
@@ -113,11 +140,11 @@ void ClRowDevice::Step(uint32_t steps) {
 void ClRowDevice::StepSome(std::span<const uint32_t> worlds, uint32_t steps) {
   if (worlds.empty() || steps == 0) return;
   Call([&] {
-    const ::cl::Buffer numbers = BufferOf(worlds, "the numbers of worlds");
+    Send(std::as_bytes(worlds), &list_);
     step_some_.setArg(0, image_);
     step_some_.setArg(1, state_);
     step_some_.setArg(2, scratch_);
-    step_some_.setArg(3, numbers);
+    step_some_.setArg(3, list_.buffer);
     step_some_.setArg(4, static_cast<cl_uint>(steps));
     Launch(step_some_, worlds.size());
   });
@@ -127,12 +154,12 @@ void ClRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std::b
                         uint32_t columns) {
   if (worlds.empty()) return;
   Call([&] {
-    const ::cl::Buffer numbers = BufferOf(worlds, "the numbers of worlds");
-    const ::cl::Buffer columns_given = BufferOf(given, "the columns of worlds");
+    Send(std::as_bytes(worlds), &list_);
+    Send(given, &given_);
     reset_.setArg(0, image_);
     reset_.setArg(1, state_);
-    reset_.setArg(2, numbers);
-    reset_.setArg(3, columns_given);
+    reset_.setArg(2, list_.buffer);
+    reset_.setArg(3, given_.buffer);
     reset_.setArg(4, static_cast<cl_uint>(columns));
     reset_.setArg(5, static_cast<cl_uint>(given.size() / worlds.size()));
     Launch(reset_, worlds.size());
@@ -177,13 +204,13 @@ void ClRowDevice::SetParts(rows::RowMemory* memory, const std::vector<rows::RowP
   });
 }
 
-/// Starts a kernel with a work-item for each thing to copy.
-void ClRowDevice::LaunchCopy(const ::cl::Kernel& kernel, size_t items) {
-  const size_t groups = (items + kCopiersInGroup - 1) / kCopiersInGroup;
-  if (groups > 0)
-    queue_.enqueueNDRangeKernel(kernel, ::cl::NullRange, ::cl::NDRange(groups * kCopiersInGroup),
-                                ::cl::NDRange(kCopiersInGroup));
-  queue_.flush();
+/// Sets the arguments for a list of worlds, which is not sent if it has all of them.
+void ClRowDevice::SetWorlds(std::span<const uint32_t> worlds, cl_uint argument,
+                            ::cl::Kernel* kernel) {
+  const bool all = worlds.size() == worlds_;
+  Send(std::as_bytes(all ? std::span<const uint32_t>() : worlds), &list_);
+  kernel->setArg(argument, list_.buffer);
+  kernel->setArg(argument + 1, static_cast<cl_uint>(!all));
 }
 
 void ClRowDevice::Gather(rows::RowMemory* memory) {
@@ -192,16 +219,15 @@ void ClRowDevice::Gather(rows::RowMemory* memory) {
     for (const ClRowMemory::Part& part : to.parts_) {
       gather_.setArg(0, image_);
       gather_.setArg(1, state_);
-      gather_.setArg(2, static_cast<cl_uint>(worlds_));
-      gather_.setArg(3, part.entries);
-      gather_.setArg(4, static_cast<cl_uint>(part.count));
-      gather_.setArg(5, part.values);
-      gather_.setArg(6, part.array.kind);
-      gather_.setArg(7, part.array.column);
-      gather_.setArg(8, part.array.elements);
-      gather_.setArg(9, part.array.of_readings);
-      gather_.setArg(10, to.buffer_);
-      LaunchCopy(gather_, worlds_ * part.count);
+      gather_.setArg(2, part.entries);
+      gather_.setArg(3, static_cast<cl_uint>(part.count));
+      gather_.setArg(4, part.values);
+      gather_.setArg(5, part.array.kind);
+      gather_.setArg(6, part.array.column);
+      gather_.setArg(7, part.array.elements);
+      gather_.setArg(8, part.array.of_readings);
+      gather_.setArg(9, to.buffer_);
+      Launch(gather_, worlds_);
     }
   });
 }
@@ -209,20 +235,15 @@ void ClRowDevice::Gather(rows::RowMemory* memory) {
 void ClRowDevice::GiveCommands(rows::RowMemory* memory, std::span<const uint32_t> worlds) {
   Call([&] {
     const auto& from = static_cast<const ClRowMemory&>(*memory);
-    const bool all = worlds.size() == worlds_;
-    const ::cl::Buffer list =
-        BufferOf(all ? std::span<const uint32_t>() : worlds, "the numbers of worlds");
+    SetWorlds(worlds, 2, &command_);
     for (const ClRowMemory::Part& part : from.parts_) {
       command_.setArg(0, image_);
       command_.setArg(1, state_);
-      command_.setArg(2, list);
-      command_.setArg(3, static_cast<cl_uint>(!all));
-      command_.setArg(4, static_cast<cl_uint>(worlds.size()));
-      command_.setArg(5, part.entries);
-      command_.setArg(6, static_cast<cl_uint>(part.count));
-      command_.setArg(7, part.array.elements);
-      command_.setArg(8, from.buffer_);
-      LaunchCopy(command_, worlds.size() * part.count);
+      command_.setArg(4, part.entries);
+      command_.setArg(5, static_cast<cl_uint>(part.count));
+      command_.setArg(6, part.array.elements);
+      command_.setArg(7, from.buffer_);
+      Launch(command_, worlds.size());
     }
   });
 }
@@ -230,15 +251,10 @@ void ClRowDevice::GiveCommands(rows::RowMemory* memory, std::span<const uint32_t
 void ClRowDevice::Clear(rows::RowMemory* memory, std::span<const uint32_t> worlds,
                         size_t words_per_world) {
   Call([&] {
-    const bool all = worlds.size() == worlds_;
-    const ::cl::Buffer list =
-        BufferOf(all ? std::span<const uint32_t>() : worlds, "the numbers of worlds");
-    clear_.setArg(0, list);
-    clear_.setArg(1, static_cast<cl_uint>(!all));
-    clear_.setArg(2, static_cast<cl_uint>(worlds.size()));
-    clear_.setArg(3, static_cast<cl_uint>(words_per_world));
-    clear_.setArg(4, static_cast<ClRowMemory*>(memory)->buffer_);
-    LaunchCopy(clear_, worlds.size() * words_per_world);
+    SetWorlds(worlds, 0, &clear_);
+    clear_.setArg(2, static_cast<cl_uint>(words_per_world));
+    clear_.setArg(3, static_cast<ClRowMemory*>(memory)->buffer_);
+    Launch(clear_, worlds.size());
   });
 }
 

@@ -41,6 +41,10 @@ class ClRowDevice final : public rows::RowDevice {
   /// Throws rows::RowDeviceError, sensing::PrefilterError or cl::Error.
   ClRowDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> watch, uint32_t work_items);
 
+  /// A device of CUDA that runs the same kernels; null if CUDA does not have this device or does
+  /// not accept them. STAGE_CL_CUDA=share leaves the steps to OpenCL, "off" the arrays as well.
+  std::unique_ptr<rows::RowDevice> ForCuda(uint32_t work_items) const;
+
   std::string Name() const override;
   void Begin(std::span<const uint64_t> image, const rows::RowBuffers& buffers) override;
   void Write(size_t offset, const void* from, size_t bytes) override;
@@ -66,8 +70,15 @@ class ClRowDevice final : public rows::RowDevice {
   ::cl::Buffer MakeBuffer(size_t bytes, const std::string& name) const;
   template <typename T>
   ::cl::Buffer BufferOf(std::span<const T> elements, const std::string& name);
+  /// A buffer for data of one call, which keeps its memory.
+  struct Transfer {
+    std::string name;
+    ::cl::Buffer buffer{};
+    size_t bytes = 0;
+  };
+  void Send(std::span<const std::byte> data, Transfer* to);
   void Launch(const ::cl::Kernel& kernel, size_t worlds);
-  void LaunchCopy(const ::cl::Kernel& kernel, size_t items);
+  void SetWorlds(std::span<const uint32_t> worlds, cl_uint argument, ::cl::Kernel* kernel);
 
   const OpenDevice device_;  // destroyed last
   const pid_t process_ = getpid();
@@ -75,6 +86,7 @@ class ClRowDevice final : public rows::RowDevice {
   ::cl::Kernel step_, step_some_, reset_, gather_, command_, clear_;
   size_t work_items_, worlds_ = 0;
   ::cl::Buffer image_, state_, scratch_;
+  Transfer list_{"the numbers of worlds"}, given_{"the columns of worlds"};
   const std::shared_ptr<CudaDevice> cuda_;  // null: CUDA does not have this device
 };
 

@@ -100,6 +100,9 @@ class RowDevice {
   virtual void ReadMemory(RowMemory* memory, void* to) = 0;
   /// Waits until everything that this process has started by CUDA is done.
   virtual void WaitForCuda() = 0;
+  /// True if everything is started in CUDA's default stream, so that other work there needs no
+  /// waiting.
+  virtual bool IsInDefaultStream() const { return false; }
 };
 
 /// Raise it whenever the meaning of the interface or of an image changes.

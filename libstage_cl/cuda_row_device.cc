@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "libstage_cl/cuda_row_device.hh"
+
+#include <algorithm>
+#include <regex>
+#include <utility>
+
+namespace Stg::cl {
+
+namespace {
+
+using rows::RowDeviceError;
+
+constexpr unsigned kWorkItems = 32;
+
+/// Adapts kernels of OpenCL to CUDA. Registers 0 to 5 of the environment hold offsets of
+/// work-groups and work-items, which are 0; CUDA does not set them.
+std::string AdaptToCuda(const std::string& ptx) {
+  const std::string adapted = std::regex_replace(ptx, std::regex("%envreg[0-5]\\b"), "0");
+  if (adapted.find("%envreg") != std::string::npos)
+    throw RowDeviceError("its kernels use registers that CUDA does not have");
+  return adapted.substr(0, adapted.find('\0'));
+}
+
+}  // namespace
+
+// ---- memory -------------------------------------------------------------------------------------
+
+CudaBytes::CudaBytes(const std::shared_ptr<CudaDevice>& device, size_t bytes,
+                     const std::string& name)
+    : device_(device), bytes_(bytes) {
+  const CudaDevice::Current current(*device_);
+  if (!current || device_->functions().allocate(&address_, std::max<size_t>(bytes, 8)) != 0)
+    throw RowDeviceError("CUDA has no memory for " + name + ", which takes " +
+                         std::to_string(bytes) + " bytes");
+}
+
+CudaBytes::~CudaBytes() {
+  if (!address_) return;
+  const CudaDevice::Current current(*device_);
+  device_->functions().free(address_);
+}
+
+CudaBytes& CudaBytes::operator=(CudaBytes&& other) noexcept {
+  std::swap(device_, other.device_);
+  std::swap(address_, other.address_);
+  std::swap(bytes_, other.bytes_);
+  return *this;
+}
+
+CudaRowMemory::CudaRowMemory(const std::shared_ptr<CudaDevice>& device, size_t bytes)
+    : RowMemory(bytes), bytes_(device, bytes, "an array") {
+  cuda_address_ = reinterpret_cast<void*>(bytes_.address());
+  cuda_device_ = device->number();
+}
+
+// ---- the device ---------------------------------------------------------------------------------
+
+CudaRowDevice::CudaRowDevice(std::shared_ptr<CudaDevice> device, const std::string& name,
+                             const std::string& ptx, uint32_t work_items)
+    : device_(std::move(device)),
+      name_(name),
+      work_items_(work_items > 0 ? work_items : kWorkItems) {
+  const CudaDevice::Current current(*device_);
+  Check(device_->functions().load_module(&module_, AdaptToCuda(ptx).c_str()), "the kernels");
+  step_ = FindKernel("step_rows");
+  step_some_ = FindKernel("step_some_rows");
+  reset_ = FindKernel("reset_rows");
+  gather_ = FindKernel("gather_rows");
+  command_ = FindKernel("command_rows");
+  clear_ = FindKernel("clear_rows");
+}
+
+CudaRowDevice::~CudaRowDevice() {
+  const CudaDevice::Current current(*device_);
+  if (module_) device_->functions().unload_module(module_);
+}
+
+void CudaRowDevice::Check(cuda::Result result, const std::string& what) const {
+  if (result == 0) return;
+  const char* name = nullptr;
+  device_->functions().get_error_name(result, &name);
+  throw RowDeviceError(name_ + ": CUDA reports " + (name ? name : std::to_string(result)) +
+                       " for " + what);
+}
+
+cuda::Function CudaRowDevice::FindKernel(const char* name) {
+  cuda::Function found = nullptr;
+  Check(device_->functions().get_function(&found, module_, name), name);
+  int most = 0;
+  Check(device_->functions().get_attribute(&most, cuda::kMaxThreadsPerBlock, found), name);
+  work_items_ = std::min(work_items_, static_cast<unsigned>(most));
+  return found;
+}
+
+/// Calls f() in the device's context.
+template <typename F>
+void CudaRowDevice::Call(F f) {
+  if (getpid() != process_) throw RowDeviceError("this process has been forked");
+  const CudaDevice::Current current(*device_);
+  if (!current) throw RowDeviceError(name_ + ": CUDA has lost its context");
+  f();
+}
+
+/// Starts a kernel with a work-group for each world.
+template <typename... Arguments>
+void CudaRowDevice::Launch(cuda::Function kernel, size_t groups, Arguments... arguments) {
+  if (groups == 0) return;
+  void* addresses[] = {&arguments...};
+  Check(device_->functions().launch(kernel, static_cast<unsigned>(groups), 1, 1, work_items_, 1, 1,
+                                    0, nullptr, addresses, nullptr),
+        "a kernel");
+}
+
+template <typename T>
+CudaBytes CudaRowDevice::BytesOf(std::span<const T> elements, const std::string& name) {
+  CudaBytes bytes(device_, elements.size_bytes(), name);
+  if (!elements.empty())
+    Check(device_->functions().to_device(bytes.address(), elements.data(), elements.size_bytes()),
+          name);
+  return bytes;
+}
+
+/// Writes data for the next kernel to memory that is kept.
+cuda::Address CudaRowDevice::Send(std::span<const std::byte> data, const std::string& name,
+                                  CudaBytes* to) {
+  if (to->size() < data.size() || to->size() == 0)
+    *to = CudaBytes(device_, std::max<size_t>(2 * data.size(), 8), name);
+  if (!data.empty())
+    Check(device_->functions().to_device(to->address(), data.data(), data.size()), name);
+  return to->address();
+}
+
+/// Sends the list of worlds, unless it has all of them.
+cuda::Address CudaRowDevice::SendList(std::span<const uint32_t> worlds) {
+  return Send(std::as_bytes(worlds.size() == worlds_ ? std::span<const uint32_t>() : worlds),
+              "the numbers of worlds", &list_);
+}
+
+void CudaRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffers& buffers) {
+  Call([&] {
+    Check(device_->functions().synchronize(), "earlier work");
+    worlds_ = buffers.worlds;
+    image_ = BytesOf(image, "the scene");
+    state_ = CudaBytes(device_, buffers.state_bytes, "the state of all worlds");
+    scratch_ = CudaBytes(device_, buffers.scratch_bytes, "steps of all worlds");
+  });
+}
+
+void CudaRowDevice::Write(size_t offset, const void* from, size_t bytes) {
+  Call([&] {
+    Check(device_->functions().to_device(state_.address() + offset, from, bytes), "the state");
+  });
+}
+
+void CudaRowDevice::Read(size_t offset, void* to, size_t bytes) {
+  Call([&] {
+    Check(device_->functions().to_host(to, state_.address() + offset, bytes), "the state");
+  });
+}
+
+void CudaRowDevice::Step(uint32_t steps) {
+  if (steps == 0) return;
+  Call([&] {
+    Launch(step_, worlds_, image_.address(), state_.address(), scratch_.address(), steps);
+  });
+}
+
+void CudaRowDevice::StepSome(std::span<const uint32_t> worlds, uint32_t steps) {
+  if (steps == 0) return;
+  Call([&] {
+    const cuda::Address list = Send(std::as_bytes(worlds), "the numbers of worlds", &list_);
+    Launch(step_some_, worlds.size(), image_.address(), state_.address(), scratch_.address(), list,
+           steps);
+  });
+}
+
+void CudaRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
+                          uint32_t columns) {
+  if (worlds.empty()) return;
+  Call([&] {
+    const cuda::Address list = Send(std::as_bytes(worlds), "the numbers of worlds", &list_);
+    const cuda::Address of_worlds = Send(given, "the columns of worlds", &given_);
+    Launch(reset_, worlds.size(), image_.address(), state_.address(), list, of_worlds, columns,
+           static_cast<uint32_t>(given.size() / worlds.size()));
+  });
+}
+
+void CudaRowDevice::Finish() { WaitForCuda(); }
+
+void CudaRowDevice::WaitForCuda() {
+  Call([&] { Check(device_->functions().synchronize(), "earlier work"); });
+}
+
+// ---- arrays -------------------------------------------------------------------------------------
+
+std::shared_ptr<rows::RowMemory> CudaRowDevice::MakeMemory(size_t bytes) {
+  return std::make_shared<CudaRowMemory>(device_, bytes);
+}
+
+void CudaRowDevice::SetParts(rows::RowMemory* memory, const std::vector<rows::RowPart>& parts) {
+  Call([&] {
+    auto& known = static_cast<CudaRowMemory*>(memory)->parts_;
+    known.clear();
+    for (const rows::RowPart& part : parts)
+      known.push_back({part.array, static_cast<uint32_t>(part.entries.size()),
+                       BytesOf(std::span(part.entries), "the entries of an array"),
+                       BytesOf(std::span(part.values), "the values of an array")});
+  });
+}
+
+void CudaRowDevice::Gather(rows::RowMemory* memory) {
+  Call([&] {
+    const auto& to = static_cast<const CudaRowMemory&>(*memory);
+    for (const CudaRowMemory::Part& part : to.parts_)
+      Launch(gather_, worlds_, image_.address(), state_.address(), part.entries.address(),
+             part.count, part.values.address(), part.array.kind, part.array.column,
+             part.array.elements, part.array.of_readings, to.bytes_.address());
+  });
+}
+
+void CudaRowDevice::GiveCommands(rows::RowMemory* memory, std::span<const uint32_t> worlds) {
+  Call([&] {
+    const auto& from = static_cast<const CudaRowMemory&>(*memory);
+    const cuda::Address list = SendList(worlds);
+    const auto is_list = static_cast<uint32_t>(worlds.size() != worlds_);
+    for (const CudaRowMemory::Part& part : from.parts_)
+      Launch(command_, worlds.size(), image_.address(), state_.address(), list, is_list,
+             part.entries.address(), part.count, part.array.elements, from.bytes_.address());
+  });
+}
+
+void CudaRowDevice::Clear(rows::RowMemory* memory, std::span<const uint32_t> worlds,
+                          size_t words_per_world) {
+  Call([&] {
+    Launch(clear_, worlds.size(), SendList(worlds), static_cast<uint32_t>(worlds.size() != worlds_),
+           static_cast<uint32_t>(words_per_world),
+           static_cast<const CudaRowMemory&>(*memory).bytes_.address());
+  });
+}
+
+void CudaRowDevice::WriteMemory(rows::RowMemory* memory, const void* from) {
+  Call([&] {
+    const CudaBytes& to = static_cast<const CudaRowMemory&>(*memory).bytes_;
+    Check(device_->functions().to_device(to.address(), from, memory->bytes()), "an array");
+  });
+}
+
+void CudaRowDevice::ReadMemory(rows::RowMemory* memory, void* to) {
+  Call([&] {
+    const CudaBytes& from = static_cast<const CudaRowMemory&>(*memory).bytes_;
+    Check(device_->functions().to_host(to, from.address(), memory->bytes()), "an array");
+  });
+}
+
+}  // namespace Stg::cl

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Steps rows by CUDA, with the kernels that NVIDIA's OpenCL compiler has made. They run in the
+// context that PyTorch and other libraries use, so that the card does not change between contexts,
+// which takes longer than a step of a thousand worlds; and in CUDA's default stream, whose order
+// other libraries rely on.
+
+#ifndef STAGE_CL_CUDA_ROW_DEVICE_HH
+#define STAGE_CL_CUDA_ROW_DEVICE_HH
+
+#include <unistd.h>
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "libstage_cl/cuda.hh"
+#include "rows/row_backend.hh"
+
+namespace Stg::cl {
+
+/// Memory of a CUDA device.
+class CudaBytes {
+ public:
+  CudaBytes() = default;
+  /// Throws rows::RowDeviceError, which says what the memory was meant for.
+  CudaBytes(const std::shared_ptr<CudaDevice>& device, size_t bytes, const std::string& name);
+  ~CudaBytes();
+  CudaBytes(CudaBytes&& other) noexcept { *this = std::move(other); }
+  CudaBytes& operator=(CudaBytes&& other) noexcept;
+
+  cuda::Address address() const { return address_; }
+  size_t size() const { return bytes_; }
+
+ private:
+  std::shared_ptr<CudaDevice> device_;
+  cuda::Address address_ = 0;
+  size_t bytes_ = 0;
+};
+
+class CudaRowMemory final : public rows::RowMemory {
+ public:
+  CudaRowMemory(const std::shared_ptr<CudaDevice>& device, size_t bytes);
+
+ private:
+  friend class CudaRowDevice;
+  struct Part {
+    row_array_t array;
+    uint32_t count;
+    CudaBytes entries, values;
+  };
+  const CudaBytes bytes_;
+  std::vector<Part> parts_;
+};
+
+class CudaRowDevice final : public rows::RowDevice {
+ public:
+  /// `ptx`: the kernels as text in PTX, as NVIDIA's OpenCL compiler writes it. Throws
+  /// rows::RowDeviceError if CUDA does not accept it.
+  CudaRowDevice(std::shared_ptr<CudaDevice> device, const std::string& name, const std::string& ptx,
+                uint32_t work_items);
+  ~CudaRowDevice() override;
+  CudaRowDevice(const CudaRowDevice&) = delete;
+  CudaRowDevice& operator=(const CudaRowDevice&) = delete;
+
+  std::string Name() const override { return name_; }
+  void Begin(std::span<const uint64_t> image, const rows::RowBuffers& buffers) override;
+  void Write(size_t offset, const void* from, size_t bytes) override;
+  void Read(size_t offset, void* to, size_t bytes) override;
+  void Step(uint32_t steps) override;
+  void StepSome(std::span<const uint32_t> worlds, uint32_t steps) override;
+  void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
+             uint32_t columns) override;
+  void Finish() override;
+  std::shared_ptr<rows::RowMemory> MakeMemory(size_t bytes) override;
+  void SetParts(rows::RowMemory* memory, const std::vector<rows::RowPart>& parts) override;
+  void Gather(rows::RowMemory* memory) override;
+  void GiveCommands(rows::RowMemory* memory, std::span<const uint32_t> worlds) override;
+  void Clear(rows::RowMemory* memory, std::span<const uint32_t> worlds,
+             size_t words_per_world) override;
+  void WriteMemory(rows::RowMemory* memory, const void* from) override;
+  void ReadMemory(rows::RowMemory* memory, void* to) override;
+  void WaitForCuda() override;
+  bool IsInDefaultStream() const override { return true; }
+
+ private:
+  template <typename F>
+  void Call(F f);
+  void Check(cuda::Result result, const std::string& what) const;
+  cuda::Function FindKernel(const char* name);
+  template <typename T>
+  CudaBytes BytesOf(std::span<const T> elements, const std::string& name);
+  cuda::Address Send(std::span<const std::byte> data, const std::string& name, CudaBytes* to);
+  cuda::Address SendList(std::span<const uint32_t> worlds);
+  template <typename... Arguments>
+  void Launch(cuda::Function kernel, size_t groups, Arguments... arguments);
+
+  const std::shared_ptr<CudaDevice> device_;
+  const std::string name_;
+  const pid_t process_ = getpid();
+  cuda::Module module_ = nullptr;
+  cuda::Function step_, step_some_, reset_, gather_, command_, clear_;
+  unsigned work_items_;
+  size_t worlds_ = 0;
+  CudaBytes image_, state_, scratch_, list_, given_;
+};
+
+}  // namespace Stg::cl
+
+#endif
