@@ -168,9 +168,12 @@ void Batch::Rollout(const double* commands, size_t moments, uint64_t steps,
   pool_->Step(pool_->All(), moments * steps, &recorder, steps);
 }
 
-void Batch::Reset(const Indices& which, const std::vector<uint64_t>& seeds) {
+void Batch::Reset(const Indices& which, const std::optional<std::vector<uint64_t>>& given) {
   const Use use(this);
   const GilRelease no_gil;
+  std::vector<uint64_t> seeds = given.value_or(std::vector<uint64_t>());
+  if (!given)
+    for (const uint32_t index : which) seeds.push_back(pool_->seeds()[index]);
   if (device_crowd_) return device_crowd_->Reset(which, seeds);
   pool_->Reset(which, seeds);
   pool_->ForEach(which, [&](uint32_t index) {

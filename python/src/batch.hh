@@ -60,8 +60,8 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   /// stays false from the moment on at which a world fails.
   void Rollout(const double* commands, size_t moments, uint64_t steps,
                const std::vector<Record>& records, bool* recorded);
-  /// Resets these worlds, each with its own seed; seeds.size() == which.size().
-  void Reset(const Indices& which, const std::vector<uint64_t>& seeds);
+  /// Resets these worlds, each with its own seed; none: with the seed that it has.
+  void Reset(const Indices& which, const std::optional<std::vector<uint64_t>>& seeds);
   void Restore(const Indices& which, const Snapshot& from);
   Snapshot Take(uint32_t index);
   std::vector<uint64_t> StateHashes();

@@ -139,10 +139,10 @@ void BindBatch(nb::module_& module) {
                    "to: collections.abc.Sequence[object], recorded: object) -> None"))
       .def(
           "reset",
-          [](Batch& b, const Numbers& which, const std::vector<uint64_t>& seeds) {
+          [](Batch& b, const Numbers& which, const std::optional<std::vector<uint64_t>>& seeds) {
             Logged([&] { b.Reset(IndicesOf(which), seeds); });
           },
-          nb::arg("which"), nb::arg("seeds"))
+          nb::arg("which"), nb::arg("seeds").none())
       .def(
           "restore",
           [](Batch& b, const Numbers& which, const Snapshot& from) {
@@ -166,6 +166,7 @@ void BindDeviceCrowd(nb::module_& module) {
   nb::class_<DeviceCrowd>(module, "DeviceCrowd",
                           "Arrays of the robots of worlds on a device; see stagesim.Batch.")
       .def_prop_ro("size", &DeviceCrowd::size)
+      .def_prop_rw("waits", &DeviceCrowd::waits, &DeviceCrowd::SetWaits)
       .def("body", &DeviceCrowd::BodyArray, nb::arg("name"))
       .def("stalled", &DeviceCrowd::StalledArray)
       .def("commands", &DeviceCrowd::CommandArray)

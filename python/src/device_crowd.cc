@@ -109,6 +109,7 @@ void DeviceCrowd::Subscribe(const Planner& plan) {
   pool_.ForEach(pool_.All(), [&](uint32_t id) { PoolAccess::Subscribe(pool_, id, needs); });
   Rows();
   for (const auto& member : members_) SetParts(member.get());
+  Gather(members_);
 }
 
 /// Plans the array for the present scene, and writes what does not change.
@@ -202,15 +203,29 @@ DeviceCrowd::Member* DeviceCrowd::Commands() {
   return found == members_.end() ? nullptr : found->get();
 }
 
-/// Updates these arrays, which other programs may still be reading.
+void DeviceCrowd::SetWaits(bool waits) {
+  const Lock lock(*this);
+  if (!waits && !Rows()->device().IsInDefaultStream())
+    throw Failure{Kind::kStage, pool_.StepDevice() +
+                                    " doesn't work in CUDA's default stream, so synchronous must "
+                                    "stay True"};
+  waits_ = waits;
+}
+
+/// Waits until nobody reads or writes arrays any more.
+void DeviceCrowd::WaitForClients() {
+  if (waits_) Rows()->device().WaitForCuda();
+}
+
+/// Updates these arrays.
 void DeviceCrowd::Gather(std::span<const std::shared_ptr<Member>> members) {
   if (members.empty()) return;
   rows::RowDevice& device = Rows()->device();
   WithDevice([&] {
-    device.WaitForCuda();
+    WaitForClients();
     for (const auto& member : members)
       if (!member->IsCommands()) device.Gather(member->memory.get());
-    device.Finish();
+    if (waits_) device.Finish();
     for (const auto& member : members)
       if (member->host.exists() && !member->IsCommands())
         device.ReadMemory(member->memory.get(), member->host.data());
@@ -230,7 +245,7 @@ void DeviceCrowd::GiveCommands(std::span<const uint32_t> worlds) {
   if (commands->host.exists())
     device.WriteMemory(commands->memory.get(), commands->host.data());
   else
-    device.WaitForCuda();
+    WaitForClients();
   device.GiveCommands(commands->memory.get(), worlds);
   PoolAccess::NoteDeviceSteps(pool_);
 }
@@ -249,10 +264,11 @@ void DeviceCrowd::Step(std::span<const uint32_t> worlds, uint64_t steps) {
       rows::DeviceRows* const rows = Rows();
       worlds.size() == pool_.size() ? rows->Step(count) : rows->StepSome(worlds, count);
       PoolAccess::NoteDeviceSteps(pool_);
+      left -= count;
+      if (left == 0 && !members_.empty()) break;  // Gather() waits
       rows->device().Finish();
       step_seconds_ = (threads::WallClock() - start) / count;
-      left -= count;
-      if (left > 0) signals.Poll();
+      signals.Poll();
     }
   });
   Gather(members_);
@@ -263,7 +279,7 @@ void DeviceCrowd::Reset(std::span<const uint32_t> worlds, std::span<const uint64
     rows::RowDevice& device = Rows()->device();
     PoolAccess::ResetOnDevice(pool_, worlds, seeds);
     if (Member* const commands = Commands()) {
-      device.WaitForCuda();
+      WaitForClients();
       const size_t words = 3 * size();
       device.Clear(commands->memory.get(), worlds, words);
       if (commands->host.exists())

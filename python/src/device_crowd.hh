@@ -42,6 +42,11 @@ class DeviceCrowd : public std::enable_shared_from_this<DeviceCrowd> {
   nb::object TimeArray();
   nb::object EndedArray();
 
+  /// Whether calls wait for CUDA's work before and after them. Setting it throws Failure if the
+  /// device does not work in CUDA's default stream.
+  bool waits() const { return waits_; }
+  void SetWaits(bool waits);
+
   // Only the source calls the functions below, without the GIL. They throw Failure.
 
   /// Gives commands to these worlds, steps them and updates the arrays.
@@ -64,6 +69,7 @@ class DeviceCrowd : public std::enable_shared_from_this<DeviceCrowd> {
   const RowRobots& Robots();
   rows::DeviceRows* Rows();
   Member* Commands();
+  void WaitForClients();
   void SetParts(Member* member);
   void Gather(std::span<const std::shared_ptr<Member>> members);
   void GiveCommands(std::span<const uint32_t> worlds);
@@ -72,6 +78,7 @@ class DeviceCrowd : public std::enable_shared_from_this<DeviceCrowd> {
   WorldPool& pool_;
   const std::shared_ptr<Crowd> crowd_;
   std::vector<std::shared_ptr<Member>> members_;
+  bool waits_ = true;
   bool has_stepped_ = false;  // some worlds may have
   double step_seconds_ = 0;   // recent time of a step of all worlds; 0: unknown
 };

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from . import _checks, _core, _options
 from ._core import Snapshot
+from .errors import StageError
 from .fleet import Bools, Crowd, Floats
 from .pictures import Pixels
 from .world import Recipe, World, rendered
@@ -127,6 +128,23 @@ class Batch(Crowd):
         return self._core.device or None
 
     @property
+    def synchronous(self) -> bool:
+        """Whether a call waits for the device: before it, for everything that this process has started on the CUDA
+        device, and until its own work is done. Only False can be set on a CUDA device.
+
+        If it is False, calls only start work, in CUDA's default stream, which is that of PyTorch unless you choose
+        another one. Operations on the arrays in that stream are in order. Order those in other streams yourself.
+        """
+        return self._core.device_crowd.waits if self._core.device_crowd else True
+
+    @synchronous.setter
+    def synchronous(self, value: bool) -> None:
+        if self._core.device_crowd:
+            self._core.device_crowd.waits = bool(value)
+        elif not value:
+            raise StageError("a batch on the host is always synchronous")
+
+    @property
     def time(self) -> Floats:
         """Simulated time of each world, seconds: shape (n,), live."""
         return self._view("time", self._crowd.time)
@@ -189,9 +207,9 @@ class Batch(Crowd):
             ids: which worlds; None: all.
         """
         chosen = self._chosen(ids)
+        new: list[int] | None = None
         if seeds is None:
-            had = self.seeds
-            new = [had[i] for i in chosen.tolist()]
+            pass
         elif not isinstance(seeds, Iterable) or (isinstance(seeds, np.ndarray) and seeds.ndim == 0):
             new = [_options.checked("seed", seeds)] * len(chosen)
         elif isinstance(seeds, np.ndarray) and seeds.dtype == bool:

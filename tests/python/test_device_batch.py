@@ -58,7 +58,7 @@ def device(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def pair(text: str, folder: Path, n: int, device: str) -> tuple[st.Batch, st.Batch]:
-    """The same worlds on the host and on a device."""
+    """Returns equal worlds on the host and on a device."""
     file = folder / "w.world"
     file.write_text(text)
     return st.Batch(file, n), st.Batch(file, n, device=device)

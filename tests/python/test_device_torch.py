@@ -27,7 +27,7 @@ bot( pose [0.5 -0.5 0 60] )
 
 @pytest.fixture
 def batches(tmp_path: Path) -> tuple[st.Batch, st.Batch]:
-    """The same 500 worlds on the host and on the card."""
+    """Returns 500 equal worlds on the host and on the card."""
     file = tmp_path / "w.world"
     file.write_text(WORLD)
     return st.Batch(file, 500), st.Batch(file, 500, device="opencl:gpu")
@@ -77,6 +77,25 @@ def test_readers_that_are_under_way_see_the_array_from_before(batches: tuple[st.
     card.step(3)
     torch.cuda.synchronize()
     assert torch.equal(copied.cpu(), before) and not torch.equal(pose.cpu(), before)
+
+
+def test_calls_that_do_not_wait_are_in_the_order_of_the_default_stream(batches: tuple[st.Batch, st.Batch]) -> None:
+    host, card = batches
+    cmd, pose = torch.from_dlpack(card.cmd), torch.from_dlpack(card.pose)
+    try:
+        card.synchronous = False
+    except st.StageError as error:  # OpenCL makes the steps, see STAGE_CL_CUDA
+        pytest.skip(str(error))
+    records = []
+    for speed in np.linspace(-0.5, 0.5, 30):
+        torch.cuda._sleep(1_000_000)
+        cmd.fill_(speed)
+        card.step()
+        records.append(pose.clone())
+    for speed, record in zip(np.linspace(-0.5, 0.5, 30), records):
+        host.cmd[...] = speed
+        host.step()
+        assert np.array_equal(record.cpu().numpy(), host.pose)
 
 
 def test_tensors_outlive_the_batch(tmp_path: Path) -> None:
