@@ -37,6 +37,10 @@ add_compile_options(-Wall -Wextra -Wpedantic -Wshadow -Wconversion)
 if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
   add_compile_options(-Wno-sign-conversion) # GCC's -Wconversion includes it for C only
 endif()
+if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # It takes a source that is included in another one for a header, where anonymous namespaces are an error.
+  add_compile_options(-Wno-subobject-linkage)
+endif()
 if(STAGE_WERROR)
   add_compile_options(-Werror)
 endif()

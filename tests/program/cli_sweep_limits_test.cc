@@ -6,10 +6,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <functional>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "support/cli_testing.hh"
@@ -75,6 +77,7 @@ class SweepLimitsTest : public CliTest {
     Phase phase;
     fs::path folder;
     std::unique_ptr<Process> process;
+    double started = 0;
     std::string Name() const { return std::string(deed.name) + " " + NameOf(phase); }
   };
 
@@ -85,7 +88,7 @@ class SweepLimitsTest : public CliTest {
 
   /// Writes the world and, for actions in a run, the plan.
   Case Prepare(const Deed& deed, Phase phase) const {
-    Case made{deed, phase, Path(std::string(deed.name) + NameOf(phase)), nullptr};
+    Case made{deed, phase, Path(std::string(deed.name) + NameOf(phase)), nullptr, 0};
     const std::string controller = std::string(std::getenv("STAGE_BINARY_DIR")) +
                                    "/tests/plugins/nasty.so " + deed.name +
                                    (phase == Phase::kStep ? " step" : " load");
@@ -106,6 +109,7 @@ class SweepLimitsTest : public CliTest {
                              : Strings{"--resume", "sw"};
     words.insert(words.end(), what.begin(), what.end());
     one->process = std::make_unique<Process>(one->folder, words, Environment{{"STAGE_NASTY", "1"}});
+    one->started = WallClock();
   }
 
   /// Ids and names of processes whose working directory is that folder; zombies have none.
@@ -121,7 +125,8 @@ class SweepLimitsTest : public CliTest {
     return found;
   }
   static void ExpectNobodyIn(const fs::path& folder) {
-    for (int i = 0; i < 500 && !ProcessesIn(folder).empty(); i++) Nap();
+    for (int i = 0; i < 50 && !ProcessesIn(folder).empty(); i++)
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));  // reading /proc takes some, too
     EXPECT_EQ(ProcessesIn(folder), Strings{});
   }
 
@@ -183,7 +188,7 @@ TEST_F(SweepLimitsTest, MemoryOfControllersAndTheirChildrenIsLimited) {
 
 TEST_F(SweepLimitsTest, CtrlCEndsEverySweepAtOnce) {
   ForEachCase(kDeeds, {}, [](Case* one) {
-    for (int i = 0; i < 250; i++) Nap();  // until the action happens
+    while (WallClock() - one->started < 0.5) Nap();  // until the action happens
     const double sent = WallClock();
     one->process->Send(SIGINT);
     const Result result = one->process->Finish();

@@ -93,12 +93,20 @@ def built() -> list[Path]:
     return sorted({path.resolve() for path in found if path.is_file()})
 
 
+def sources_of(file: Path) -> list[Path]:
+    """The file, or the sources that it includes if CMake made it to compile them at a time."""
+    if file.parent.name != "Unity":
+        return [file]
+    return [Path(path) for path in re.findall(r'^#include "(.+)"$', file.read_text(), re.MULTILINE)]
+
+
 def commands() -> dict[str, list[str]]:
     """The compiler commands of the core's sources, by path in the tree. The window computes no results."""
     entries = json.loads((BINARY_DIR / "compile_commands.json").read_text())
-    return {str(Path(entry["file"]).relative_to(ROOT)): shlex.split(entry["command"]) for entry in entries
-            if Path(entry["file"]).is_relative_to(ROOT / "libstage")
-            and not Path(entry["file"]).is_relative_to(ROOT / "libstage" / "gui")}
+    return {str(source.relative_to(ROOT)): shlex.split(entry["command"]) for entry in entries
+            for source in sources_of(Path(entry["file"]))
+            if source.is_relative_to(ROOT / "libstage")
+            and not source.is_relative_to(ROOT / "libstage" / "gui")}
 
 
 def is_kept(option: str) -> bool:
