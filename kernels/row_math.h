@@ -20,7 +20,10 @@
 namespace Stg {
 #endif
 
+/* A compiler option may define it otherwise, to test that such a device is refused. */
+#ifndef ROW_PI
 #define ROW_PI 3.14159265358979323846
+#endif
 
 RAY_FUNCTION int row_is_nan(double value) { return value != value; }
 RAY_FUNCTION int row_is_infinite(double value) {
