@@ -21,6 +21,7 @@
 #include "support/host_row_device.hh"
 #include "support/model_testing.hh"
 #include "support/random_source.hh"
+#include "world/controllers.hh"
 #include "world/engine.hh"
 
 namespace {
