@@ -84,3 +84,28 @@ __kernel void clear_rows(__global const uint* list, const uint is_list, const ui
   uint i;
   for (i = ROW_ITEM; i < count; i += ROW_ITEMS) words[world * count + i] = 0;
 }
+
+/* Each work-group moves robots of one world, see row_place(). */
+__kernel void place_rows(__global const ulong* image, __global ulong* state,
+                         __global ulong* scratch, __global const row_entry_t* entries,
+                         const uint count, const uint robots, __global const ulong* poses,
+                         __global const uchar* chosen) {
+  const row_world_t w = world_number(image, state, scratch, get_group_id(0));
+  row_place(&w, entries, count, robots, poses, chosen);
+}
+
+/* Each work-group resets one world that has a flag; it keeps its seed, on which nothing else
+ * depends. */
+__kernel void reset_flagged_rows(__global const ulong* image, __global ulong* state,
+                                 __global const uchar* flags) {
+  const row_world_t w = world_number(image, state, state, get_group_id(0));
+  if (flags[w.world]) row_reset(&w, ROW_COLUMN(&w, row_byte, ROW_SEED), (uint)1 << ROW_SEED);
+}
+
+/* Each work-group sets the `count` words of one world that has a flag to 0. */
+__kernel void clear_flagged_rows(__global const uchar* flags, const uint count,
+                                 __global ulong* words) {
+  const ulong world = get_group_id(0);
+  uint i;
+  for (i = ROW_ITEM; flags[world] && i < count; i += ROW_ITEMS) words[world * count + i] = 0;
+}

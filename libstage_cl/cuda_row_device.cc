@@ -70,6 +70,9 @@ CudaRowDevice::CudaRowDevice(std::shared_ptr<CudaDevice> device, const std::stri
   gather_ = FindKernel("gather_rows");
   command_ = FindKernel("command_rows");
   clear_ = FindKernel("clear_rows");
+  place_ = FindKernel("place_rows");
+  reset_flagged_ = FindKernel("reset_flagged_rows");
+  clear_flagged_ = FindKernel("clear_flagged_rows");
 }
 
 CudaRowDevice::~CudaRowDevice() {
@@ -235,6 +238,39 @@ void CudaRowDevice::Clear(rows::RowMemory* memory, std::span<const uint32_t> wor
                           size_t words_per_world) {
   Call([&] {
     Launch(clear_, worlds.size(), SendList(worlds), static_cast<uint32_t>(worlds.size() != worlds_),
+           static_cast<uint32_t>(words_per_world),
+           static_cast<const CudaRowMemory&>(*memory).bytes_.address());
+  });
+}
+
+/// Sends data of a client, unless it is in CUDA's memory already.
+cuda::Address CudaRowDevice::Send(const rows::RowInput& input, const std::string& name,
+                                  CudaBytes* to) {
+  if (input.is_in_cuda) return reinterpret_cast<cuda::Address>(input.data);
+  return Send(std::span(static_cast<const std::byte*>(input.data), input.bytes), name, to);
+}
+
+void CudaRowDevice::Place(const std::vector<row_entry_t>& entries, uint32_t robots,
+                          const rows::RowInput& poses, const rows::RowInput& chosen) {
+  Call([&] {
+    Launch(place_, worlds_, image_.address(), state_.address(), scratch_.address(),
+           Send(std::as_bytes(std::span(entries)), "the entries of poses", &entries_),
+           static_cast<uint32_t>(entries.size()), robots, Send(poses, "poses", &poses_),
+           Send(chosen, "flags", &flags_));
+  });
+}
+
+void CudaRowDevice::ResetFlagged(const rows::RowInput& flags) {
+  Call([&] {
+    Launch(reset_flagged_, worlds_, image_.address(), state_.address(),
+           Send(flags, "flags", &flags_));
+  });
+}
+
+void CudaRowDevice::ClearFlagged(rows::RowMemory* memory, const rows::RowInput& flags,
+                                 size_t words_per_world) {
+  Call([&] {
+    Launch(clear_flagged_, worlds_, Send(flags, "flags", &flags_),
            static_cast<uint32_t>(words_per_world),
            static_cast<const CudaRowMemory&>(*memory).bytes_.address());
   });

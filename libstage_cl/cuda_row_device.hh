@@ -79,6 +79,11 @@ class CudaRowDevice final : public rows::RowDevice {
   void GiveCommands(rows::RowMemory* memory, std::span<const uint32_t> worlds) override;
   void Clear(rows::RowMemory* memory, std::span<const uint32_t> worlds,
              size_t words_per_world) override;
+  void Place(const std::vector<row_entry_t>& entries, uint32_t robots, const rows::RowInput& poses,
+             const rows::RowInput& chosen) override;
+  void ResetFlagged(const rows::RowInput& flags) override;
+  void ClearFlagged(rows::RowMemory* memory, const rows::RowInput& flags,
+                    size_t words_per_world) override;
   void WriteMemory(rows::RowMemory* memory, const void* from) override;
   void ReadMemory(rows::RowMemory* memory, void* to) override;
   void WaitForCuda() override;
@@ -92,6 +97,7 @@ class CudaRowDevice final : public rows::RowDevice {
   template <typename T>
   CudaBytes BytesOf(std::span<const T> elements, const std::string& name);
   cuda::Address Send(std::span<const std::byte> data, const std::string& name, CudaBytes* to);
+  cuda::Address Send(const rows::RowInput& input, const std::string& name, CudaBytes* to);
   cuda::Address SendList(std::span<const uint32_t> worlds);
   template <typename... Arguments>
   void Launch(cuda::Function kernel, size_t groups, Arguments... arguments);
@@ -100,10 +106,11 @@ class CudaRowDevice final : public rows::RowDevice {
   const std::string name_;
   const pid_t process_ = getpid();
   cuda::Module module_ = nullptr;
-  cuda::Function step_, step_some_, reset_, gather_, command_, clear_;
+  cuda::Function step_, step_some_, reset_, gather_, command_, clear_, place_, reset_flagged_,
+      clear_flagged_;
   unsigned work_items_;
   size_t worlds_ = 0;
-  CudaBytes image_, state_, scratch_, list_, given_;
+  CudaBytes image_, state_, scratch_, list_, given_, poses_, flags_, entries_;
 };
 
 }  // namespace Stg::cl

@@ -31,13 +31,16 @@ ClRowDevice::ClRowDevice(const FoundDevice& device, std::unique_ptr<DriverWatch>
       gather_(device_.program, "gather_rows"),
       command_(device_.program, "command_rows"),
       clear_(device_.program, "clear_rows"),
+      place_(device_.program, "place_rows"),
+      reset_flagged_(device_.program, "reset_flagged_rows"),
+      clear_flagged_(device_.program, "clear_flagged_rows"),
       work_items_(work_items > 0         ? work_items
                   : device.kind == "cpu" ? kWorkItemsOfCpu
                                          : kWorkItemsOfGpu),
       cuda_(FromEnvironment("STAGE_CL_CUDA") == "off" ? nullptr
                                                       : CudaDevice::Find(device_.found.device)) {
-  for (const ::cl::Kernel* const kernel :
-       {&step_, &step_some_, &reset_, &gather_, &command_, &clear_})
+  for (const ::cl::Kernel* const kernel : {&step_, &step_some_, &reset_, &gather_, &command_,
+                                           &clear_, &place_, &reset_flagged_, &clear_flagged_})
     work_items_ = std::min<size_t>(
         work_items_, kernel->getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_.found.device));
 }
@@ -255,6 +258,50 @@ void ClRowDevice::Clear(rows::RowMemory* memory, std::span<const uint32_t> world
     clear_.setArg(2, static_cast<cl_uint>(words_per_world));
     clear_.setArg(3, static_cast<ClRowMemory*>(memory)->buffer_);
     Launch(clear_, worlds.size());
+  });
+}
+
+void ClRowDevice::Send(const rows::RowInput& input, Transfer* to) {
+  if (input.is_in_cuda) throw RowDeviceError(Name() + " can't read the memory of CUDA");
+  Send(std::span(static_cast<const std::byte*>(input.data), input.bytes), to);
+}
+
+void ClRowDevice::Place(const std::vector<row_entry_t>& entries, uint32_t robots,
+                        const rows::RowInput& poses, const rows::RowInput& chosen) {
+  Call([&] {
+    Send(std::as_bytes(std::span(entries)), &entries_);
+    Send(poses, &poses_);
+    Send(chosen, &flags_);
+    place_.setArg(0, image_);
+    place_.setArg(1, state_);
+    place_.setArg(2, scratch_);
+    place_.setArg(3, entries_.buffer);
+    place_.setArg(4, static_cast<cl_uint>(entries.size()));
+    place_.setArg(5, robots);
+    place_.setArg(6, poses_.buffer);
+    place_.setArg(7, flags_.buffer);
+    Launch(place_, worlds_);
+  });
+}
+
+void ClRowDevice::ResetFlagged(const rows::RowInput& flags) {
+  Call([&] {
+    Send(flags, &flags_);
+    reset_flagged_.setArg(0, image_);
+    reset_flagged_.setArg(1, state_);
+    reset_flagged_.setArg(2, flags_.buffer);
+    Launch(reset_flagged_, worlds_);
+  });
+}
+
+void ClRowDevice::ClearFlagged(rows::RowMemory* memory, const rows::RowInput& flags,
+                               size_t words_per_world) {
+  Call([&] {
+    Send(flags, &flags_);
+    clear_flagged_.setArg(0, flags_.buffer);
+    clear_flagged_.setArg(1, static_cast<cl_uint>(words_per_world));
+    clear_flagged_.setArg(2, static_cast<ClRowMemory*>(memory)->buffer_);
+    Launch(clear_flagged_, worlds_);
   });
 }
 

@@ -60,6 +60,11 @@ class ClRowDevice final : public rows::RowDevice {
   void GiveCommands(rows::RowMemory* memory, std::span<const uint32_t> worlds) override;
   void Clear(rows::RowMemory* memory, std::span<const uint32_t> worlds,
              size_t words_per_world) override;
+  void Place(const std::vector<row_entry_t>& entries, uint32_t robots, const rows::RowInput& poses,
+             const rows::RowInput& chosen) override;
+  void ResetFlagged(const rows::RowInput& flags) override;
+  void ClearFlagged(rows::RowMemory* memory, const rows::RowInput& flags,
+                    size_t words_per_world) override;
   void WriteMemory(rows::RowMemory* memory, const void* from) override;
   void ReadMemory(rows::RowMemory* memory, void* to) override;
   void WaitForCuda() override;
@@ -77,16 +82,19 @@ class ClRowDevice final : public rows::RowDevice {
     size_t bytes = 0;
   };
   void Send(std::span<const std::byte> data, Transfer* to);
+  void Send(const rows::RowInput& input, Transfer* to);
   void Launch(const ::cl::Kernel& kernel, size_t worlds);
   void SetWorlds(std::span<const uint32_t> worlds, cl_uint argument, ::cl::Kernel* kernel);
 
   const OpenDevice device_;  // destroyed last
   const pid_t process_ = getpid();
   ::cl::CommandQueue queue_;
-  ::cl::Kernel step_, step_some_, reset_, gather_, command_, clear_;
+  ::cl::Kernel step_, step_some_, reset_, gather_, command_, clear_, place_, reset_flagged_,
+      clear_flagged_;
   size_t work_items_, worlds_ = 0;
   ::cl::Buffer image_, state_, scratch_;
-  Transfer list_{"the numbers of worlds"}, given_{"the columns of worlds"};
+  Transfer list_{"the numbers of worlds"}, given_{"the columns of worlds"}, poses_{"poses"},
+      flags_{"flags"}, entries_{"the entries of poses"};
   const std::shared_ptr<CudaDevice> cuda_;  // null: CUDA does not have this device
 };
 

@@ -52,6 +52,9 @@ class DeviceRows {
   }
   /// Resets worlds, which differ, to their states after loading with these seeds.
   void Reset(std::span<const uint32_t> worlds, std::span<const uint64_t> seeds);
+  /// True if states after loading depend on the seed, so that RowDevice::ResetFlagged() must not be
+  /// called.
+  bool DependsOnSeed() const { return seeded_ != ColumnSet{1} << ROW_SEED; }
 
  private:
   const std::shared_ptr<const Scene> scene_;

@@ -40,6 +40,13 @@ struct RowPart {
   std::vector<double> values;  ///< ROW_LOOKED_UP
 };
 
+/// Data of a client, on the host or in CUDA's memory.
+struct RowInput {
+  const void* data;
+  size_t bytes;
+  bool is_in_cuda = false;
+};
+
 /// Memory on a device for an array of all worlds. It stays valid without the device.
 class RowMemory {
  public:
@@ -95,6 +102,16 @@ class RowDevice {
   /// Starts to set the bytes of these worlds in the memory to 0. They are words of 8 bytes.
   virtual void Clear(RowMemory* memory, std::span<const uint32_t> worlds,
                      size_t words_per_world) = 0;
+  /// Starts to move robots of all worlds to other poses, without collision tests. `entries`: number
+  /// of the robot and index of the mover. `poses`: x, y and heading by robot of each world;
+  /// `chosen`: a byte for each, 0 if it stays.
+  virtual void Place(const std::vector<row_entry_t>& entries, uint32_t robots,
+                     const RowInput& poses, const RowInput& chosen) = 0;
+  /// Starts to reset those worlds whose byte in `flags` is not 0. They keep their seeds, on which
+  /// their states must not depend.
+  virtual void ResetFlagged(const RowInput& flags) = 0;
+  /// Like Clear(), for worlds with flags.
+  virtual void ClearFlagged(RowMemory* memory, const RowInput& flags, size_t words_per_world) = 0;
   /// Writes and reads the whole memory. Both wait until they are done.
   virtual void WriteMemory(RowMemory* memory, const void* from) = 0;
   virtual void ReadMemory(RowMemory* memory, void* to) = 0;

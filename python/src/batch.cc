@@ -222,11 +222,28 @@ std::shared_ptr<Simulation> Batch::Fork(uint32_t index) {
 void Batch::Teleport(const double* poses, const bool* which) {
   const Use use(this);
   const GilRelease no_gil;
+  if (device_crowd_)
+    return device_crowd_->Teleport({poses, 3 * size() * crowd_->size() * sizeof *poses},
+                                   {which, size() * crowd_->size()});
   pool_->Run(size(), [&](size_t i, unsigned) {
     const size_t first = i * crowd_->size();
     crowd_->Teleport(*this, i, poses + 3 * first, which + first);
   });
   Gather(pool_->All());
+}
+
+bool Batch::ResetFlagged(const rows::RowInput& flags) {
+  const Use use(this);
+  const GilRelease no_gil;
+  if (!device_crowd_->CanResetFlagged()) return false;
+  device_crowd_->ResetFlagged(flags);
+  return true;
+}
+
+void Batch::TeleportFlagged(const rows::RowInput& poses, const rows::RowInput& which) {
+  const Use use(this);
+  const GilRelease no_gil;
+  device_crowd_->Teleport(poses, which);
 }
 
 std::vector<uint64_t> Batch::Seeds() {

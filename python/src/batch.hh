@@ -67,6 +67,10 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   std::vector<uint64_t> StateHashes();
   std::shared_ptr<Simulation> Fork(uint32_t index);
   void Teleport(const double* poses, const bool* which);
+  // Batches on a device that reads the memory of CUDA: like the functions above, with a flag for
+  // each world or robot. ResetFlagged() returns false if the worlds need their seeds.
+  bool ResetFlagged(const rows::RowInput& flags);
+  void TeleportFlagged(const rows::RowInput& poses, const rows::RowInput& which);
   /// Calls f(world) with the GIL held.
   template <typename F>
   void With(uint32_t index, F f) {

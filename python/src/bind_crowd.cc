@@ -82,6 +82,28 @@ void Teleport(Batch& batch, const Poses& poses, const Mask& which) {
   batch.Teleport(poses.data(), which.data());
 }
 
+using CardPoses = nb::ndarray<const double, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cuda>;
+using CardMask = nb::ndarray<const bool, nb::shape<-1, -1>, nb::c_contig, nb::device::cuda>;
+using CardFlags = nb::ndarray<const bool, nb::shape<-1>, nb::c_contig, nb::device::cuda>;
+
+template <class Tensor>
+rows::RowInput InputOf(const Tensor& tensor) {
+  return {tensor.data(), tensor.nbytes(), true};
+}
+
+void TeleportOnCard(Batch& batch, const CardPoses& poses, const CardMask& which) {
+  if (poses.shape(0) != batch.size() || poses.shape(1) != batch.crowd()->size() ||
+      which.size() * 3 != poses.size())
+    throw nb::value_error("found another number of poses than there are robots");
+  Logged([&] { batch.TeleportFlagged(InputOf(poses), InputOf(which)); });
+}
+
+bool ResetOnCard(Batch& batch, const CardFlags& flags) {
+  if (flags.size() != batch.size())
+    throw nb::value_error("found another number of flags than there are worlds");
+  return Logged([&] { return batch.ResetFlagged(InputOf(flags)); });
+}
+
 using Numbers = nb::ndarray<const uint32_t, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
 
 Batch::Indices IndicesOf(const Numbers& which) {
@@ -152,7 +174,9 @@ void BindBatch(nb::module_& module) {
       .def("take", &Batch::Take, nb::arg("index"))
       .def("state_hashes", &Batch::StateHashes)
       .def("fork", &Batch::Fork, nb::arg("index"))
-      .def("teleport", &Teleport, nb::arg("poses"), nb::arg("which"));
+      .def("teleport", &Teleport, nb::arg("poses"), nb::arg("which"))
+      .def("teleport_on_card", &TeleportOnCard, nb::arg("poses"), nb::arg("which"))
+      .def("reset_on_card", &ResetOnCard, nb::arg("flags"));
 }
 
 void BindDeviceCrowd(nb::module_& module) {
@@ -166,6 +190,7 @@ void BindDeviceCrowd(nb::module_& module) {
   nb::class_<DeviceCrowd>(module, "DeviceCrowd",
                           "Arrays of the robots of worlds on a device; see stagesim.Batch.")
       .def_prop_ro("size", &DeviceCrowd::size)
+      .def_prop_ro("reads_cuda", &DeviceCrowd::ReadsCuda)
       .def_prop_rw("waits", &DeviceCrowd::waits, &DeviceCrowd::SetWaits)
       .def("body", &DeviceCrowd::BodyArray, nb::arg("name"))
       .def("stalled", &DeviceCrowd::StalledArray)

@@ -291,6 +291,32 @@ void DeviceCrowd::Reset(std::span<const uint32_t> worlds, std::span<const uint64
   Gather(members_);
 }
 
+void DeviceCrowd::ResetFlagged(const rows::RowInput& flags) {
+  WithDevice([&] {
+    rows::RowDevice& device = Rows()->device();
+    WaitForClients();
+    device.ResetFlagged(flags);
+    PoolAccess::NoteDeviceSteps(pool_);
+    if (Member* const commands = Commands())
+      device.ClearFlagged(commands->memory.get(), flags, 3 * size());
+  });
+  Gather(members_);
+}
+
+void DeviceCrowd::Teleport(const rows::RowInput& poses, const rows::RowInput& which) {
+  std::vector<row_entry_t> entries;
+  const RowRobots& robots = Robots();
+  for (uint32_t i = 0; i < size(); i++)
+    if (robots.movers[i] != RowRobots::kNone) entries.push_back({i, robots.movers[i]});
+  WithDevice([&] {
+    rows::RowDevice& device = Rows()->device();
+    WaitForClients();
+    device.Place(entries, static_cast<uint32_t>(size()), poses, which);
+    PoolAccess::NoteDeviceSteps(pool_);
+  });
+  Gather(members_);
+}
+
 // ---- arrays of CUDA -----------------------------------------------------------------------------
 
 nb::object DeviceArray::Shape() const {

@@ -53,6 +53,15 @@ class DeviceCrowd : public std::enable_shared_from_this<DeviceCrowd> {
   void Step(std::span<const uint32_t> worlds, uint64_t steps);
   /// Resets worlds, sets their commands to 0 and updates the arrays.
   void Reset(std::span<const uint32_t> worlds, std::span<const uint64_t> seeds);
+  /// Resets the worlds that have a flag, which keep their seeds, like Reset(). Only if
+  /// CanResetFlagged().
+  void ResetFlagged(const rows::RowInput& flags);
+  /// True if the states after loading do not depend on the seeds.
+  bool CanResetFlagged() { return !Rows()->DependsOnSeed(); }
+  /// Moves robots and updates the arrays; see Crowd::Teleport().
+  void Teleport(const rows::RowInput& poses, const rows::RowInput& which);
+  /// True if the device can read the memory of CUDA.
+  bool ReadsCuda() { return Rows()->device().IsInDefaultStream(); }
   /// Updates the arrays after another change of worlds.
   void Update();
 

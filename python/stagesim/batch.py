@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from . import _checks, _core, _options
 from ._core import Snapshot
+from .device_array import checked_tensor, is_on_card, on_host
 from .errors import StageError
 from .fleet import Bools, Crowd, Floats
 from .pictures import Pixels
@@ -204,8 +205,14 @@ class Batch(Crowd):
 
         Args:
             seeds: one seed per selected world, or one for all; None: their current seeds.
-            ids: which worlds; None: all.
+            ids: which worlds; None: all. For a batch on a CUDA device, a mask there of shape (n,) as well: if the
+                worlds have no populations and no noise, it stays there.
         """
+        if is_on_card(ids):
+            flags = checked_tensor(ids, "a mask", "bool", (self.n,))
+            if seeds is None and self._reads_cuda() and self._core.reset_on_card(flags):
+                return
+            ids = on_host(flags)
         chosen = self._chosen(ids)
         new: list[int] | None = None
         if seeds is None:
@@ -302,10 +309,19 @@ class Batch(Crowd):
             pose: x, y (metres) and heading (radians), broadcastable to (n, robots, 3).
             which: a mask of the robots to move, broadcastable to (n, robots); None: all.
 
+        For a batch on a CUDA device, both can be tensors there: float64 of shape (n, robots, 3) and bool of shape
+        (n, robots). Robots whose pose is not finite stay where they are then.
+
         Raises:
             ValueError: a pose is not finite, or a shape is wrong.
         """
         shape = (self.n, len(self))
+        if is_on_card(pose):
+            checked_tensor(pose, "poses", "float64", (*shape, 3))
+            checked_tensor(which, "a mask", "bool", shape)
+            if self._reads_cuda():
+                return self._core.teleport_on_card(pose, which)
+            pose, which = on_host(pose), on_host(which)
         mask = np.ascontiguousarray(np.broadcast_to(True if which is None else which, shape), bool)
         poses = np.ascontiguousarray(np.broadcast_to(pose, (*shape, 3)), np.float64)
         if not np.isfinite(poses[mask]).all():
@@ -318,6 +334,9 @@ class Batch(Crowd):
         i = self._index(index)
         return rendered(lambda w, h: self._core.fit(i, w, h), lambda *args: self._core.render(i, *args), width, height,
                         center, scale, data)
+
+    def _reads_cuda(self) -> bool:
+        return self._core.device_crowd is not None and self._core.device_crowd.reads_cuda
 
     def _index(self, index: int) -> int:
         i = _checks.integer(index, "the number of a world", -MAX_WORLDS)

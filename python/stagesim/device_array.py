@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 from . import _core
 
+CUDA = 2  # a type of devices of DLPack
+
 
 class DeviceArray:
     """A live array of a batch in the memory of a CUDA device, for libraries that know DLPack.
@@ -70,6 +72,25 @@ class DeviceArray:
 
     def __repr__(self) -> str:
         return f"<DeviceArray of shape {self.shape}, {self.dtype}>"
+
+
+def is_on_card(data: Any) -> bool:
+    """True for a tensor in the memory of a CUDA device."""
+    return hasattr(data, "__dlpack_device__") and data.__dlpack_device__()[0] == CUDA
+
+
+def checked_tensor(data: Any, name: str, dtype: str, shape: tuple[int, ...]) -> Any:
+    """Returns a tensor on the card that has this type and shape. Raises ValueError if it hasn't."""
+    found = str(data.dtype).rpartition(".")[2], tuple(data.shape)
+    if not is_on_card(data) or found != (dtype, shape):
+        raise ValueError(f"found {name} of the type {found[0]} and the shape {found[1]}, expected a tensor on the card of "
+                         f"the type {dtype} and the shape {shape}")
+    return data
+
+
+def on_host(data: Any) -> npt.NDArray[Any]:
+    """Returns a copy of a tensor on the card for NumPy."""
+    return np.asarray(data.cpu() if hasattr(data, "cpu") else data.get())
 
 
 def wrapped(view: Any) -> Any:

@@ -98,6 +98,34 @@ def test_calls_that_do_not_wait_are_in_the_order_of_the_default_stream(batches: 
         assert np.array_equal(record.cpu().numpy(), host.pose)
 
 
+def test_masks_and_poses_on_the_card_equal_those_on_the_host(batches: tuple[st.Batch, st.Batch]) -> None:
+    host, card = batches
+    random = np.random.default_rng(2)
+    host_ranges, ranges = host.ranges, card.ranges
+    for _ in range(40):
+        mask = random.random(host.n) < 0.2
+        host.reset(ids=mask)
+        card.reset(ids=torch.as_tensor(mask, device="cuda"))
+        poses, some = random.uniform(-1, 1, (host.n, 3, 3)), random.random((host.n, 3)) < 0.3
+        host.teleport(poses, some)
+        card.teleport(torch.as_tensor(poses, device="cuda"), torch.as_tensor(some, device="cuda"))
+        host.cmd[...] = card.cmd[...] = random.uniform(-1, 1, host.cmd.shape)
+        host.step()
+        card.step()
+        assert np.array_equal(np.asarray(ranges), host_ranges)
+        assert host.state_hashes() == card.state_hashes()
+    card.reset(ids=torch.ones(host.n, dtype=torch.bool, device="cuda"))
+    assert not np.asarray(card.cmd).any()
+
+
+def test_tensors_of_another_shape_are_refused(batches: tuple[st.Batch, st.Batch]) -> None:
+    card = batches[1]
+    with pytest.raises(ValueError, match="found a mask of the type bool and the shape \\(3,\\), expected"):
+        card.reset(ids=torch.ones(3, dtype=torch.bool, device="cuda"))
+    with pytest.raises(ValueError, match="found poses of the type float32"):
+        card.teleport(torch.zeros((500, 3, 3), device="cuda"), torch.ones((500, 3), dtype=torch.bool, device="cuda"))
+
+
 def test_tensors_outlive_the_batch(tmp_path: Path) -> None:
     file = tmp_path / "w.world"
     file.write_text(WORLD)

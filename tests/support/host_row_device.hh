@@ -97,6 +97,28 @@ class HostRowDevice : public rows::RowDevice {
       std::fill_n(&static_cast<HostRowMemory*>(memory)->words[i * words_per_world], words_per_world,
                   uint64_t{0});
   }
+  void Place(const std::vector<row_entry_t>& entries, uint32_t robots, const rows::RowInput& poses,
+             const rows::RowInput& chosen) override {
+    for (size_t i = 0; i < worlds_; i++) {
+      const row_world_t world = WorldAt(i);
+      row_place(&world, entries.data(), static_cast<uint32_t>(entries.size()), robots,
+                static_cast<const uint64_t*>(poses.data),
+                static_cast<const row_byte*>(chosen.data));
+    }
+  }
+  void ResetFlagged(const rows::RowInput& flags) override {
+    for (size_t i = 0; i < worlds_; i++) {
+      const row_world_t world = WorldAt(i);
+      if (static_cast<const row_byte*>(flags.data)[i])
+        row_reset(&world, ROW_COLUMN(&world, row_byte, ROW_SEED), 1u << ROW_SEED);
+    }
+  }
+  void ClearFlagged(rows::RowMemory* memory, const rows::RowInput& flags,
+                    size_t words_per_world) override {
+    for (uint32_t i = 0; i < worlds_; i++)
+      if (static_cast<const row_byte*>(flags.data)[i])
+        Clear(memory, std::span(&i, 1), words_per_world);
+  }
   void WriteMemory(rows::RowMemory* memory, const void* from) override {
     std::memcpy(static_cast<HostRowMemory*>(memory)->data(), from, memory->bytes());
   }

@@ -56,17 +56,17 @@ def length(gap: Floats) -> Floats:
 
 
 class StageSimulation(Simulation):
-    """A batch on the host. With a GPU, actions come from there, and observations and rewards are copied there.
+    """A batch on the host.
 
     Coordinates are computed one after the other, because NumPy is slow with a last axis of two numbers.
     """
 
     senses_first = True
 
-    def __init__(self, task: Task, device: str, threads: int, ray_model: str) -> None:
+    def __init__(self, task: Task, threads: int, ray_model: str) -> None:
         world = st.World.from_text(world_file(task, ray_model))
         self._batch = st.Batch.of(world, task.envs, threads=threads)
-        self._task, self._device = task, device
+        self._task = task
         self._chance = np.random.default_rng(1)
         self._command, self._ranges, self._pose = self._batch.cmd, self._batch.ranges, self._batch.pose
         self._stalled, self._velocity = self._batch.stalled, self._batch.velocity
@@ -74,8 +74,6 @@ class StageSimulation(Simulation):
         self._distance = np.zeros((task.envs, task.agents))
         if torch is None:
             self.note = "NumPy's arrays instead of tensors, because torch is not installed"
-        elif device != "cpu":
-            self.note = "simulated on the host; actions and observations are copied"
 
     def reset(self, which: npt.NDArray[np.int64]) -> None:
         """Begins new episodes; one step without commands measures the first ranges."""
@@ -127,17 +125,12 @@ class StageSimulation(Simulation):
         return self._given(self._observe(gap)), self._given(rewards.astype(np.float32)), self._given(dones)
 
     def _given(self, array: npt.NDArray[Any]) -> Any:
-        """Passes an array to the learner, as a tensor on its device."""
-        if torch is None:
-            return array
-        tensor = torch.from_numpy(array)
-        return tensor if self._device == "cpu" else tensor.to(self._device)
+        """Passes an array to the learner, as a tensor if there is PyTorch."""
+        return array if torch is None else torch.from_numpy(array)
 
     def _host(self, actions: Any) -> npt.NDArray[np.float32]:
         """Returns the actions of a learner as an array."""
-        if torch is None:
-            return np.asarray(actions)
-        array: npt.NDArray[np.float32] = (actions if self._device == "cpu" else actions.cpu()).numpy()
+        array: npt.NDArray[np.float32] = np.asarray(actions)
         return array
 
     def poses(self) -> Floats:
@@ -152,4 +145,9 @@ class StageSimulation(Simulation):
 
 def open_simulation(task: Task, device: str, threads: int, name: str) -> Simulation:
     """Starts the simulation; `name` says which ray model."""
-    return StageSimulation(task, device, threads, "exact" if name == "stage-exact" else "cell")
+    ray_model = "exact" if name == "stage-exact" else "cell"
+    if device == "cpu":
+        return StageSimulation(task, threads, ray_model)
+    from .stage_on_card import CardSimulation
+
+    return CardSimulation(task, world_file(task, ray_model))
