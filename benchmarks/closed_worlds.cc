@@ -3,11 +3,14 @@
 // Steps of many small closed worlds as rows, and as worlds for comparison.
 //
 //   closed_worlds SCENE WORLDS ROBOTS RAYS REACH CONTACTS RAY_MODEL THREADS SECONDS
-//                 [--device[=CHOICE] [--work-items=N] [--steps=K]]
+//                 [--ctrl=TEXT [--objects]] [--device[=CHOICE] [--work-items=N] [--steps=K]]
 //
 // SCENE is open, walled or cave; CONTACTS cells or outlines; RAY_MODEL cell or exact. Prints steps
 // of robots in a second, bytes of a world, and microseconds to make and to reset one. Fails if no
 // ray hits anything, no robot moves, or a row has another state than the world with its commands.
+//
+// With --ctrl, the robots have that controller and get no other commands. With --objects, World
+// objects are stepped instead of rows.
 //
 // With --device, the worlds are stepped on an OpenCL device, too, N work-items for each (default:
 // the device's choice): with K steps for each launch (default 1), and then with commands sent and
@@ -42,6 +45,8 @@ struct Arguments {
   double reach;
   unsigned threads;
   double seconds;
+  std::string ctrl = "";
+  bool objects = false;
   std::string device = "";  // the option as given; empty: none
   uint32_t work_items = 0, steps_of_launch = 1;
 };
@@ -67,8 +72,10 @@ std::string WorldText(const Arguments& a) {
     const double angle = (i + 0.5) * M_PI / 4;
     text << " point[" << i << "] [" << std::cos(angle) << " " << std::sin(angle) << "]";
   }
-  text << " z [0 1] ) ranger( pose [0 0 -0.1 0] sensor( range [0 " << a.reach
-       << "] fov 330 samples " << a.rays << " ) ) )\n";
+  text << " z [0 1] )";
+  if (!a.ctrl.empty()) text << " ctrl \"" << a.ctrl << "\"";
+  text << " ranger( pose [0 0 -0.1 0] sensor( range [0 " << a.reach << "] fov 330 samples "
+       << a.rays << " ) ) )\n";
   // Free places of the cave.
   const double cave[][2] = {{-0.47, -6.6}, {-2, -5},      {-3.1, -8.9}, {0.36, 0.33},
                             {-1.9, 3.7},   {2.06, 11.85}, {-8.4, 9.4},  {-3.6, 9.75}};
@@ -118,7 +125,8 @@ void Fail(const char* what) {
 }
 
 /// Compares the first worlds with rows that got the same commands.
-void Compare(const std::string& text, const std::shared_ptr<const Stg::rows::Scene>& scene) {
+void Compare(const Arguments& a, const std::string& text,
+             const std::shared_ptr<const Stg::rows::Scene>& scene) {
   const std::vector<uint64_t> seeds = {3, 4};
   Stg::rows::Rows rows(scene, seeds);
   const auto scratch = rows.MakeScratch();
@@ -127,7 +135,7 @@ void Compare(const std::string& text, const std::shared_ptr<const Stg::rows::Sce
   for (size_t i = 0; i < seeds.size(); i++) {
     const std::unique_ptr<Stg::World> world = Load(text, seeds[i]);
     for (uint64_t step = 0; step < 100; step++) {
-      for (size_t k = 0; k < robots; k++) {
+      for (size_t k = 0; a.ctrl.empty() && k < robots; k++) {
         const Stg::rows::Planar command = Command(i * robots + k, step);
         rows.columns.command[i * robots + k] = command;
         auto* const model =
@@ -171,9 +179,10 @@ struct Host {
     const auto* const now = commands.At(number);
     pool.Run(a.worlds, std::max<size_t>(1, a.worlds / a.threads / 8),
              [&](size_t begin, size_t end, unsigned thread) {
-               std::copy(
-                   now + begin * a.robots, now + end * a.robots,
-                   rows.columns.command.begin() + static_cast<std::ptrdiff_t>(begin * a.robots));
+               if (a.ctrl.empty())
+                 std::copy(
+                     now + begin * a.robots, now + end * a.robots,
+                     rows.columns.command.begin() + static_cast<std::ptrdiff_t>(begin * a.robots));
                for (size_t i = begin; i < end; i++) rows.Step(i, steps, scratches[thread].get());
              });
   }
@@ -263,6 +272,7 @@ class DeviceRun {
     return device;
   }
   void Send(uint64_t step) {
+    if (!a_.ctrl.empty()) return;
     std::copy_n(host_.commands.At(step), a_.worlds * a_.robots, read_.columns.command.begin());
     rows_.Write(read_, 1u << Stg::ROW_COMMAND);
   }
@@ -340,6 +350,10 @@ void TakeOptions(int* argc, char** argv, Arguments* a) {
     const auto number = static_cast<uint32_t>(std::strtoul(value.c_str(), nullptr, 10));
     if (text.starts_with("--device"))
       a->device = text;
+    else if (text.starts_with("--ctrl="))
+      a->ctrl = value;
+    else if (text == "--objects")
+      a->objects = true;
     else if (text.starts_with("--work-items="))
       a->work_items = number;
     else if (text.starts_with("--steps="))
@@ -379,6 +393,35 @@ void RunHost(const Arguments& a, const std::shared_ptr<const Stg::rows::Scene>& 
               reset * 1e6 / static_cast<double>(a.worlds));
 }
 
+/// Steps World objects.
+void RunObjects(const Arguments& a, const std::string& text) {
+  std::vector<std::unique_ptr<Stg::World>> worlds(a.worlds);
+  const std::unique_ptr<Stg::World> first = Load(text, 1);
+  for (size_t i = 0; i < a.worlds; i++) {
+    Stg::RunOptions options;
+    options.seed = i + 1;
+    options.threads = 1;
+    options.listed = false;
+    worlds[i] = std::make_unique<Stg::World>(options);
+    if (!worlds[i]->LoadCopy(*first)) Fail("a world cannot be copied");
+  }
+  Stg::threads::WorkerPool pool(a.threads);
+  uint64_t steps = 0;
+  double spent = 0;
+  while (spent < a.seconds || steps < 8) {
+    const double start = WallClock();
+    pool.Run(a.worlds, std::max<size_t>(1, a.worlds / a.threads / 8),
+             [&](size_t begin, size_t end, unsigned) {
+               for (size_t i = begin; i < end; i++) worlds[i]->Update();
+             });
+    spent += WallClock() - start;
+    steps++;
+  }
+  std::printf("World objects, %u threads: ", a.threads);
+  PrintSpeed(a, steps, spent);
+  std::printf("\n");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -398,10 +441,14 @@ int main(int argc, char** argv) {
   a.seconds = std::strtod(argv[9], nullptr);
   a.steps_of_launch = std::max(1u, a.steps_of_launch);
   const std::string text = WorldText(a);
+  if (a.objects) {
+    RunObjects(a, text);
+    return 0;
+  }
   std::string reason;
   const auto scene = Stg::RowBridge::MakeScene(Load(text, 1), &reason);
   if (!scene) Fail(reason.c_str());
-  Compare(text, scene);
+  Compare(a, text, scene);
   std::vector<uint64_t> seeds(a.worlds);
   std::iota(seeds.begin(), seeds.end(), uint64_t{1});
   RunHost(a, scene, seeds);
