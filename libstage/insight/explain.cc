@@ -52,6 +52,9 @@ class SummaryBuilder {
     TakeSettings();
     for (const Model* model : engine_.models)
       if (model != world_.ground) TakeModel(*model);
+    for (const DrivenGroup& group : world_.engine().batch_controls.Groups(engine_))
+      for (const DrivenRobot* driven : group.robots)
+        s_.with_controller += driven->number == 0 && !driven->model->HasCallbacks(Model::CB_INIT);
     for (const auto& [type, kind] : types_) s_.types.push_back(kind);
     std::stable_sort(s_.types.begin(), s_.types.end(),
                      [](const ModelKind& a, const ModelKind& b) { return a.models > b.models; });

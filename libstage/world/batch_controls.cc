@@ -103,7 +103,7 @@ void BatchControls::Attach(Model* model, const BatchArguments& arguments) {
 }
 
 /// Finds the groups again after models have been added or deleted.
-void BatchControls::Refresh(const WorldEngine& engine) {
+void BatchControls::Refresh(const WorldEngine& engine) const {
   if (topology_version_ == engine.topology_version) return;
   topology_version_ = engine.topology_version;
   std::erase_if(all_, [](const auto& driven) { return driven.expired(); });
@@ -127,7 +127,7 @@ void BatchControls::Refresh(const WorldEngine& engine) {
     if (model->Drives()) positions_.push_back(static_cast<ModelPosition*>(model));
 }
 
-const std::vector<DrivenGroup>& BatchControls::Groups(const WorldEngine& engine) {
+const std::vector<DrivenGroup>& BatchControls::Groups(const WorldEngine& engine) const {
   Refresh(engine);
   return groups_;
 }

@@ -76,20 +76,21 @@ class BatchControls {
   /// Calls the controllers of the robots that updated at this time, and passes on their commands.
   void Run(const WorldEngine& engine, usec_t now);
   /// The groups in the order of their calls.
-  const std::vector<DrivenGroup>& Groups(const WorldEngine& engine);
+  const std::vector<DrivenGroup>& Groups(const WorldEngine& engine) const;
 
  private:
-  void Refresh(const WorldEngine& engine);
+  void Refresh(const WorldEngine& engine) const;
   void RunGroup(const DrivenGroup& group, usec_t now);
   void Gather(const DrivenRobot& driven);
   void CollectPoses();
   void Apply(const ControllerBatch& batch) const;
 
-  std::vector<std::weak_ptr<DrivenRobot>> all_;
-  uint64_t topology_version_ = 0;  // of the engine when `groups_` was made
-  std::vector<DrivenGroup> groups_;
-  std::vector<ModelPosition*> positions_;  // of the world
-  std::vector<DrivenRobot*> due_;          // in the present call
+  // Mutable: members that Refresh() finds in the world.
+  mutable std::vector<std::weak_ptr<DrivenRobot>> all_;
+  mutable uint64_t topology_version_ = 0;  // of the engine when `groups_` was made
+  mutable std::vector<DrivenGroup> groups_;
+  mutable std::vector<ModelPosition*> positions_;  // of the world
+  std::vector<DrivenRobot*> due_;                  // in the present call
   BatchBuffers buffers_;
 };
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "control/stock_controllers.hh"
 #include "geometry/load_error.hh"
 #include "messages/report.hh"
 #include "models/exception_origin.hh"
@@ -29,6 +30,15 @@ std::string FirstWord(const std::string& text) {
   const size_t begin = text.find_first_not_of(" \t");
   if (begin == std::string::npos) return "";
   return text.substr(begin, text.find_first_of(" \t", begin) - begin);
+}
+
+/// The names of the built-in controllers, if the name looks like one of them.
+std::string BuiltInNames(const std::string& name) {
+  if (!name.starts_with("stage/")) return "";
+  std::string names;
+  for (const auto& [known, controller] : control::StockControllers())
+    names += (names.empty() ? "; built-in controllers are " : ", ") + known;
+  return names;
 }
 
 /// A CB_INIT callback that is called once.
@@ -75,7 +85,8 @@ void WorldEngine::LoadController(Model* model, const std::string& text) {
   std::string error;
   ControllerCode code = FindLinkedController(name);
   if (!code) code = FindPluginController(name, &error);
-  if (!code) throw LoadError("controller " + messages::Quoted(name) + " " + error, 255);
+  if (!code)
+    throw LoadError("controller " + messages::Quoted(name) + " " + error + BuiltInNames(name), 255);
   if (code.batch) {
     batch_arguments.push_back(
         std::make_unique<BatchArguments>(BatchArguments{this, code.batch, name, text}));

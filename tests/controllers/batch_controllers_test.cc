@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <set>
 #include <sstream>
@@ -32,13 +34,11 @@ std::unique_ptr<World> LoadSeeded(const std::string& text, uint64_t seed, int th
   return world;
 }
 
-#ifndef STAGE_STATIC
 std::string PluginOf(const std::string& path) {
   const char* const build = std::getenv("STAGE_BINARY_DIR");
   return std::string(build ? build : ".") + "/" + path + ".so";
 }
 std::string Herd() { return PluginOf("tests/plugins/herd"); }
-#endif
 
 /// Robots with lasers in a room with things, all with the controllers `ctrl`.
 std::string Room(const std::string& ctrl, const std::string& more = "") {
@@ -64,7 +64,6 @@ constexpr const char* kNoisy = "localization \"odom\" odom_noise [0.02 0.01 0.03
 
 // ---- built-in controllers equal the plug-ins with callbacks ----
 
-#ifndef STAGE_STATIC
 /// Compares the states of robots with a built-in controller and with a plug-in of the same rules.
 void ExpectSameRobots(const std::string& built_in, const std::string& plugin, int steps) {
   const auto a = LoadSeeded(built_in, 5), b = LoadSeeded(plugin, 5);
@@ -101,7 +100,6 @@ TEST(BuiltInControllers, DisperseDrivesAsThePluginWithCallbacks) {
       ExpectSameRobots(Room("stage/disperse" + arguments, more), Room("disperse" + arguments, more),
                        500);
 }
-#endif
 
 // ---- rules ----
 
@@ -245,6 +243,39 @@ void ExpectRowsEqualWorlds(const std::string& text, unsigned threads) {
   EXPECT_GT(hashes.size(), 50u);
 }
 
+std::string ExampleText(const std::string& name) {
+  const char* const source = std::getenv("STAGE_SOURCE_DIR");
+  std::ifstream file(std::string(source ? source : ".") + "/examples/batch_controller/" + name);
+  EXPECT_TRUE(file.is_open()) << name;
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(ExampleWorlds, PedestriansCrossACorridorWithoutTouchingAnything) {
+  const auto world = LoadSeeded(ExampleText("crossing.world"), 1);
+  for (int i = 0; i < 400; i++) {
+    ASSERT_FALSE(world->Update());
+    for (const ModelPosition* robot : RobotsOf(*world)) ASSERT_FALSE(robot->Stalled()) << i;
+  }
+  for (const ModelPosition* robot : RobotsOf(*world)) {
+    const double goal = robot->TokenStr()[0] == 'e' ? 5 : -5;
+    EXPECT_NEAR(robot->GetPose().x, goal, 0.5) << robot->TokenStr();
+  }
+}
+
+TEST(ExampleWorlds, RobotsOfTheConvoyFollowTheirHead) {
+  const auto world = LoadSeeded(ExampleText("convoy.world"), 1);
+  const std::vector<ModelPosition*> robots = RobotsOf(*world);
+  double way = 0;
+  for (int i = 0; i < 600; i++) {
+    const Pose before = robots[0]->GetPose();
+    ASSERT_FALSE(world->Update());
+    way += before.Distance(robots[0]->GetPose());
+    for (size_t k = 1; k < robots.size(); k++)
+      ASSERT_LT(robots[k]->GetPose().Distance(robots[k - 1]->GetPose()), 1.3) << i << " " << k;
+  }
+  EXPECT_GT(way, 5);
+}
+
 class BatchControllers : public testing::TestWithParam<unsigned> {};
 
 TEST_P(BatchControllers, RowsOfBuiltInControllersEqualWorlds) {
@@ -256,13 +287,12 @@ TEST_P(BatchControllers, RowsOfBuiltInControllersEqualWorlds) {
   ExpectRowsEqualWorlds(Room("stage/pedestrian x=0.5 y=-1.5\" \"stage/wander", ""), GetParam());
 }
 
-#ifndef STAGE_STATIC
 TEST_P(BatchControllers, RowsOfAPluginEqualWorlds) {
   ExpectRowsEqualWorlds(Room(Herd()), GetParam());
   ExpectRowsEqualWorlds(Room(Herd() + " speed=0.5", kNoisy), GetParam());
+  ExpectRowsEqualWorlds(ExampleText("convoy.world"), GetParam());
   ExpectRowsEqualWorlds(Room("stage/wander\" \"" + Herd(), "drive \"omni\""), GetParam());
 }
-#endif
 
 INSTANTIATE_TEST_SUITE_P(Threads, BatchControllers, testing::Values(1u, 2u, 5u));
 
@@ -276,7 +306,6 @@ TEST(BatchControllersInWorlds, ThreadsChangeNoResult) {
   }
 }
 
-#ifndef STAGE_STATIC
 TEST(BatchControllersInWorlds, MemoryAndRandomNumbersAreInSnapshots) {
   const std::string text = Room(Herd());
   const auto world = LoadSeeded(text, 3), copy = LoadSeeded(text, 4);
@@ -310,7 +339,6 @@ TEST(BatchControllersInWorlds, ADeletedRobotIsNotDrivenAndARestoredOneIs) {
   }
   EXPECT_EQ(world->StateHash(), twin->StateHash());
 }
-#endif
 
 TEST(BatchControllersInWorlds, RobotsAreDrivenInTheStepsInWhichTheyUpdate) {
   const auto world = LoadSeeded(
@@ -324,6 +352,56 @@ TEST(BatchControllersInWorlds, RobotsAreDrivenInTheStepsInWhichTheyUpdate) {
     speeds.push_back(robot.GetVelocity().x);
   }
   EXPECT_EQ(speeds, (std::vector<double>{0, 0, 0, 0, 0, 0.4}));
+}
+
+// ---- registration and clients ----
+
+class Stands : public BatchController {
+ public:
+  std::shared_ptr<const ControllerParameters> Prepare(ControllerSetup* setup) const override {
+    if (!setup->words().empty()) throw 42;
+    return nullptr;
+  }
+  void Step(const ControllerBatch& batch) const override {
+    if (batch.time[0] > 1) throw std::runtime_error("out of order");
+  }
+};
+
+TEST(RegisteredBatchControllers, AreFoundByNameAndThrowAsOtherControllers) {
+  static const Stands stands;
+  InitLibrary();
+  ASSERT_TRUE(RegisterBatchController("stands", &stands));
+  EXPECT_FALSE(RegisterBatchController("stands", &stands));
+  EXPECT_FALSE(RegisterBatchController("stage/wander", &stands));
+  EXPECT_EQ(
+      TryToLoad("position( name \"r\" ctrl \"stands up\" )").errors,
+      "t.world:1:25: controller \"stands\" of the model \"r\": it has thrown the number 42\n");
+  const auto world = LoadSeeded("position( ctrl \"stands\" )", 1);
+  for (int i = 0; i < 10; i++) world->Update();
+  EXPECT_THROW(world->Update(), std::runtime_error);
+  WorldPool pool(*world, {1, 2});
+  EXPECT_EQ(pool.WhyNotClosed(0), "");
+  pool.Step(pool.All(), 20);
+  for (const uint32_t id : pool.All())
+    EXPECT_NE(pool.Failure(id).find("out of order"), std::string::npos) << pool.Failure(id);
+}
+
+TEST(RegisteredBatchControllers, AreCountedByExplain) {
+  const auto world = LoadSeeded(
+      "position( ctrl [\"stage/goal x=1 y=1\" \"stage/goal x=2 y=1\"] )\nposition()\n", 1);
+  EXPECT_EQ(Summarize(*world).with_controller, 1u);
+}
+
+TEST(BatchControllersInWorlds, ACommandOfAClientCountsForOneStep) {
+  const auto world = LoadSeeded("position( ctrl \"stage/goal x=9 y=0\" )", 1);
+  ModelPosition& robot = *RobotsOf(*world)[0];
+  std::vector<double> speeds;
+  for (int i = 0; i < 4; i++) {
+    if (i == 2) robot.SetSpeed(-0.2, 0, 0);
+    world->Update();
+    speeds.push_back(robot.GetVelocity().x);
+  }
+  EXPECT_EQ(speeds, (std::vector<double>{0, 0.4, -0.2, 0.4}));
 }
 
 // ---- mistakes ----
@@ -349,6 +427,15 @@ TEST(BatchControllerArguments, MistakesAreReportedInOneLine) {
   ExpectError("stage/wander speed",
               "found the argument \"speed\", expected speed=NUMBER, slow=NUMBER, turn=NUMBER, "
               "front=NUMBER, stop=NUMBER");
+}
+
+TEST(BatchControllerArguments, UnknownBuiltInNamesAreReportedWithTheKnownOnes) {
+  const std::string errors = TryToLoad("position( ctrl \"stage/wandr\" )").errors;
+  EXPECT_NE(errors.find("controller \"stage/wandr\" can't be loaded"), std::string::npos) << errors;
+  EXPECT_NE(errors.find("; built-in controllers are stage/disperse, stage/goal, stage/pedestrian, "
+                        "stage/wander\n"),
+            std::string::npos)
+      << errors;
 }
 
 TEST(BatchControllerArguments, WrongModelsAreReportedInOneLine) {

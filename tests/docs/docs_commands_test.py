@@ -35,7 +35,7 @@ FULL = "--full" in sys.argv
 IS_SANITIZED = bool(re.search(r"(?m)^STAGE_SANITIZE:\w+=.", (BINARY_DIR / "CMakeCache.txt").read_text(encoding="utf-8")))
 # tutorial_test.py and guides_test.py run the commands of the tutorial and of the guide to controllers.
 PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").glob("*.md") if path.stem != "tutorial"),
-         ROOT / "examples/drive/README.md", ROOT / "examples/model/README.md"]
+         ROOT / "examples/batch_controller/README.md", ROOT / "examples/drive/README.md", ROOT / "examples/model/README.md"]
 EXPORT = "export PATH=$PWD/build/release/bin:$PATH"
 # Commands that wait for a user, or need components that are not in every build.
 NOT_RUN = ("--live", "--foxglove", "--opencl", "report")

@@ -53,6 +53,26 @@ class GuidesTest(unittest.TestCase):
         self.assertNotEqual(driven, left, "the controller does nothing")
         self.run_here("c++ -std=c++17 -Wall -Wextra -Werror -fsyntax-only $(pkg-config --cflags stage) follow_wall.cc")
 
+    def test_page_of_batch_controllers(self) -> None:
+        """The controller on the page compiles without warnings and drives robots."""
+        page = (SOURCE_DIR / "docs" / "controllers.md").read_text(encoding="utf-8")
+        ((language, controller),) = FENCED.findall(page)
+        self.assertEqual(language, "cpp")
+        folder = self.home.folder / "convoy"
+        folder.mkdir()
+        (folder / "own_convoy.cc").write_text(controller, encoding="utf-8")
+        world = (SOURCE_DIR / "examples" / "batch_controller" / "convoy.world").read_text(encoding="utf-8")
+        world = re.sub(r'ctrl "convoy[^"]*"', 'ctrl "own_convoy"', world)
+        (folder / "own.world").write_text(world, encoding="utf-8")
+        self.run_here("cmake --install build/release --prefix ~/stage-5\ncd convoy\n"
+                      "export PKG_CONFIG_PATH=~/stage-5/lib/pkgconfig\n"
+                      "c++ -std=c++11 -Wall -Wextra -Werror -shared -fPIC $(pkg-config --cflags stage) own_convoy.cc "
+                      "-o own_convoy.so $(pkg-config --libs stage)")
+        run = "STAGEPATH=. ~/stage-5/bin/stage -g --duration 3 --state-hash own.world"
+        (driven,) = HASH.findall(self.run_here(run))
+        (left,) = HASH.findall(self.run_here(f"{run} --no-controllers"))
+        self.assertNotEqual(driven, left, "the controller does nothing")
+
     def test_model_type_guide(self) -> None:
         """The page's CMakeLists.txt builds the plug-in outside of the tree, and it is found as documented."""
         page = MODELS.read_text(encoding="utf-8").split("## Compile it elsewhere\n")[1]

@@ -168,6 +168,14 @@ class InstallTest(unittest.TestCase):
         self.assertEqual(hashes[0], hashes[2])
         self.assertNotEqual(hashes[0], hashes[1])
 
+    def test_batch_controller_in_a_plugin(self) -> None:
+        """The example of a batch controller is built as its README says, and drives its robots."""
+        folder = self.build_example("batch_controller", ("convoy.cc", "convoy.world"), "convoy", "caravan")
+        hashes = [run(self.prefix / "bin" / "stage", "-g", "--duration", "3", "--state-hash", *options,
+                      folder / "caravan.world", STAGEPATH=folder) for options in ((), ("--no-controllers",), ())]
+        self.assertEqual(hashes[0], hashes[2])
+        self.assertNotEqual(hashes[0], hashes[1])
+
     def test_sensor_in_a_plugin(self) -> None:
         """The example of a model type, which adds rays to the batch, is built as its README says, and logged."""
         folder = self.build_example("model", ("sonar_ring.cc", "sonar_ring.hh", "sonar.world"), "sonar_ring", "own_ring")

@@ -19,10 +19,10 @@ constexpr char kText[] =
        stage report FOLDER
 
 Simulates crowds of robots in the plane. A WORLDFILE describes a world: the surroundings, robots,
-their sensors, and the controllers (plug-ins) that drive them. Several worlds run side by side: each
-makes one step in turn, in the order given. A LOG is a file that --log has recorded. "stage replay"
-shows it in the window, where < and > skip backward and forward, or makes pictures of it with
---screenshot and --record; no controllers run.
+their sensors, and the controllers (plug-ins, or built-in ones such as stage/wander) that drive
+them. Several worlds run side by side: each makes one step in turn, in the order given. A LOG is a
+file that --log has recorded. "stage replay" shows it in the window, where < and > skip backward and
+forward, or makes pictures of it with --screenshot and --record; no controllers run.
 
 Run length and results
 @results
