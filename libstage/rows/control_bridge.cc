@@ -47,8 +47,11 @@ void RowBridge::AddControls(const World& prototype, rows::Scene* scene) {
     group.memory_size = static_cast<uint32_t>(driven.controller->memory_size());
     for (const DrivenRobot* robot : driven.robots) {
       rows::Control control{mover_of(robot->model), &robot->robot, {}};
-      for (const DrivenRobot::SensorPlace& place : robot->sensors)
-        control.first_rays.push_back(FirstRayOf(*scene, place.ranger, place.index));
+      for (const DrivenRobot::SensorPlace& place : robot->sensors) {
+        rows::Sensor* const sensor = FindSensor(scene, place.ranger, place.index);
+        if (sensor) sensor->needed = scene->needs_rays = true;
+        control.first_rays.push_back(sensor ? sensor->first_ray : rows::Control::kNoRays);
+      }
       group.robot.push_back(control.robot);
       group.first_sensor.push_back(group.sensors);
       group.own.push_back(
@@ -62,11 +65,11 @@ void RowBridge::AddControls(const World& prototype, rows::Scene* scene) {
   }
 }
 
-uint32_t RowBridge::FirstRayOf(const rows::Scene& scene, const ModelRanger* ranger,
-                               uint32_t index) {
-  for (const rows::Sensor& sensor : scene.sensors)
-    if (sensor.ranger == ranger && sensor.index == index) return sensor.first_ray;
-  return rows::Control::kNoRays;
+/// Returns null if the sensor has no rays.
+rows::Sensor* RowBridge::FindSensor(rows::Scene* scene, const ModelRanger* ranger, uint32_t index) {
+  for (rows::Sensor& sensor : scene->sensors)
+    if (sensor.ranger == ranger && sensor.index == index) return &sensor;
+  return nullptr;
 }
 
 /// Calls f(robot of the world, mover, its numbers in the row) for each robot with a controller.

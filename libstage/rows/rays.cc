@@ -25,10 +25,14 @@ bool StopsRangers(Model* candidate, const Model*, const void*) {
 
 }  // namespace
 
-void Rows::Stepper::CastRays() {
+/// Casts the rays of all sensors. If nobody sees the readings, only those of sensors that are
+/// needed: noise draws as many random numbers as the readings decide.
+void Rows::Stepper::CastRays(bool unseen) {
+  if (unseen && !scene_.needs_rays && !scene_.finders.any) return;
   if (scene_.exact) PlaceCorners();
   for (size_t k = 0; k < scene_.sensors.size(); k++) {
     const Sensor& sensor = scene_.sensors[k];
+    if (unseen && !sensor.needed) continue;
     PlaceFan(k);
     const sensing::Fan& fan = s_.fans[k];
     std::fill_n(&c_.ranges[ray_ + sensor.first_ray], sensor.rays, fan.range);
@@ -39,6 +43,7 @@ void Rows::Stepper::CastRays() {
   }
   TraceGroup();
   for (size_t k = 0; k < scene_.sensors.size(); k++) {
+    if (unseen && !scene_.sensors[k].needed) continue;
     if (!s_.fans[k].nothing) TraceRobots(k);
     if (scene_.sensors[k].noisy) AddNoise(k);
   }

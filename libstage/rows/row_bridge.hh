@@ -75,7 +75,7 @@ class RowBridge {
   // The following functions are in control_bridge.cc.
   static std::string WhyNotControls(const World& world);
   static void AddControls(const World& prototype, rows::Scene* scene);
-  static uint32_t FirstRayOf(const rows::Scene& scene, const ModelRanger* ranger, uint32_t index);
+  static rows::Sensor* FindSensor(rows::Scene* scene, const ModelRanger* ranger, uint32_t index);
   template <typename F>
   static bool ForEachControl(const World& world, const rows::Scene& scene, F f);
   static bool ReadControls(const World& world, rows::Rows* to, size_t row);

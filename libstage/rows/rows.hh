@@ -117,8 +117,10 @@ class Rows {
   std::shared_ptr<Scratch> MakeScratch() const;
   /// Moves a robot to a pose, without a collision test. See Model::SetPose().
   void Place(size_t world, size_t mover, const Planar& pose, Scratch* scratch);
-  /// Makes steps. Several threads may step different worlds, each with its own scratch.
-  void Step(size_t world, uint64_t steps, Scratch* scratch);
+  /// Makes steps. Several threads may step different worlds, each with its own scratch. Nobody
+  /// looks at the readings of rangers before `unseen` further steps have been made, so rays are
+  /// cast only for readings that are not replaced by then.
+  void Step(size_t world, uint64_t steps, Scratch* scratch, uint64_t unseen = 0);
   /// Bytes of a world.
   size_t BytesPerWorld() const;
 

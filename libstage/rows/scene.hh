@@ -70,8 +70,9 @@ struct Sensor {
   double reach;                         ///< m
   double z;                             ///< m, of the rays
   bool exact, noisy, turns_noisily;
-  double increment;          ///< rad
-  uint64_t name_hash;        ///< see Model::NoiseSeed()
+  bool needed;         ///< its readings change a step: they have noise, or a controller reads them
+  double increment;    ///< rad
+  uint64_t name_hash;  ///< see Model::NoiseSeed()
   uint32_t first_ray, rays;  ///< among those of a world
   uint32_t first_direction;  ///< in Scene::directions
   internal::grid::LayerIndex layer;
@@ -145,6 +146,7 @@ struct Scene {
   Finders finders;
   Controls controls;
   bool exact = false;                                       ///< some rays are of the exact model
+  bool needs_rays = false;                                  ///< some sensors are needed
   uint32_t ray_count = 0, byte_count = 0, point_count = 0;  ///< of a world
   std::vector<double> brightness;                           ///< values of ranger_return; 0: nothing
   std::vector<Pack> packs;

@@ -295,13 +295,14 @@ void RowBridge::SceneMaker::AddSensor(ModelRanger* ranger, rows::InMover at, uin
   sensor.first_ray = scene_.ray_count;
   sensor.rays = samples;
   sensor.turns_noisily = settings.HasAngleNoise();
-  sensor.noisy = settings.IsNoisy();
+  sensor.noisy = sensor.needed = settings.IsNoisy();
   sensor.increment = settings.Increment();
   sensor.name_hash = Fnv1a(ranger->token + "/" + std::to_string(index));
   sensor.first_direction = scene_.directions.Find(settings.table_fov_, samples);
   const Pose frame = ranger->SensorFrame(ranger->GetGlobalPose());
   sensor.z = ModelRanger::OriginOf(settings, frame, SinCos(frame.a)).z;
   scene_.exact = scene_.exact || sensor.exact;
+  scene_.needs_rays = scene_.needs_rays || sensor.needed;
   scene_.ray_count += samples;
   scene_.sensors.push_back(std::move(sensor));
 }

@@ -51,9 +51,9 @@ std::shared_ptr<Rows::Scratch> Rows::MakeScratch() const {
   return std::make_shared<Scratch>(*scene_);
 }
 
-void Rows::Step(size_t world, uint64_t steps, Scratch* scratch) {
+void Rows::Step(size_t world, uint64_t steps, Scratch* scratch, uint64_t unseen) {
   Stepper stepper(this, world, scratch);
-  for (uint64_t i = 0; i < steps; i++) stepper.Step();
+  for (uint64_t left = steps; left-- > 0;) stepper.Step(left + unseen);
 }
 
 void Rows::Place(size_t world, size_t mover, const Planar& pose, Scratch* scratch) {
@@ -74,7 +74,7 @@ Rows::Stepper::Stepper(Rows* rows, size_t world, Scratch* scratch)
       memory_(world * scene_.controls.memory_count),
       seconds_(static_cast<double>(scene_.step) / kSecond) {}
 
-void Rows::Stepper::Step() {
+void Rows::Stepper::Step(uint64_t unseen) {
   c_.time[world_] += scene_.step;
   const usec_t now = c_.time[world_];
   const bool is_due = c_.next_update[world_] <= now;
@@ -83,7 +83,7 @@ void Rows::Stepper::Step() {
     c_.last_update[world_] = now;
     c_.next_update[world_] = scene_.NextUpdateAfter(now);
     for (size_t i = 0; i < scene_.movers.size(); i++) Drive(i, dt);
-    CastRays();
+    CastRays(IsUpdatedWithin(unseen));
     if (scene_.finders.any) FindModels();
     for (size_t i = 0; i < scene_.movers.size(); i++) StoreSensedPose(i);
   }
@@ -94,6 +94,11 @@ void Rows::Stepper::Step() {
   if (is_due) RunControls();
   DrawEnergy();
   c_.steps[world_]++;
+}
+
+/// True if the next update is in one of the next `steps` steps.
+bool Rows::Stepper::IsUpdatedWithin(uint64_t steps) const {
+  return (c_.next_update[world_] - c_.time[world_] - 1) / scene_.step < steps;
 }
 
 /// See Model::UpdateCharge() and PowerPack::Spend().

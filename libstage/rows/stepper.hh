@@ -96,7 +96,8 @@ class Rows::Scratch {
 class Rows::Stepper {
  public:
   Stepper(Rows* rows, size_t world, Scratch* scratch);
-  void Step();
+  /// Makes a step. Nobody looks at readings before `unseen` further ones have been made.
+  void Step(uint64_t unseen);
   void Place(size_t index, const Planar& pose);
 
  private:
@@ -109,7 +110,8 @@ class Rows::Stepper {
 
   void DrawEnergy();
 
-  void CastRays();
+  bool IsUpdatedWithin(uint64_t steps) const;
+  void CastRays(bool unseen);
   void PlaceFan(size_t index);
   bool MayHitWalls(uint32_t seen, const internal::sensing::Fan& fan) const;
   RaysOfSensor DirectionsOf(size_t index);
