@@ -328,9 +328,9 @@ DeviceImage ImageMaker::Make() {
   return image;
 }
 
-/// True if devices have all columns of the rows.
+/// True if devices have all columns of the rows. How worlds were reseeded matters on the host only.
 bool HasAllColumns(Rows* rows) {
-  size_t bytes = 0;
+  size_t bytes = sizeof rows->columns.reseeding[0];
   ForEachDeviceColumn(&rows->columns, [&](int, const auto* column) {
     bytes += column->size() * sizeof((*column)[0]);
   });

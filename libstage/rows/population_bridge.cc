@@ -98,7 +98,7 @@ void RowBridge::PlacePopulations(const rows::Scene& scene, uint64_t seed,
 /// Brings the members to the state after loading.
 void RowBridge::WritePopulations(const rows::Rows& from, size_t row, World* world) {
   const rows::Scene& scene = from.scene();
-  PlacePopulations(scene, from.columns.seed[row], [&](uint32_t k, const Pose& pose) {
+  PlacePopulations(scene, LoadingSeedOf(from, row), [&](uint32_t k, const Pose& pose) {
     Model& model = *world->FindModel(scene.movers[k].model->GetId());
     model.pose = pose;
     if (!scene.movers[k].robot) return;

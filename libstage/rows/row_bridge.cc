@@ -19,10 +19,15 @@ namespace Stg {
 
 // ---- seeds --------------------------------------------------------------------------------------
 
-uint64_t RowBridge::SeedOf(const rows::Scene& scene, const Model& model, uint64_t seed) {
+/// The place of a model of the prototype in the order of creation.
+size_t RowBridge::PlaceOf(const rows::Scene& scene, const Model& model) {
   const std::vector<Model*>& models = scene.prototype->engine().models;
   const auto place = std::ranges::lower_bound(models, model.GetId(), {}, &Model::GetId);
-  const unsigned index = scene.initial_state->indices[static_cast<size_t>(place - models.begin())];
+  return static_cast<size_t>(place - models.begin());
+}
+
+uint64_t RowBridge::SeedOf(const rows::Scene& scene, const Model& model, uint64_t seed) {
+  const unsigned index = scene.initial_state->indices[PlaceOf(scene, model)];
   const uint64_t above = model.Parent() ? SeedOf(scene, *model.Parent(), seed) : seed;
   return SeedOfModel(above, model.GetModelType(), index);
 }
@@ -47,16 +52,45 @@ void RowBridge::ReadStart(rows::Rows* start) {
   ReadGrid(world, start, 0);
 }
 
-bool RowBridge::Read(World* world, rows::Rows* to, size_t row, World* spare) {
+bool RowBridge::Read(World* world, rows::Rows* to, size_t row, World* spare, Readings readings) {
   if (!WhyNotClosed(*world).empty() || !HasModelsOf(*world, to->scene())) return false;
   to->columns.seed[row] = world->seed();
   ReadModels(*world, to, row);
+  const bool lacks_readings = readings == kMayLack && LacksReadings(*world, *to, row);
+  if (lacks_readings) ReadUpdates(*world, to, row);
   ReadGrid(*world, to, row);
   ReadOrder(*world, to, row);
-  if (!ReadControls(*world, to, row) || !ReadSensors(*world, to, row) || !Write(*to, row, spare))
+  ReadReseeding(*world, to, row);
+  if (!ReadControls(*world, to, row) || !ReadSensors(*world, to, row, lacks_readings) ||
+      !Write(*to, row, spare))
     return false;
+  const Snapshot::Keep keep = lacks_readings ? Snapshot::kLean : Snapshot::kFull;
   Snapshot of_world, of_row;
-  return world->Take(&of_world) && spare->Take(&of_row) && of_world.hash() == of_row.hash();
+  return world->Take(&of_world, keep) && spare->Take(&of_row, keep) &&
+         of_world.hash() == of_row.hash();
+}
+
+/// True if the world is in the state of a lean snapshot without the readings of the last update.
+bool RowBridge::LacksReadings(const World& world, const rows::Rows& to, size_t row) {
+  const rows::Scene& scene = to.scene();
+  return !scene.updating.empty() &&
+         to.columns.next_update[row] <= world.sim_time + world.sim_interval &&
+         world.FindModel(scene.updating[0]->GetId())->updated_at_ == 0;
+}
+
+/// Reads the time of the last update and the poses at that time from a world that lacks readings.
+void RowBridge::ReadUpdates(const World& world, rows::Rows* to, size_t row) {
+  const rows::Scene& scene = to->scene();
+  rows::Columns& c = to->columns;
+  const usec_t next = c.next_update[row];
+  const bool has_robots = std::ranges::any_of(scene.movers, &rows::Mover::runs);
+  if (!has_robots) c.last_update[row] = next - scene.updating[0]->GetUpdateInterval();
+  for (size_t k = 0; k < scene.movers.size(); k++) {
+    const rows::Mover& mover = scene.movers[k];
+    if (!mover.runs || mover.has_odometry) continue;
+    const auto& robot = static_cast<ModelPosition&>(*world.FindModel(mover.model->GetId()));
+    c.sensed[row * scene.movers.size() + k] = rows::PlanarOf(robot.est_pose);
+  }
 }
 
 /// True if the world has the models of the prototype.
@@ -177,7 +211,7 @@ void RowBridge::ReadOrder(const World& world, rows::Rows* to, size_t row) {
   c.stamps[row] = recent.size();
 }
 
-bool RowBridge::ReadSensors(const World& world, rows::Rows* to, size_t row) {
+bool RowBridge::ReadSensors(const World& world, rows::Rows* to, size_t row, bool lacks_readings) {
   const rows::Scene& scene = to->scene();
   for (size_t k = 0; k < scene.sensors.size(); k++) {
     const rows::Sensor& of = scene.sensors[k];
@@ -186,8 +220,8 @@ bool RowBridge::ReadSensors(const World& world, rows::Rows* to, size_t row) {
     const ModelRanger::Sensor& sensor = ranger.sensors_[of.index];
     if (of.noisy)
       to->columns.noise[row * scene.sensors.size() + k] =
-          sensor.seeded_ ? sensor.random_ : RandomStream(SeedOfNoise(scene, k, world.seed()));
-    if (!ReadReadings(sensor, of, to, row)) return false;
+          sensor.seeded_ ? sensor.random_ : RandomStream(SeedOfNoise(*to, row, k));
+    if (!lacks_readings && !ReadReadings(sensor, of, to, row)) return false;
   }
   return true;
 }
@@ -215,7 +249,7 @@ bool RowBridge::Write(const rows::Rows& from, size_t row, World* world) {
   const rows::Scene& scene = from.scene();
   const rows::Columns& c = from.columns;
   if (!world->Restore(scene.initial_state->state)) return false;
-  world->RestartRandomNumbers(*scene.initial_state, c.seed[row]);
+  WriteRandomNumbers(from, row, world);
   world->sim_time = c.time[row];
   world->updates = c.steps[row];
   if (scene.populations) WritePopulations(from, row, world);
@@ -302,11 +336,8 @@ void RowBridge::WriteSensors(const rows::Rows& from, size_t row, World* world) {
       sensor.ranges[ray] = c.ranges[first + ray];
       sensor.intensities[ray] = scene.brightness[c.brightness[first + ray]];
     }
-    if (of.noisy)
-      sensor.random_ = c.noise[row * scene.sensors.size() + k];
-    else
-      sensor.random_.Seed(SeedOfNoise(scene, k, c.seed[row]));
-    sensor.seeded_ = true;
+    sensor.random_ = StreamOf(from, row, k);
+    sensor.seeded_ = IsSeeded(from, row, k);
     const rows::Mover& mover = scene.movers[of.mover];
     ranger.SetScanPose(mover.GlobalPoseOf(
         of.node, rows::PoseOf(c.sensed[row * scene.movers.size() + of.mover], mover.z)));

@@ -33,11 +33,18 @@ class RowBridge {
   static void ReadStart(rows::Rows* start);
   /// Reads the state of a world that was made from the same file as the scene. Returns false if the
   /// row cannot hold that state; the row is undefined then. `spare` is another such world, which is
-  /// changed: the row is written into it, and the snapshots of both worlds must be equal.
-  static bool Read(World* world, rows::Rows* to, size_t row, World* spare);
+  /// changed: the row is written into it, and the snapshots of both worlds must be equal. With
+  /// kMayLack, the world may lack the readings that lean snapshots omit; the row then has undefined
+  /// ones until the next step.
+  enum Readings { kHasAll, kMayLack };
+  static bool Read(World* world, rows::Rows* to, size_t row, World* spare,
+                   Readings readings = kHasAll);
   /// Brings a world with the models of the scene into the state of a row. Returns false, after a
   /// message, if the world cannot be restored.
   static bool Write(const rows::Rows& from, size_t row, World* world);
+
+  /// See World::Reseed().
+  static void Reseed(rows::Rows* rows, size_t row, uint64_t seed);
 
   /// Ids of the running models, in the order of their updates.
   static std::vector<uint32_t> RunningModels(const World& world);
@@ -96,13 +103,24 @@ class RowBridge {
   static void WriteBumpers(const rows::Rows& from, size_t row, World* world);
   static void WriteFiducials(const rows::Rows& from, size_t row, World* world);
   static uint64_t SeedOf(const rows::Scene& scene, const Model& model, uint64_t seed);
+  static size_t PlaceOf(const rows::Scene& scene, const Model& model);
+  // The following functions are in reseeding_bridge.cc.
+  static uint64_t LoadingSeedOf(const rows::Rows& rows, size_t row);
+  static std::vector<uint64_t> SeedsOfModels(const rows::Rows& rows, size_t row);
+  static uint64_t SeedOfNoise(const rows::Rows& rows, size_t row, size_t sensor);
+  static bool IsSeeded(const rows::Rows& rows, size_t row, size_t sensor);
+  static RandomStream StreamOf(const rows::Rows& rows, size_t row, size_t sensor);
+  static void ReadReseeding(const World& world, rows::Rows* to, size_t row);
+  static void WriteRandomNumbers(const rows::Rows& from, size_t row, World* world);
   static void ReadModels(const World& world, rows::Rows* to, size_t row);
   static void ReadRobot(const ModelPosition& model, rows::Rows* to, size_t row, size_t i);
-  static bool ReadSensors(const World& world, rows::Rows* to, size_t row);
+  static bool ReadSensors(const World& world, rows::Rows* to, size_t row, bool lacks_readings);
   static bool ReadReadings(const ModelRanger::Sensor& sensor, const rows::Sensor& of,
                            rows::Rows* to, size_t row);
   static void ReadOrder(const World& world, rows::Rows* to, size_t row);
+  static void ReadUpdates(const World& world, rows::Rows* to, size_t row);
   static usec_t NextUpdateOf(const World& world);
+  static bool LacksReadings(const World& world, const rows::Rows& to, size_t row);
   /// Calls f(time, model) for the pending updates of running models, in their order.
   static void ForEachUpdate(const World& world, const std::function<void(usec_t, Model*)>& f);
   static bool HasModelsOf(const World& world, const rows::Scene& scene);

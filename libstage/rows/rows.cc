@@ -25,6 +25,7 @@ void ForEachColumn(const Scene& scene, F f, C*... c) {
   const bool steers = any([](const Mover& m) { return m.steers; });
   const bool noise = scene.HasNoise();
   f(size_t{1}, &c->seed...);
+  f(size_t{1}, &c->reseeding...);
   f(size_t{1}, &c->time...);
   f(size_t{1}, &c->next_update...);
   f(size_t{1}, &c->last_update...);

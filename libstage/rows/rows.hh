@@ -36,10 +36,21 @@ struct Bump {
   double x = 0, y = 0;       ///< m; of the latest touch
 };
 
+/// How the random numbers of a world differ from those that follow from its seed, because
+/// World::Reseed() has changed it after loading.
+struct Reseeding {
+  uint64_t loading_seed;              ///< the seed of loading
+  std::vector<uint64_t> models;       ///< seeds of all models, in the order of creation
+  bool had_readings;                  ///< whether sensors had readings then
+  std::vector<RandomStream> sensors;  ///< if so: streams of the sensors at that time
+  usec_t update;  ///< time of the last update before; noise has its new streams after it
+};
+
 /// The columns. All are in the order of the worlds; in a world, of the robots, bodies or rays.
 struct Columns {
   // By world.
   std::vector<uint64_t> seed;
+  std::vector<std::shared_ptr<const Reseeding>> reseeding;  ///< null: the seed is that of loading
   std::vector<usec_t> time, next_update, last_update;
   std::vector<uint64_t> steps;
   std::vector<internal::grid::CellBox> extent;  ///< see Grid::extent()
