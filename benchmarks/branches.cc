@@ -5,6 +5,12 @@
 //   branches                   a minute or two
 //   branches --threads 1,2,16  numbers of threads (default: 1, and one per processor)
 //   branches --branches N      number of branches (default 1000)
+//
+// The tables of branches and decisions have a line for each way. The plug-in disperse needs World
+// objects; the built-in stage/disperse runs in rows, and reads all rangers in each step. Robots that
+// obey commands are simulated in World objects, in rows with readings in each step, and in rows
+// without the readings that nobody sees. Fails if robots do not move, if rays hit nothing, or if
+// steps are made in another way.
 
 #include <algorithm>
 #include <cstdio>
@@ -45,20 +51,23 @@ Timing Time(int calls, F call) {
 std::string FileOf(const std::string& name) { return STAGE_SOURCE_WORLDS "/" + name + ".world"; }
 
 /// The shipped world with only the first robots of its file.
-std::string TextOf(const std::string& name, int robots) {
+std::string TextOf(const std::string& name, int robots, const std::string& controller) {
   std::ifstream in(FileOf(name));
   std::string text, line;
   for (int found = 0; std::getline(in, line);)
     if (!line.starts_with("robot(") || found++ < robots) text += line + "\n";
-  return text;
+  const std::string of_file = "ctrl \"disperse\"";
+  const std::string wanted = controller.empty() ? "" : "ctrl \"" + controller + "\"";
+  return text.replace(text.find(of_file), of_file.size(), wanted);
 }
 
-std::unique_ptr<Stg::World> Load(const std::string& name, int robots) {
+std::unique_ptr<Stg::World> Load(const std::string& name, int robots,
+                                 const std::string& controller = "disperse") {
   Stg::RunOptions options;
   options.listed = false;
   options.threads = 1;
   auto world = std::make_unique<Stg::World>(options);
-  std::istringstream text(TextOf(name, robots));
+  std::istringstream text(TextOf(name, robots, controller));
   if (!world->Load(text, FileOf(name))) std::exit(1);
   world->SetQuitTime(0);
   return world;
@@ -118,58 +127,174 @@ void MeasureCopies(const std::string& name, int robots) {
 
 // ---- branches -----------------------------------------------------------------------------------
 
-double SecondsOfBranches(const Stg::World& world, const Stg::Snapshot& now, uint32_t count,
-                         unsigned threads) {
+/// How branches are simulated.
+struct Way {
+  const char *name, *controller;
+  bool world;                ///< a World object for each step
+  Stg::Snapshot::Keep keep;  ///< kFull: readings are made in each step
+};
+const Way kWays[] = {{"disperse", "disperse", true, Stg::Snapshot::kLean},
+                     {"stage/disperse, rows", "stage/disperse", false, Stg::Snapshot::kLean},
+                     {"commands", "", true, Stg::Snapshot::kLean},
+                     {"commands, rows, readings in each step", "", false, Stg::Snapshot::kFull},
+                     {"commands, rows, no unseen readings", "", false, Stg::Snapshot::kLean}};
+constexpr int kRobots = 5;
+
+void Require(bool condition, const char* what) {
+  if (condition) return;
+  std::fprintf(stderr, "branches: %s\n", what);
+  std::exit(1);
+}
+
+std::vector<Stg::ModelPosition*> RobotsOf(Stg::World* world) {
+  std::vector<Stg::ModelPosition*> robots;
+  for (Stg::Model* model : world->GetChildren())
+    if (auto* robot = dynamic_cast<Stg::ModelPosition*>(model)) robots.push_back(robot);
+  return robots;
+}
+
+/// A world after 50 steps. Without a controller, the robots and their sensors run all the same, and
+/// drive along circles.
+std::unique_ptr<Stg::World> Prepare(const std::string& name, const std::string& controller) {
+  std::unique_ptr<Stg::World> world = Load(name, kRobots, controller);
+  int number = 0;
+  for (Stg::ModelPosition* robot : RobotsOf(world.get())) {
+    if (!controller.empty()) break;
+    robot->Subscribe();
+    for (Stg::Model* sensor : robot->GetChildren()) sensor->Subscribe();
+    robot->SetSpeed(0.3, 0, number++ % 2 ? 0.3 : -0.3);
+  }
+  Run(world.get(), 50);
+  return world;
+}
+
+/// Sees whether any watched model moves, and ends nothing.
+class Watcher : public Stg::Scenario {
+ public:
+  explicit Watcher(bool needs_world) : needs_world_(needs_world) {}
+  bool NeedsWorld() const override { return needs_world_; }
+  bool Watch(const Stg::Sighting* watched, uint32_t, double* score) override {
+    *score += watched[0].pose.x;
+    return false;
+  }
+
+ private:
+  const bool needs_world_;
+};
+
+Stg::BranchOptions OptionsOf(const Way& way, Stg::World* world, unsigned threads) {
   Stg::BranchOptions options;
   options.threads = threads;
-  options.keep = Stg::Snapshot::kLean;
-  Stg::Branches branches(world, count, options);
+  options.keep = way.keep;
+  options.rows = !way.world;
+  for (Stg::ModelPosition* robot : RobotsOf(world)) options.watched.push_back(robot->GetId());
+  return options;
+}
+
+/// Fails unless the robots of a branch have moved and, if it keeps readings, rays have hit.
+void CheckBranch(const Stg::Branches& branches, const Way& way, Stg::World* world) {
+  const std::vector<Stg::Sighting>& seen = branches[0].sightings;
+  double moved = 0;
+  for (size_t i = 0; i < kRobots; i++)
+    moved += seen[i].pose.Distance(seen[seen.size() - kRobots + i].pose);
+  Require(moved > (*way.controller ? 0 : 1), "the robots do not move");
+  if (way.keep != Stg::Snapshot::kFull) return;
+  Require(world->Restore(branches.StateOf(0)), "a branch has no state");
+  size_t rays = 0, hits = 0;
+  for (Stg::ModelPosition* robot : RobotsOf(world))
+    for (Stg::Model* child : robot->GetChildren())
+      if (auto* ranger = dynamic_cast<Stg::ModelRanger*>(child))
+        for (const auto& sensor : ranger->GetSensors()) {
+          rays += sensor.ranges.size();
+          for (const double range : sensor.ranges) hits += range < sensor.range.max;
+        }
+  Require(rays >= kRobots * 196 && hits > rays / 10, "there are no readings");
+}
+
+double SecondsOfBranches(const Way& way, Stg::World* world, const Stg::Snapshot& now,
+                         uint32_t count, unsigned threads) {
+  const Stg::BranchOptions options = OptionsOf(way, world, threads);
+  Stg::Branches branches(*world, count, options);
+  Watcher watcher(way.world);
   const auto run = [&](uint32_t first, uint32_t end) {
     for (uint32_t i = first; i < end; i++) branches.Restore(i, now, i + 1);
     const double start = WallClock();
-    branches.Step(kBranchSteps);
+    branches.Step(kBranchSteps, &watcher);
     return WallClock() - start;
   };
   run(0, std::min(count, 4 * threads));  // creates the worlds of the threads
   for (uint32_t i = 0; i < count; i++) branches.Retire(i);
-  return std::min(run(0, count), run(0, count));
+  const uint64_t before = branches.steps_in_rows();
+  const double seconds = std::min(run(0, count), run(0, count));
+  Require(
+      branches.steps_in_rows() - before == (!way.world ? uint64_t{2} * count * kBranchSteps : 0),
+      "branches are not simulated in the way that is measured");
+  CheckBranch(branches, way, world);
+  return seconds;
 }
 
-void MeasureBranches(const std::string& name, uint32_t count,
+void MeasureBranches(const std::string& name, const Way& way, uint32_t count,
                      const std::vector<unsigned>& threads) {
-  constexpr int kRobots = 5;
-  const std::unique_ptr<Stg::World> world = Load(name, kRobots);
-  Run(world.get(), 50);
+  const std::unique_ptr<Stg::World> world = Prepare(name, way.controller);
   Stg::Snapshot now;
   world->Take(&now, Stg::Snapshot::kLean);
-  const double loading = Time(5, [&](int) { Run(Load(name, kRobots).get(), kBranchSteps); }).median;
-  const double one = SecondsOfBranches(*world, now, count, 1);
+  const double loading =
+      Time(5, [&](int) { Run(Load(name, kRobots, way.controller).get(), kBranchSteps); }).median;
+  const double one = SecondsOfBranches(way, world.get(), now, count, 1);
   for (const unsigned number : threads) {
-    const double seconds = number == 1 ? one : SecondsOfBranches(*world, now, count, number);
-    std::printf("| %s | %u | %.1f | %.2f | %.2f | %.1f |\n", name.c_str(), number,
+    const double seconds =
+        number == 1 ? one : SecondsOfBranches(way, world.get(), now, count, number);
+    std::printf("| %s, %s | %u | %.1f | %.2f | %.2f |", name.c_str(), way.name, number,
                 seconds / count / kBranchSteps * 1e6, count * kBranchSteps / seconds / 1e6,
-                one / seconds, loading * count / seconds);
+                one / seconds);
+    // Without a controller, the sensors of newly loaded worlds do not run.
+    *way.controller ? std::printf(" %.1f |\n", loading * count / seconds) : std::puts(" - |");
   }
 }
 
-/// 30 candidates, 5 s at 10 Hz, 5 robots.
-void MeasureDecision(const std::string& name, unsigned threads) {
-  class Nothing : public Stg::Judge {
-    bool Score(Stg::World&, size_t, double*) override { return false; }
-  } judge;
-  const std::unique_ptr<Stg::World> world = Load(name, 5);
-  Run(world.get(), 50);
+/// Scores how far the first robot gets.
+class Progress : public Stg::Judge {
+ public:
+  explicit Progress(bool needs_world) : needs_world_(needs_world) {}
+  bool NeedsWorld() const override { return needs_world_; }
+  bool Watch(const Stg::Sighting* watched, size_t, double* score) override {
+    *score = watched[0].pose.x;
+    return false;
+  }
+
+ private:
+  const bool needs_world_;
+};
+
+/// 30 candidates, 5 s at 10 Hz, 5 robots. The candidates are commands to the first robot.
+void MeasureDecision(const std::string& name, const Way& way, unsigned threads) {
+  const std::unique_ptr<Stg::World> world = Prepare(name, way.controller);
+  const Stg::BranchOptions of_branches = OptionsOf(way, world.get(), threads);
   Stg::ConsequenceEngine::Options options;
   options.threads = threads;
+  options.watched = of_branches.watched;
+  options.keep = way.keep;
+  options.rows = !way.world;
   Stg::ConsequenceEngine engine(*world, options);
+  Progress judge(way.world);
   Stg::Question question;
-  question.candidates.resize(30);
   question.horizon = 5000000;
+  for (int i = 0; i < 30; i++)
+    question.candidates.push_back({"",
+                                   {{0, options.watched[0], Stg::Command::kSetSpeed,
+                                     0.1 * (i / 10 + 1), 0, 0.1 * (i % 10 - 5)}}});
   world->Take(&question.now, Stg::Snapshot::kLean);
-  engine.Choose(question, Stg::Budget(), &judge);
-  const Timing timing = Time(20, [&](int) { engine.Choose(question, Stg::Budget(), &judge); });
-  std::printf("| %s | %u | %.1f | %.1f |\n", name.c_str(), threads, timing.median * 1e3,
-              timing.best * 1e3);
+  Stg::Decision decision = engine.Choose(question, Stg::Budget(), &judge);
+  const uint64_t before = engine.steps_in_rows();
+  const Timing timing =
+      Time(40, [&](int) { decision = engine.Choose(question, Stg::Budget(), &judge); });
+  Require(engine.steps_in_rows() - before == (!way.world ? 40u * 30 * kBranchSteps : 0u),
+          "decisions are not made in the way that is measured");
+  Require(decision.scenario_steps == 30u * kBranchSteps && decision.complete,
+          "a decision has another number of steps");
+  Require(decision.outcomes[0].score != decision.outcomes[29].score, "candidates do not differ");
+  std::printf("| %s, %s | %u | %.1f | %.1f |\n", name.c_str(), way.name, threads,
+              timing.median * 1e3, timing.best * 1e3);
 }
 
 std::vector<unsigned> NumbersIn(const std::string& text) {
@@ -220,11 +345,13 @@ int main(int argc, char** argv) {
       "scenario steps/s | speedup over one thread | over loading and running each |\n"
       "|---|---|---|---|---|---|\n",
       branches, kBranchSteps);
-  for (const char* name : {"cave", "hospital"}) MeasureBranches(name, branches, threads);
+  for (const char* name : {"cave", "hospital"})
+    for (const Way& way : kWays) MeasureBranches(name, way, branches, threads);
   std::puts(
       "\n| a decision: 30 candidates, 5 s, 5 robots | threads | ms, median | best |\n"
       "|---|---|---|---|");
   for (const char* name : {"cave", "hospital"})
-    for (const unsigned number : threads) MeasureDecision(name, number);
+    for (const Way& way : kWays)
+      for (const unsigned number : threads) MeasureDecision(name, way, number);
   return 0;
 }

@@ -7,7 +7,8 @@
 //
 // SCENE is open, walled or cave; CONTACTS cells or outlines; RAY_MODEL cell or exact. Prints steps
 // of robots in a second, bytes of a world, and microseconds to make and to reset one. Fails if no
-// ray hits anything, no robot moves, or a row has another state than the world with its commands.
+// ray hits anything, no robot moves, or a row has another state than the world with its commands. On
+// the host, steps are made one at a time, so that all rays of each step are cast.
 //
 // With --ctrl, the robots have that controller and get no other commands. With --objects, World
 // objects are stepped instead of rows.

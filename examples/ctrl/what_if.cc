@@ -49,11 +49,11 @@ struct Robot {
   void ExchangeState(Stg::StateExchange& exchange) {
     exchange(avoidance, plan.speed, plan.turn, plan.left, until_decision);
   }
-  double Distance() const {
-    const Stg::Pose pose = position->GetGlobalPose();
+  double DistanceFrom(const Stg::Pose& pose) const {
     const double x = goal_x - pose.x, y = goal_y - pose.y;
     return std::sqrt(x * x + y * y);
   }
+  double Distance() const { return DistanceFrom(position->GetGlobalPose()); }
 };
 
 // ---- driving without prediction -----------------------------------------------------------------
@@ -93,19 +93,20 @@ std::vector<Plan> Plans() {
 class ProgressJudge : public Stg::Judge {
  public:
   ProgressJudge(const Robot& robot, const std::vector<Plan>& plans)
-      : id_(robot.position->GetId()),
+      : robot_(robot),
         plans_(plans),
         distance_(robot.Distance()),
         step_(static_cast<double>(robot.position->GetWorld()->sim_interval) / 1e6 * kFastest) {}
 
   void Begin(Stg::World& world, size_t candidate) override {
-    RobotIn(world)->plan = plans_[candidate];
+    Stg::Model* const robot = world.FindModel(robot_.position->GetId());
+    static_cast<Robot*>(robot->GetProperty(kProperty))->plan = plans_[candidate];
   }
-  bool Score(Stg::World& world, size_t, double* score) override {
-    const Robot* const robot = RobotIn(world);
-    const bool collides = robot->position->Stalled();
-    *score = distance_ - robot->Distance() - (collides ? kCollision : 0);
-    return collides || robot->Distance() < kArrived;
+  bool Watch(const Stg::Sighting* watched, size_t, double* score) override {
+    const bool collides = watched[0].stalled;
+    const double distance = robot_.DistanceFrom(watched[0].pose);
+    *score = distance_ - distance - (collides ? kCollision : 0);
+    return collides || distance < kArrived;
   }
   Stg::Bounds Outlook(uint64_t steps) const override {
     const double furthest = step_ * static_cast<double>(steps);
@@ -113,10 +114,7 @@ class ProgressJudge : public Stg::Judge {
   }
 
  private:
-  Robot* RobotIn(Stg::World& world) const {
-    return static_cast<Robot*>(world.FindModel(id_)->GetProperty(kProperty));
-  }
-  const uint32_t id_;
+  const Robot& robot_;
   const std::vector<Plan>& plans_;
   const double distance_, step_;  // distance to the goal now; maximum distance per step
 };

@@ -32,16 +32,11 @@ void TryTurns(Stg::World* world, Stg::ModelPosition* robot) {
 /// Adds up the distance that the robot drives. A scenario ends when the robot stalls.
 class Distance : public Stg::Scenario {
  public:
-  explicit Distance(uint32_t robot) : robot_(robot) {}
-  bool AfterStep(Stg::World& world, uint32_t, double* score) override {
-    const Stg::Model* robot = world.FindModel(robot_);
-    const auto* position = dynamic_cast<const Stg::ModelPosition*>(robot);
-    *score += position->GetVelocity().x * 0.1;
-    return robot->Stalled();
+  bool NeedsWorld() const override { return false; }
+  bool Watch(const Stg::Sighting* watched, uint32_t, double* score) override {
+    *score += watched[0].velocity.x * 0.1;
+    return watched[0].stalled;
   }
-
- private:
-  const uint32_t robot_;
 };
 
 void TryLuck(const Stg::World& world, uint32_t robot) {
@@ -49,9 +44,10 @@ void TryLuck(const Stg::World& world, uint32_t robot) {
   world.Take(&now);
   Stg::BranchOptions options;
   options.threads = 2;
+  options.watched = {robot};
   Stg::Branches branches(world, 100, options);
   for (uint32_t i = 0; i < branches.count(); i++) branches.Restore(i, now, 1000 + i);
-  Distance distance(robot);
+  Distance distance;
   branches.Step(200, &distance);
   double min = branches[0].score, max = min;
   for (uint32_t i = 0; i < branches.count(); i++) {
@@ -66,15 +62,11 @@ void TryLuck(const Stg::World& world, uint32_t robot) {
 /// Scores how far north the robot gets. A collision ends a scenario with a penalty.
 class Northward : public Stg::Judge {
  public:
-  explicit Northward(uint32_t robot) : robot_(robot) {}
-  bool Score(Stg::World& world, size_t, double* score) override {
-    const Stg::Model* robot = world.FindModel(robot_);
-    *score = robot->GetGlobalPose().y - (robot->Stalled() ? 100 : 0);
-    return robot->Stalled();
+  bool NeedsWorld() const override { return false; }
+  bool Watch(const Stg::Sighting* watched, size_t, double* score) override {
+    *score = watched[0].pose.y - (watched[0].stalled ? 100 : 0);
+    return watched[0].stalled;
   }
-
- private:
-  const uint32_t robot_;
 };
 
 void Choose(const Stg::World& world, uint32_t robot) {
@@ -85,8 +77,10 @@ void Choose(const Stg::World& world, uint32_t robot) {
   question.candidates.push_back({"stop", {{0, robot, Stg::Command::kStop}}});
   question.candidates.push_back({"ahead", {{0, robot, Stg::Command::kSetSpeed, 0.4, 0, 0.0}}});
   question.candidates.push_back({"left", {{0, robot, Stg::Command::kSetSpeed, 0.4, 0, 0.5}}});
-  Stg::ConsequenceEngine engine(world);
-  Northward judge(robot);
+  Stg::ConsequenceEngine::Options options;
+  options.watched = {robot};
+  Stg::ConsequenceEngine engine(world, options);
+  Northward judge;
   const Stg::Decision decision = engine.Choose(question, Stg::Budget(0.5), &judge);
   std::printf("best of %zu: %s\n", question.candidates.size(),
               question.candidates[decision.best].name.c_str());

@@ -1,20 +1,34 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The worlds of a pool are those of the threads, followed by the branches. A branch is a row of the
+// pool, or a snapshot, which the world of a thread is restored from in order to make steps. It
+// becomes a row when it makes steps that need no World, and a snapshot when a World is needed.
 
 #include "whatif/branches.hh"
 
 #include <algorithm>
+#include <atomic>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <utility>
 
 #include "messages/report.hh"
 #include "models/exception_origin.hh"
 #include "models/position.hh"
+#include "whatif/row_models.hh"
 #include "world/world.hh"
+#include "worlds/pool_access.hh"
 #include "worlds/world_pool.hh"
 
 namespace Stg {
 
+using whatif::RowModels;
+
+bool Scenario::NeedsWorld() const { return true; }
 void Scenario::BeforeStep(World&, uint32_t) {}
 bool Scenario::AfterStep(World&, uint32_t, double*) { return false; }
+bool Scenario::Watch(const Sighting*, uint32_t, double*) { return false; }
 
 namespace {
 
@@ -43,9 +57,19 @@ void Apply(const Command& command, ModelPosition* position) {
 
 struct Branches::Impl {
   struct Copy;
+  /// A snapshot that branches start from. The first of them that becomes a row reads it.
+  struct Origin {
+    explicit Origin(const Snapshot& from) : snapshot(from) {}
+    const Snapshot snapshot;
+    std::once_flag once;
+    SnapshotRow row;
+  };
   struct Row {
     Branch seen;
-    Snapshot state;
+    const RowModels* models = nullptr;  // if it is a row of the pool
+    Snapshot state;                     // if it is not
+    std::shared_ptr<Origin> origin;     // of `state`, if known
+    bool can_be_row = true;             // as far as is known
     uint64_t seed = 0;
     bool reseed = false;     // reseed before the branch's next step
     size_t applied = 0;      // number of commands carried out so far
@@ -59,12 +83,16 @@ struct Branches::Impl {
   };
 
   Impl(const World& prototype, uint32_t count, const BranchOptions& wanted)
-      : options(wanted), pool(prototype, {}, PoolOptionsOf(wanted)), rows(count) {
-    pool.Resize(std::vector<uint64_t>(pool.threads(), prototype.seed()));
+      : options(wanted), pool(prototype, {}, PoolOptionsOf(wanted)), seed(prototype.seed()) {
     for (uint32_t id = 0; id < pool.threads(); id++) copies.push_back({id});
+    Resize(count);
     ready = pool.IsReady() && pool.At(0);
   }
 
+  void Resize(size_t count) {
+    rows.resize(count);
+    pool.Resize(std::vector<uint64_t>(copies.size() + count, seed));
+  }
   static void ClearQuit(World* world) {
     world->SetQuitTime(0);
     world->CancelQuit();
@@ -73,8 +101,9 @@ struct Branches::Impl {
   World* ExistingWorldOf(const Copy& copy);
   bool LoadState(Row* row, Copy* copy);
   void SaveState(Row* row, Copy* copy);
-  void Step(Row* row, uint32_t branch, uint64_t steps, Scenario* scenario, Copy* copy);
-  bool StepOnce(Row* row, uint32_t branch, Scenario* scenario, Copy* copy);
+  void Step(Row* row, uint32_t branch, uint64_t steps, Scenario* scenario, bool needs_world,
+            Copy* copy);
+  bool StepOnce(Row* row, uint32_t branch, Scenario* scenario, bool needs_world, Copy* copy);
   void ApplyCommands(Row* row, World* world);
   void RecordSightings(Row* row, const World& world) const;
   static void Fail(Row* row, Copy* copy, const std::string& why);
@@ -82,11 +111,32 @@ struct Branches::Impl {
   template <typename F>
   void WithWorld(Row* row, Copy* copy, F f);
 
+  // Branches that are rows.
+  uint32_t IdOf(uint32_t branch) const { return static_cast<uint32_t>(copies.size()) + branch; }
+  std::shared_ptr<Origin> OriginOf(const Snapshot& from);
+  const RowModels* ModelsOf(const rows::Scene& scene);
+  bool BecomeRow(Row* row, uint32_t branch);
+  void BecomeSnapshot(Row* row, uint32_t branch, Copy* copy);
+  Snapshot TakeOf(uint32_t branch);
+  bool ApplyCommands(Row* row, const PoolRow& at);
+  uint64_t StepRow(Row* row, uint32_t branch, uint64_t steps, Scenario* scenario);
+  /// The sightings of the branch's last step.
+  const Sighting* LatestOf(const Row& row) const {
+    return row.seen.sightings.data() + row.seen.sightings.size() - options.watched.size();
+  }
+
   const BranchOptions options;
-  WorldPool pool;  // one world per thread
+  WorldPool pool;
+  const uint64_t seed;
   std::vector<Row> rows;
   std::vector<Copy> copies;  // one per thread
   bool ready = false;
+  static constexpr size_t kRecent = 8;
+  std::vector<std::shared_ptr<Origin>> recent;  // the latest is the last
+  std::mutex making_models;
+  std::map<const rows::Scene*, std::unique_ptr<const RowModels>> models;
+  std::atomic<uint64_t> steps_in_rows{0};
+  std::mutex taking;
 };
 
 /// Returns the copy's world, made again if a controller has deleted or unloaded it, or null if that
@@ -107,7 +157,9 @@ World* Branches::Impl::ExistingWorldOf(const Copy& copy) {
 void Branches::Impl::Fail(Row* row, Copy* copy, const std::string& why) {
   row->seen.state = Branch::kFailed;
   row->seen.error = why;
+  row->models = nullptr;
   row->state = Snapshot();
+  row->origin.reset();
   copy->resident = nullptr;
 }
 
@@ -134,6 +186,7 @@ void Branches::Impl::SaveState(Row* row, Copy* copy) {
   World* const world = ExistingWorldOf(*copy);
   if (!world) return Fail(row, copy, "its world has been deleted or unloaded");
   messages::Collector collector;
+  row->origin.reset();
   if (world->Take(&row->state, options.keep)) {
     copy->resident = row;
     row->latest = copy;
@@ -154,25 +207,36 @@ void Branches::Impl::WithWorld(Row* row, Copy* copy, F f) {
 }
 
 void Branches::Impl::Step(Row* row, uint32_t branch, uint64_t steps, Scenario* scenario,
-                          Copy* copy) {
+                          bool needs_world, Copy* copy) {
+  uint64_t left = steps;
+  try {
+    if (!needs_world && BecomeRow(row, branch)) left = StepRow(row, branch, steps, scenario);
+    if (left == 0) return;
+    BecomeSnapshot(row, branch, copy);
+  } catch (...) {
+    return Fail(row, copy, DescribeException());
+  }
+  if (row->seen.state != Branch::kAlive) return;
   WithWorld(row, copy, [&] {
-    for (uint64_t i = 0; i < steps; i++)
-      if (!StepOnce(row, branch, scenario, copy)) return;
+    for (uint64_t i = 0; i < left; i++)
+      if (!StepOnce(row, branch, scenario, needs_world, copy)) return;
   });
 }
 
 /// Steps the branch once. Returns false if it has ended.
-bool Branches::Impl::StepOnce(Row* row, uint32_t branch, Scenario* scenario, Copy* copy) {
+bool Branches::Impl::StepOnce(Row* row, uint32_t branch, Scenario* scenario, bool needs_world,
+                              Copy* copy) {
   World* const world = ExistingWorldOf(*copy);
   if (!world) return false;
   ApplyCommands(row, world);
-  if (scenario) scenario->BeforeStep(*world, branch);
+  if (needs_world) scenario->BeforeStep(*world, branch);
   world->Update();
   if (!ExistingWorldOf(*copy)) return false;
   row->seen.steps++;
   RecordSightings(row, *world);
   bool ends = world->TestQuit();
-  if (scenario) ends |= scenario->AfterStep(*world, branch, &row->seen.score);
+  if (needs_world) ends |= scenario->AfterStep(*world, branch, &row->seen.score);
+  if (scenario) ends |= scenario->Watch(LatestOf(*row), branch, &row->seen.score);
   if (ends) row->seen.state = Branch::kEnded;
   ClearQuit(world);
   return !ends;
@@ -202,6 +266,99 @@ void Branches::Impl::RecordSightings(Row* row, const World& world) const {
   }
 }
 
+// ---- branches that are rows ---------------------------------------------------------------------
+
+/// Branches that start from one snapshot share its origin, if it is one of the last that were used.
+std::shared_ptr<Branches::Impl::Origin> Branches::Impl::OriginOf(const Snapshot& from) {
+  const auto known = std::ranges::find_if(
+      recent, [&](const auto& origin) { return origin->snapshot.IsCopyOf(from); });
+  if (known != recent.end()) {
+    std::rotate(known, known + 1, recent.end());
+    return recent.back();
+  }
+  if (recent.size() == kRecent) recent.erase(recent.begin());
+  return recent.emplace_back(std::make_shared<Origin>(from));
+}
+
+const RowModels* Branches::Impl::ModelsOf(const rows::Scene& scene) {
+  const std::lock_guard lock(making_models);
+  std::unique_ptr<const RowModels>& known = models[&scene];
+  if (!known) known = std::make_unique<RowModels>(scene, options.watched);
+  return known.get();
+}
+
+/// Makes the branch a row of the pool. Returns false if rows cannot hold its state.
+bool Branches::Impl::BecomeRow(Row* row, uint32_t branch) {
+  if (row->models) return true;
+  if (!options.rows || !row->can_be_row) return false;
+  if (!row->origin) row->origin = std::make_shared<Origin>(row->state);
+  Origin& origin = *row->origin;
+  std::call_once(origin.once,
+                 [&] { origin.row = PoolAccess::ReadSnapshot(pool, origin.snapshot); });
+  row->can_be_row = bool(origin.row);
+  if (!row->can_be_row) return false;
+  PoolAccess::Restore(pool, IdOf(branch), origin.row);
+  if (row->reseed) PoolAccess::Reseed(pool, IdOf(branch), row->seed);
+  row->reseed = false;
+  row->models = ModelsOf(origin.row.rows->scene());
+  row->state = Snapshot();
+  row->origin.reset();
+  row->latest = nullptr;
+  return true;
+}
+
+/// The state of a branch that is a row. Throws WorldFailure.
+Snapshot Branches::Impl::TakeOf(uint32_t branch) {
+  Snapshot state;
+  PoolAccess::Take(pool, IdOf(branch), &state, options.keep);
+  return state;
+}
+
+void Branches::Impl::BecomeSnapshot(Row* row, uint32_t branch, Copy* copy) {
+  if (!row->models) return;
+  messages::Collector collector;
+  row->state = TakeOf(branch);
+  row->models = nullptr;
+  if (row->state.empty())
+    Fail(row, copy, collector.lines.empty() ? "can't be kept" : collector.lines.back());
+}
+
+/// Returns false if a command that is due needs a World.
+bool Branches::Impl::ApplyCommands(Row* row, const PoolRow& at) {
+  const std::vector<Command>& commands = row->seen.commands;
+  for (; row->applied < commands.size() && commands[row->applied].step <= row->seen.steps;
+       row->applied++) {
+    if (!row->models->CanApply(commands[row->applied])) return false;
+    row->models->Apply(commands[row->applied], at.rows, at.row);
+  }
+  return true;
+}
+
+/// Steps a branch that is a row, and returns the number of steps that are left and need a World.
+/// Nobody sees readings between the steps; but a scenario may end the branch after each of them,
+/// and its state then has the readings unless they are omitted.
+uint64_t Branches::Impl::StepRow(Row* row, uint32_t branch, uint64_t steps, Scenario* scenario) {
+  const PoolRow at = PoolAccess::RowToChange(pool, IdOf(branch));
+  const uint64_t omitted = options.keep == Snapshot::kLean ? 1 : 0;
+  uint64_t left = steps;
+  while (left > 0 && row->seen.state == Branch::kAlive) {
+    if (!ApplyCommands(row, at)) {
+      row->can_be_row = false;
+      break;
+    }
+    left--;
+    PoolAccess::StepRow(pool, IdOf(branch), (scenario ? 0 : left) + omitted);
+    row->seen.steps++;
+    row->models->Watch(*at.rows, at.row, &row->seen.sightings);
+    if (scenario && scenario->Watch(LatestOf(*row), branch, &row->seen.score))
+      row->seen.state = Branch::kEnded;
+  }
+  steps_in_rows += steps - left;
+  return row->seen.state == Branch::kAlive ? left : 0;
+}
+
+// ---- interface ----------------------------------------------------------------------------------
+
 Branches::Branches(const World& prototype, uint32_t count, const BranchOptions& options)
     : impl_(new Impl(prototype, count, options)) {}
 
@@ -215,8 +372,15 @@ unsigned Branches::threads() const { return static_cast<unsigned>(impl_->copies.
 
 void Branches::Resize(uint32_t count) {
   for (Impl::Copy& copy : impl_->copies) copy.resident = nullptr;
-  impl_->rows.resize(count);
+  impl_->Resize(count);
 }
+
+std::string Branches::WhyNotClosed() const {
+  if (!impl_->options.rows) return "the options say so";
+  return PoolAccess::WhyNoRows(impl_->pool);
+}
+
+uint64_t Branches::steps_in_rows() const { return impl_->steps_in_rows; }
 
 const Branch& Branches::operator[](uint32_t branch) const { return impl_->rows[branch].seen; }
 
@@ -231,7 +395,10 @@ void Branches::Restore(uint32_t branch, const Snapshot& from) {
   seen.score = 0;
   seen.commands.clear();
   seen.sightings.clear();
+  row.models = nullptr;
   row.state = from;
+  row.origin = impl_->ready && !from.empty() ? impl_->OriginOf(from) : nullptr;
+  row.can_be_row = true;
   row.reseed = false;
   row.applied = 0;
   row.latest = nullptr;
@@ -258,22 +425,38 @@ void Branches::Retire(uint32_t branch) {
 }
 
 void Branches::Step(uint64_t steps, Scenario* scenario) {
+  if (steps == 0) return;
+  const bool needs_world = scenario && scenario->NeedsWorld();
   std::vector<uint32_t> alive;
   for (uint32_t branch = 0; branch < count(); branch++)
     if (impl_->rows[branch].seen.state == Branch::kAlive) alive.push_back(branch);
   impl_->pool.Run(alive.size(), [&](size_t i, unsigned thread) {
-    impl_->Step(&impl_->rows[alive[i]], alive[i], steps, scenario, &impl_->copies[thread]);
+    impl_->Step(&impl_->rows[alive[i]], alive[i], steps, scenario, needs_world,
+                &impl_->copies[thread]);
   });
 }
 
 bool Branches::Visit(uint32_t branch, const std::function<void(World&)>& visit) {
   Impl::Row& row = impl_->rows[branch];
-  if (row.state.empty()) return false;
   Impl::Copy& copy = impl_->copies[0];
+  try {
+    impl_->BecomeSnapshot(&row, branch, &copy);
+  } catch (...) {
+    Impl::Fail(&row, &copy, DescribeException());
+  }
+  if (row.state.empty()) return false;
   impl_->WithWorld(&row, &copy, [&] { visit(*impl_->pool.At(copy.id)); });
   return row.seen.state != Branch::kFailed;
 }
 
-Snapshot Branches::StateOf(uint32_t branch) const { return impl_->rows[branch].state; }
+Snapshot Branches::StateOf(uint32_t branch) const {
+  if (!impl_->rows[branch].models) return impl_->rows[branch].state;
+  const std::lock_guard lock(impl_->taking);
+  try {
+    return impl_->TakeOf(branch);
+  } catch (...) {
+    return Snapshot();
+  }
+}
 
 }  // namespace Stg

@@ -10,7 +10,10 @@
 
 namespace Stg {
 
+bool Judge::NeedsWorld() const { return true; }
 void Judge::Begin(World&, size_t) {}
+bool Judge::Score(World&, size_t, double*) { return false; }
+bool Judge::Watch(const Sighting*, size_t, double*) { return false; }
 
 Bounds Judge::Outlook(uint64_t) const {
   const double any = std::numeric_limits<double>::infinity();
@@ -22,8 +25,9 @@ namespace {
 BranchOptions OptionsOfBranches(const ConsequenceEngine::Options& options) {
   BranchOptions branches;
   branches.threads = options.threads;
-  branches.keep = Snapshot::kLean;
+  branches.keep = options.keep;
   branches.watched = options.watched;
+  branches.rows = options.rows;
   return branches;
 }
 
@@ -83,11 +87,15 @@ struct ConsequenceEngine::Impl {
     uint32_t samples = 1;
     const Branches* branches = nullptr;
 
+    bool NeedsWorld() const override { return judge->NeedsWorld(); }
     void BeforeStep(World& world, uint32_t branch) override {
       if ((*branches)[branch].steps == 0) judge->Begin(world, branch / samples);
     }
     bool AfterStep(World& world, uint32_t branch, double* score) override {
       return judge->Score(world, branch / samples, score);
+    }
+    bool Watch(const Sighting* watched, uint32_t branch, double* score) override {
+      return judge->Watch(watched, branch / samples, score);
     }
   };
 
@@ -246,6 +254,10 @@ ConsequenceEngine::ConsequenceEngine(const World& prototype, const Options& opti
 ConsequenceEngine::~ConsequenceEngine() = default;
 
 bool ConsequenceEngine::IsReady() const { return impl_->branches->IsReady(); }
+
+std::string ConsequenceEngine::WhyNotClosed() const { return impl_->branches->WhyNotClosed(); }
+
+uint64_t ConsequenceEngine::steps_in_rows() const { return impl_->branches->steps_in_rows(); }
 
 Decision ConsequenceEngine::Choose(const Question& question, const Budget& budget, Judge* judge) {
   const Meter meter(budget);

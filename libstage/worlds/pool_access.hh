@@ -7,13 +7,18 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <string>
 
 #include "rows/device_rows.hh"
 #include "rows/rows.hh"
+#include "world/snapshot.hh"
 #include "worlds/world_pool.hh"
 
 namespace Stg {
+
+class Subscriptions;
 
 /// A world in a row; without rows it has none.
 struct PoolRow {
@@ -23,8 +28,31 @@ struct PoolRow {
   explicit operator bool() const { return rows != nullptr; }
 };
 
+/// A snapshot as a row, from which worlds of a pool are restored.
+struct SnapshotRow {
+  Subscriptions* subscriptions = nullptr;
+  std::unique_ptr<rows::Rows> rows;  ///< one row; null if rows cannot hold the snapshot
+
+  explicit operator bool() const { return rows != nullptr; }
+};
+
 class PoolAccess {
  public:
+  /// Why the pool has no rows, in words that follow "because"; empty if it has.
+  static std::string WhyNoRows(WorldPool& pool);
+  /// Reads a snapshot. Readings that it omits stay undefined until the next step. Several threads
+  /// of the pool may call it at once.
+  static SnapshotRow ReadSnapshot(WorldPool& pool, const Snapshot& from);
+  /// Makes the world a row in the state of the snapshot. Several threads may call it for different
+  /// worlds; so may they the following functions.
+  static void Restore(WorldPool& pool, uint32_t id, const SnapshotRow& from);
+  /// See World::Reseed(). The world is a row.
+  static void Reseed(WorldPool& pool, uint32_t id, uint64_t seed);
+  /// Makes a step of a world that is a row. Nobody looks at its readings before `unseen` further
+  /// steps have been made.
+  static void StepRow(WorldPool& pool, uint32_t id, uint64_t unseen);
+  /// See WorldPool::Take().
+  static bool Take(WorldPool& pool, uint32_t id, Snapshot* to, Snapshot::Keep keep);
   /// The scene of the row that a world is in or can become; null if it has a World object.
   static const rows::Scene* SceneOf(WorldPool& pool, uint32_t id);
   /// A row with the state of the world, if it has no World object. It may be read until the next

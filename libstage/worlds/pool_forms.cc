@@ -9,7 +9,6 @@
 
 #include "geometry/load_error.hh"
 #include "models/model.hh"
-#include "rows/row_bridge.hh"
 #include "worlds/pool_access.hh"
 #include "worlds/pool_impl.hh"
 
@@ -195,6 +194,45 @@ const rows::Scene* PoolAccess::SceneOf(WorldPool& pool, uint32_t id) {
   const WorldPool::Impl::Slot& slot = pool.impl_->slots[id];
   if (slot.form == WorldPool::Impl::Form::kWorld || !pool.impl_->scene->has_rows()) return nullptr;
   return slot.subscriptions->scene().get();
+}
+
+std::string PoolAccess::WhyNoRows(WorldPool& pool) {
+  PoolScene& scene = *pool.impl_->scene;
+  return scene.has_rows() ? "" : scene.WhyNoRows();
+}
+
+SnapshotRow PoolAccess::ReadSnapshot(WorldPool& pool, const Snapshot& from) {
+  WorldPool::Impl& impl = *pool.impl_;
+  SnapshotRow read;
+  std::string error;
+  if (!impl.scene->has_rows()) return read;
+  try {
+    impl.ReadSnapshot(from, RowBridge::kMayLack, impl.CurrentThread(), &read, &error);
+  } catch (const WorldFailure&) {  // a World object cannot be made
+  }
+  return read;
+}
+
+void PoolAccess::Restore(WorldPool& pool, uint32_t id, const SnapshotRow& from) {
+  pool.impl_->RestoreRow(id, from);
+}
+
+void PoolAccess::Reseed(WorldPool& pool, uint32_t id, uint64_t seed) {
+  RowBridge::Reseed(pool.impl_->RowsToChange(pool.impl_->slots[id]), id, seed);
+}
+
+void PoolAccess::StepRow(WorldPool& pool, uint32_t id, uint64_t unseen) {
+  WorldPool::Impl& impl = *pool.impl_;
+  const WorldPool::Impl::Slot& slot = impl.slots[id];
+  impl.RowsToChange(slot)->Step(id, 1, impl.ScratchOf(slot, impl.CurrentThread()), unseen);
+}
+
+bool PoolAccess::Take(WorldPool& pool, uint32_t id, Snapshot* to, Snapshot::Keep keep) {
+  WorldPool::Impl& impl = *pool.impl_;
+  bool taken = false;
+  impl.WithWorld(id, impl.CurrentThread(),
+                 [&](const World& world) { taken = world.Take(to, keep); });
+  return taken;
 }
 
 PoolRow PoolAccess::RowToRead(WorldPool& pool, uint32_t id) {

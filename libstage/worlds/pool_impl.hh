@@ -17,6 +17,7 @@
 
 #include "messages/assert.hh"
 #include "models/exception_origin.hh"
+#include "rows/row_bridge.hh"
 #include "rows/rows.hh"
 #include "threads/worker_pool.hh"
 #include "world/world_handle.hh"
@@ -109,6 +110,9 @@ struct WorldPool::Impl {
   void Reset(uint32_t id);
   enum class Fit { kFits, kFitsWorlds, kDoesNotFit };
   bool CanRestoreRow(uint32_t id);
+  Fit ReadSnapshot(const Snapshot& from, RowBridge::Readings readings, Thread* thread,
+                   SnapshotRow* to, std::string* error);
+  void RestoreRow(uint32_t id, const SnapshotRow& from);
   Fit RestoreRows(const Ids& ids, const Snapshot& from, std::string* error);
   void RestoreWorld(uint32_t id, const Snapshot& from);
 
@@ -147,6 +151,14 @@ struct WorldPool::Impl {
 
   static thread_local Thread* current;
 };
+
+template <typename F>
+void WorldPool::Impl::WithWorld(uint32_t id, Thread* thread, F f) {
+  const PoolRow row = RowToRead(id, thread);
+  World* const spare = row ? Spare(thread, 0) : nullptr;
+  if (!spare || !RowBridge::Write(*row.rows, row.row, spare)) return f(*Require(id));
+  f(*spare);
+}
 
 template <typename F>
 void WorldPool::Impl::ForEach(const Ids& ids, F f) {

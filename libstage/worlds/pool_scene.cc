@@ -99,10 +99,7 @@ Subscriptions* PoolScene::Add(std::vector<uint32_t> models) {
   return all_.back().get();
 }
 
-std::string PoolScene::WhyNoRows() {
-  if (options_.branch) return "it belongs to branches";
-  return IsReady() ? loaded()->reason() : "no world is loaded";
-}
+std::string PoolScene::WhyNoRows() { return IsReady() ? loaded()->reason() : "no world is loaded"; }
 
 bool PoolScene::IsRunningAfterLoading(uint32_t model) {
   return std::ranges::any_of(loaded()->scene()->updating,

@@ -84,7 +84,7 @@ class PoolScene {
   /// The subscriptions of a world that has just been loaded: none.
   Subscriptions* loaded() { return loaded_; }
   /// True if worlds can be rows as long as clients do nothing that prevents it.
-  bool has_rows() { return !options_.branch && IsReady() && loaded()->scene() != nullptr; }
+  bool has_rows() { return IsReady() && loaded()->scene() != nullptr; }
   /// Why they cannot, in words that follow "because".
   std::string WhyNoRows();
   bool IsRunningAfterLoading(uint32_t model);

@@ -9,7 +9,6 @@
 
 #include "messages/assert.hh"
 #include "messages/report.hh"
-#include "rows/row_bridge.hh"
 #include "threads/processors.hh"
 #include "threads/wall_clock.hh"
 #include "worlds/pool_impl.hh"
@@ -92,14 +91,6 @@ World* WorldPool::Impl::Require(uint32_t id) {
   return world;
 }
 
-template <typename F>
-void WorldPool::Impl::WithWorld(uint32_t id, Thread* thread, F f) {
-  const PoolRow row = RowToRead(id, thread);
-  World* const spare = row ? Spare(thread, 0) : nullptr;
-  if (!spare || !RowBridge::Write(*row.rows, row.row, spare)) return f(*Require(id));
-  f(*spare);
-}
-
 /// Resets the world to the state after loading with its seed. It is loaded again if it can neither
 /// be a row nor be reset.
 void WorldPool::Impl::Reset(uint32_t id) {
@@ -125,33 +116,42 @@ bool WorldPool::Impl::CanRestoreRow(uint32_t id) {
   return !world || RowBridge::WhyNotClosed(*world).empty();
 }
 
-/// Restores a snapshot in rows, unless it fits only worlds or does not fit.
-WorldPool::Impl::Fit WorldPool::Impl::RestoreRows(const Ids& ids, const Snapshot& from,
-                                                  std::string* error) {
-  Thread& thread = of_threads[0];
-  World* const spare = Spare(&thread, 0);
+/// Reads a snapshot into a row, unless it fits only worlds or does not fit.
+WorldPool::Impl::Fit WorldPool::Impl::ReadSnapshot(const Snapshot& from,
+                                                   RowBridge::Readings readings, Thread* thread,
+                                                   SnapshotRow* to, std::string* error) {
+  World* const spare = Spare(thread, 0);
   const messages::ErrorTrap errors;
   if (!spare->Restore(from)) {
     *error = errors.Last("the snapshot doesn't fit");
     return Fit::kDoesNotFit;
   }
   Subscriptions* const subscriptions = scene->SubscriptionsOf(*spare);
-  rows::Rows* const into = RowsOf(subscriptions);
-  if (!into) return Fit::kFitsWorlds;
-  rows::Rows read(subscriptions->scene(), std::vector<uint64_t>());
-  read.Resize(1);
-  if (!RowBridge::Read(spare, &read, 0, Spare(&thread, 1))) return Fit::kFitsWorlds;
-  ToChange(into);
-  NoteForm();
-  ForEach(ids, [&](uint32_t id, Thread*) {
-    Slot& slot = slots[id];
-    into->Copy(id, read, 0);
-    slot.form = Form::kRow;
-    slot.subscriptions = subscriptions;
-    slot.rows = into;
-    slot.failure.clear();
-  });
+  if (!RowsOf(subscriptions)) return Fit::kFitsWorlds;
+  auto read = std::make_unique<rows::Rows>(subscriptions->scene(), std::vector<uint64_t>());
+  read->Resize(1);
+  if (!RowBridge::Read(spare, read.get(), 0, Spare(thread, 1), readings)) return Fit::kFitsWorlds;
+  *to = {subscriptions, std::move(read)};
   return Fit::kFits;
+}
+
+void WorldPool::Impl::RestoreRow(uint32_t id, const SnapshotRow& from) {
+  Slot& slot = slots[id];
+  slot.rows = ToChange(RowsOf(from.subscriptions));
+  slot.rows->Copy(id, *from.rows, 0);
+  slot.form = Form::kRow;
+  slot.subscriptions = from.subscriptions;
+  slot.failure.clear();
+  NoteForm();
+}
+
+/// Restores a snapshot in rows, unless it fits only worlds or does not fit.
+WorldPool::Impl::Fit WorldPool::Impl::RestoreRows(const Ids& ids, const Snapshot& from,
+                                                  std::string* error) {
+  SnapshotRow read;
+  const Fit fit = ReadSnapshot(from, RowBridge::kHasAll, &of_threads[0], &read, error);
+  if (fit == Fit::kFits) ForEach(ids, [&](uint32_t id, Thread*) { RestoreRow(id, read); });
+  return fit;
 }
 
 /// Restores a snapshot in a World object. Throws WorldFailure.

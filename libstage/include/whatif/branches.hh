@@ -43,13 +43,21 @@ struct Sighting {
 
 /// Interface by which a client controls and scores branches. Several threads call it at once for
 /// different branches. A call may only use its own world and data of its own branch.
+///
+/// A scenario that overrides Watch() alone, and NeedsWorld() to return false, makes branches of
+/// closed worlds several times as fast: they need no World objects. See Branches::WhyNotClosed().
 class Scenario {
  public:
   virtual ~Scenario() {}
+  /// True if BeforeStep() and AfterStep() are to be called, which is the default.
+  virtual bool NeedsWorld() const;
   /// Called before each step, after the commands, for changes that commands cannot express.
   virtual void BeforeStep(World& world, uint32_t branch);
   /// Called after each step. May change the score. Returns true to end the branch.
   virtual bool AfterStep(World& world, uint32_t branch, double* score);
+  /// Called after each step and AfterStep(), with the sightings of the step: one for each of
+  /// BranchOptions::watched. May change the score. Returns true to end the branch.
+  virtual bool Watch(const Sighting* watched, uint32_t branch, double* score);
 };
 
 struct BranchOptions {
@@ -59,8 +67,10 @@ struct BranchOptions {
   Snapshot::Keep keep;
   std::vector<uint32_t> watched;  ///< ids of models that are recorded as sightings
   bool device;                    ///< worlds use the prototype's OpenCL device, if any
+  bool rows;  ///< branches of closed worlds need no World objects; false: all have one, for
+              ///< comparison
 
-  BranchOptions() : threads(1), keep(Snapshot::kFull), device(false) {}
+  BranchOptions() : threads(1), keep(Snapshot::kFull), device(false), rows(true) {}
 };
 
 /// The result of a branch so far.
@@ -82,9 +92,13 @@ struct Branch {
   Branch() : state(kRetired), steps(0), score(0) {}
 };
 
-/// Many alternative futures ("branches") of a world. A branch is stored as a snapshot; a few
-/// worlds, one per thread, step all branches. The result of a branch depends only on its state,
-/// seed and commands, not on the number of branches or threads or on other branches.
+/// Many alternative futures ("branches") of a world. The result of a branch depends only on its
+/// state, seed and commands, not on the number of branches or threads or on other branches.
+///
+/// A branch of a closed world, see WorldPool, takes about a kilobyte and its readings, and is
+/// stepped without a World object. Others are stored as snapshots, and a few worlds, one per
+/// thread, step them. So are those of a scenario that needs a World, and those whose state a closed
+/// world cannot have. Both ways have equal results.
 ///
 /// Controllers run in branches as in the prototype; they can check World::IsBranch().
 class Branches {
@@ -100,6 +114,11 @@ class Branches {
   uint32_t count() const;
   /// Number of worker threads.
   unsigned threads() const;
+  /// Why branches need World objects whatever the scenario, in words that follow "because"; empty
+  /// if they do not.
+  std::string WhyNotClosed() const;
+  /// Number of steps that were made without a World object, since the beginning.
+  uint64_t steps_in_rows() const;
   /// Changes the number of branches. New branches start retired.
   void Resize(uint32_t count);
   const Branch& operator[](uint32_t branch) const;

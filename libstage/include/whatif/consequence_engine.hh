@@ -31,14 +31,20 @@ struct Candidate {
 };
 
 /// Scores the consequences of candidates. Several threads call its functions at once, each with a
-/// world of its own.
+/// world of its own. A judge that overrides Watch() instead of Score(), and NeedsWorld() to return
+/// false, makes decisions about closed worlds several times as fast; see Scenario.
 class Judge {
  public:
   virtual ~Judge() {}
+  /// True if Begin() and Score() are to be called, which is the default.
+  virtual bool NeedsWorld() const;
   /// Called before a candidate's first step, for changes that commands cannot express.
   virtual void Begin(World& world, size_t candidate);
-  /// Called after each step. Adds to the score; higher is better. Returns true to end the sample.
-  virtual bool Score(World& world, size_t candidate, double* score) = 0;
+  /// Called after each step. Changes the score; higher is better. Returns true to end the sample.
+  virtual bool Score(World& world, size_t candidate, double* score);
+  /// Called after each step and Score(), with the sightings of the step: one for each of
+  /// ConsequenceEngine::Options::watched. Changes the score, and returns true to end the sample.
+  virtual bool Watch(const Sighting* watched, size_t candidate, double* score);
   /// Bounds of what `steps` more steps can add to a score. Tight bounds allow candidates that
   /// cannot win to be dropped early. The default is unbounded.
   virtual Bounds Outlook(uint64_t steps) const;
@@ -100,8 +106,12 @@ class ConsequenceEngine {
     uint32_t samples;               ///< samples per candidate, with different random numbers
     uint64_t round;                 ///< steps per round; the budget is checked between rounds
     std::vector<uint32_t> watched;  ///< see BranchOptions
+    /// See BranchOptions. With kFull, readings of rangers are made in each step; otherwise only if
+    /// somebody sees them.
+    Snapshot::Keep keep;
+    bool rows;  ///< see BranchOptions
 
-    Options() : threads(1), samples(1), round(5) {}
+    Options() : threads(1), samples(1), round(5), keep(Snapshot::kLean), rows(true) {}
   };
 
   /// Copies a loaded world; see Branches.
@@ -112,6 +122,10 @@ class ConsequenceEngine {
 
   /// See Branches::IsReady().
   bool IsReady() const;
+  /// See Branches::WhyNotClosed().
+  std::string WhyNotClosed() const;
+  /// See Branches::steps_in_rows().
+  uint64_t steps_in_rows() const;
   /// Returns the best candidate found within the budget. At least one round is always simulated.
   Decision Choose(const Question& question, const Budget& budget, Judge* judge);
   /// Repeats the rounds of `decision` without a budget. Reproduces the decision exactly.

@@ -37,6 +37,10 @@ class Snapshot {
 
   /// True if no snapshot was taken.
   bool empty() const { return !row_; }
+  /// True if both are copies of one snapshot. Equal states of different snapshots do not count.
+  bool IsCopyOf(const Snapshot& other) const {
+    return row_ == other.row_ && difference_ == other.difference_;
+  }
   /// Size in bytes; for a lean snapshot without the shared state.
   size_t size() const;
   /// Bytes of the shared state of a lean snapshot; 0 for a full one.

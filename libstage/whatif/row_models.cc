@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "whatif/row_models.hh"
+
+#include <algorithm>
+#include <cmath>
+
+#include "models/model.hh"
+#include "motion/drive.hh"
+#include "rows/in_mover.hh"
+#include "rows/planar.hh"
+#include "world/world.hh"
+
+namespace Stg::whatif {
+
+namespace {
+
+DriveInput::Mode ModeOf(Command::Kind kind) {
+  switch (kind) {
+    case Command::kGoTo:
+      return DriveInput::kPosition;
+    case Command::kSetAcceleration:
+      return DriveInput::kAcceleration;
+    case Command::kSetSpeed:
+    case Command::kStop:
+      return DriveInput::kVelocity;
+  }
+  return DriveInput::kVelocity;
+}
+
+rows::Planar ValueOf(const Command& command) {
+  if (command.kind == Command::kStop) return {};
+  return rows::PlanarOf(Pose(command.x, command.y, 0, command.a));
+}
+
+}  // namespace
+
+RowModels::RowModels(const rows::Scene& scene, const std::vector<uint32_t>& watched)
+    : scene_(scene) {
+  for (const uint32_t model : watched) watched_.push_back(Find(model));
+}
+
+size_t RowModels::RobotOf(uint32_t model) const {
+  const auto mover = std::ranges::lower_bound(
+      scene_.movers, model, {}, [](const rows::Mover& m) { return m.model->GetId(); });
+  const bool is_robot =
+      mover != scene_.movers.end() && mover->robot && mover->model->GetId() == model;
+  return is_robot ? static_cast<size_t>(mover - scene_.movers.begin()) : kStands;
+}
+
+bool RowModels::CanApply(const Command& command) const {
+  const size_t robot = RobotOf(command.model);
+  if (robot == kStands) return true;  // it has no effect
+  const rows::Mover& mover = scene_.movers[robot];
+  if (!mover.runs || (mover.steers && ModeOf(command.kind) != DriveInput::kVelocity)) return false;
+  const rows::Planar value = ValueOf(command);
+  return std::isfinite(value.x) && std::isfinite(value.y) && std::isfinite(value.a);
+}
+
+void RowModels::Apply(const Command& command, rows::Rows* rows, size_t row) const {
+  const size_t robot = RobotOf(command.model);
+  if (robot == kStands) return;
+  const size_t i = row * scene_.movers.size() + robot;
+  rows->columns.mode[i] = static_cast<uint8_t>(ModeOf(command.kind));
+  rows->columns.command[i] = ValueOf(command);
+}
+
+RowModels::Watched RowModels::Find(uint32_t id) const {
+  Watched watched;
+  const Model* const model = scene_.prototype->FindModel(id);
+  if (!model) return watched;
+  watched.seen.pose = model->GetGlobalPose();
+  watched.seen.stalled = model->Stalled();
+  rows::ForEachInMovers(*scene_.prototype, scene_, [&](const Model* part, rows::InMover at) {
+    if (part != model) return;
+    watched.mover = at.mover;
+    watched.node = at.node;
+  });
+  return watched;
+}
+
+/// Movers change neither their heights nor their shapes.
+Sighting RowModels::See(const Watched& watched, const rows::Rows& rows, size_t row) const {
+  Sighting sighting = watched.seen;
+  if (watched.mover == kStands) return sighting;
+  const rows::Mover& mover = scene_.movers[watched.mover];
+  const size_t i = row * scene_.movers.size() + watched.mover;
+  sighting.pose = mover.GlobalPoseOf(watched.node, rows::PoseOf(rows.columns.pose[i], mover.z));
+  sighting.pose.z = watched.seen.pose.z;
+  if (watched.node > 0) return sighting;
+  sighting.stalled = rows.columns.stalled[i];
+  if (mover.robot) sighting.velocity = rows::VelocityOf(rows.columns.velocity[i]);
+  return sighting;
+}
+
+void RowModels::Watch(const rows::Rows& rows, size_t row, std::vector<Sighting>* to) const {
+  for (const Watched& watched : watched_) to->push_back(See(watched, rows, row));
+}
+
+}  // namespace Stg::whatif

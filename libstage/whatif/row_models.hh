@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Commands to the models of a row, and sightings of them. They have the results of the functions of
+// the models of a World in the same state.
+
+#ifndef STAGE_WHATIF_ROW_MODELS_HH
+#define STAGE_WHATIF_ROW_MODELS_HH
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "rows/rows.hh"
+#include "whatif/branches.hh"
+
+namespace Stg::whatif {
+
+class RowModels {
+ public:
+  RowModels(const rows::Scene& scene, const std::vector<uint32_t>& watched);
+
+  const rows::Scene& scene() const { return scene_; }
+  /// True if the command can be carried out in a row, and cannot give rise to a warning.
+  bool CanApply(const Command& command) const;
+  void Apply(const Command& command, rows::Rows* rows, size_t row) const;
+  /// Appends the sightings of all watched models.
+  void Watch(const rows::Rows& rows, size_t row, std::vector<Sighting>* to) const;
+
+ private:
+  static constexpr size_t kStands = SIZE_MAX;
+  struct Watched {
+    size_t mover = kStands;
+    uint32_t node = 0;
+    Sighting seen = {Pose(), Velocity(), false};  ///< with what does not change
+  };
+  Watched Find(uint32_t model) const;
+  Sighting See(const Watched& watched, const rows::Rows& rows, size_t row) const;
+  /// The number of the robot's mover; kStands if the model is no robot.
+  size_t RobotOf(uint32_t model) const;
+
+  const rows::Scene& scene_;
+  std::vector<Watched> watched_;
+};
+
+}  // namespace Stg::whatif
+
+#endif

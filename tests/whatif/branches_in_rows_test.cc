@@ -1,0 +1,378 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Branches of closed worlds have equal results with and without World objects, whatever is done
+// with them.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "stage.hh"
+#include "support/closed_world.hh"
+#include "support/model_testing.hh"
+#include "support/own_worlds.hh"
+#include "support/random_source.hh"
+#include "support/sanitized.hh"
+#include "world/engine.hh"
+
+namespace Stg {
+namespace {
+
+using test::ClosedWorldKind;
+using test::RandomSource;
+
+std::unique_ptr<World> LoadText(const std::string& text, uint64_t seed) {
+  auto world = std::make_unique<World>(OptionsOf(seed));
+  std::istringstream content(text);
+  EXPECT_TRUE(world->Load(content, "t.world")) << text;
+  world->SetQuitTime(0);
+  return world;
+}
+
+std::vector<uint32_t> IdsOf(const World& world) {
+  std::vector<uint32_t> ids;
+  for (const Model* model : world.engine().models) ids.push_back(model->GetId());
+  return ids;
+}
+
+/// A command to any model, now and then one that a robot refuses.
+Command RandomCommand(RandomSource* random, const std::vector<uint32_t>& models, uint64_t step) {
+  const Command::Kind kind =
+      random->Pick<Command::Kind>({Command::kSetSpeed, Command::kSetSpeed, Command::kGoTo,
+                                   Command::kSetAcceleration, Command::kStop});
+  Command command(step, random->OneIn(20) ? 4000 : random->Pick(models), kind, random->Real(-1, 1),
+                  random->Real(-1, 1), random->Real(-2, 2));
+  if (random->OneIn(50)) command.y = std::numeric_limits<double>::quiet_NaN();
+  if (random->OneIn(50)) command.x = std::numeric_limits<double>::infinity();
+  return command;
+}
+
+/// Scores by all poses, and ends some branches. `needs_world`: it also looks at the World.
+class Scorer : public Scenario {
+ public:
+  Scorer(size_t watched, bool needs_world) : watched_(watched), needs_world_(needs_world) {}
+
+  bool NeedsWorld() const override { return needs_world_; }
+  bool AfterStep(World& world, uint32_t branch, double* score) override {
+    *score += static_cast<double>(world.UpdateCount() % 7 * branch);
+    return world.UpdateCount() % 31 == 30 && branch % 4 == 1;
+  }
+  bool Watch(const Sighting* watched, uint32_t branch, double* score) override {
+    if (branch % 19 == 18 && *score > 40) throw std::runtime_error("too good");
+    size_t stalled = 0;
+    for (size_t i = 0; i < watched_; i++) {
+      *score += watched[i].pose.x + watched[i].pose.a * watched[i].velocity.x;
+      stalled += watched[i].stalled;
+    }
+    return stalled > 0 && branch % 2 == 1;
+  }
+
+ private:
+  const size_t watched_;
+  const bool needs_world_;
+};
+
+/// Numbers of events, which show that the test does what it claims.
+struct Happened {
+  uint64_t steps_in_rows = 0, steps = 0;
+  size_t ended = 0, failed = 0, chained = 0, visits = 0, stalls = 0, reseeded = 0;
+};
+
+/// Branches with rows, and the same without.
+class Pair {
+ public:
+  Pair(const World& world, uint32_t count, BranchOptions options) : watched_(options.watched) {
+    with_ = std::make_unique<Branches>(world, count, options);
+    options.rows = false;
+    options.threads = 1;
+    without_ = std::make_unique<Branches>(world, count, options);
+    EXPECT_EQ(with_->WhyNotClosed(), "");
+    EXPECT_NE(without_->WhyNotClosed(), "");
+  }
+
+  uint32_t count() const { return with_->count(); }
+  const Branch& operator[](uint32_t branch) const { return (*with_)[branch]; }
+  uint64_t steps_in_rows() const { return with_->steps_in_rows(); }
+  /// Number of steps of all branches since they were restored.
+  uint64_t steps() const {
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < count(); i++) sum += (*with_)[i].steps;
+    return sum;
+  }
+  template <typename F>
+  void InBoth(F act) {
+    act(with_.get());
+    act(without_.get());
+  }
+  /// Restores a branch from the state of another.
+  void Chain(uint32_t from, uint32_t to, uint64_t seed) {
+    InBoth([&](Branches* branches) {
+      const Snapshot state = branches->StateOf(from);
+      if (!state.empty()) branches->Restore(to, state, seed);
+    });
+  }
+
+  /// Says what differs; empty if nothing does.
+  std::string Difference(uint32_t i) const {
+    const Branch &a = (*with_)[i], &b = (*without_)[i];
+    if (a.state != b.state) return "the state: " + a.error + " / " + b.error;
+    if (a.error != b.error) return "the error: " + a.error + " / " + b.error;
+    if (a.steps != b.steps) return "the number of steps";
+    if (a.sightings.size() != b.sightings.size()) return "the number of sightings";
+    for (size_t s = 0; s < a.sightings.size(); s++)
+      if (!IsSame(a.sightings[s], b.sightings[s]))
+        return "sighting " + std::to_string(s) + " of " + std::to_string(watched_.size()) +
+               " models";
+    if (std::memcmp(&a.score, &b.score, sizeof a.score) != 0) return "the score";
+    const Snapshot of_a = with_->StateOf(i), of_b = without_->StateOf(i);
+    if (of_a.empty() != of_b.empty() || of_a.hash() != of_b.hash()) return "the state hash";
+    return "";
+  }
+
+ private:
+  static bool IsSame(const Sighting& a, const Sighting& b) {
+    const double x[] = {a.pose.x,     a.pose.y,     a.pose.z,     a.pose.a,
+                        a.velocity.x, a.velocity.y, a.velocity.z, a.velocity.a};
+    const double y[] = {b.pose.x,     b.pose.y,     b.pose.z,     b.pose.a,
+                        b.velocity.x, b.velocity.y, b.velocity.z, b.velocity.a};
+    return std::equal(x, x + 8, y) && a.stalled == b.stalled;
+  }
+
+  const std::vector<uint32_t> watched_;
+  std::unique_ptr<Branches> with_, without_;
+};
+
+/// Changes the world of a branch.
+void Meddle(RandomSource* random, Pair* pair, uint32_t branch,
+            const std::vector<uint32_t>& models) {
+  const uint64_t number = random->Next();
+  const uint32_t id = random->Pick(models);
+  pair->InBoth([&](Branches* branches) {
+    branches->Visit(branch, [&](World& world) {
+      if (number % 3 == 0) world.Update();
+      Model* const model = world.FindModel(id);
+      if (number % 5 == 0 && model)
+        model->SetPose(Pose(0.1 * static_cast<double>(number % 40) - 2, 1, 0, 1));
+      if (number % 7 == 0) world.CreateModel(world.GetGround(), "model");
+      if (number % 11 == 0) world.Reseed(number);
+    });
+  });
+}
+
+/// Does something with one or all branches.
+void Act(RandomSource* random, Pair* pair, const std::vector<Snapshot>& snapshots,
+         const std::vector<uint32_t>& models, Happened* happened) {
+  const auto some = [&] { return static_cast<uint32_t>(random->Next() % pair->count()); };
+  const uint32_t one = some();
+  switch (random->Int(0, 7)) {
+    case 0:
+      happened->visits++;
+      return Meddle(random, pair, one, models);
+    case 1:
+      happened->chained++;
+      return pair->Chain(some(), one, random->Next());
+    case 2:
+      return pair->InBoth([&](Branches* branches) { branches->Retire(one); });
+    case 3: {
+      const auto count = static_cast<uint32_t>(random->Int(1, 40));
+      return pair->InBoth([&](Branches* branches) { branches->Resize(count); });
+    }
+    default:
+      for (uint32_t i = 0; i < pair->count(); i++) {
+        if (random->OneIn(3)) continue;
+        const Snapshot& from = random->Pick(snapshots);
+        const uint64_t seed = random->Next();
+        const bool reseeds = random->OneIn(2);
+        happened->reseeded += reseeds;
+        pair->InBoth([&](Branches* branches) {
+          reseeds ? branches->Restore(i, from, seed) : branches->Restore(i, from);
+        });
+      }
+  }
+}
+
+void GiveCommands(RandomSource* random, Pair* pair, const std::vector<uint32_t>& models) {
+  for (uint32_t i = 0; i < pair->count(); i++)
+    for (int k = random->Int(0, 4); k > 0; k--) {
+      const Command command = RandomCommand(
+          random, models, (*pair)[i].steps + static_cast<uint64_t>(random->Int(0, 12)));
+      pair->InBoth([&](Branches* branches) { branches->Give(i, command); });
+    }
+}
+
+void CountEvents(const Pair& pair, Happened* happened) {
+  for (uint32_t i = 0; i < pair.count(); i++) {
+    happened->ended += pair[i].state == Branch::kEnded;
+    happened->failed += pair[i].state == Branch::kFailed;
+    for (const Sighting& sighting : pair[i].sightings) happened->stalls += sighting.stalled;
+  }
+}
+
+/// Snapshots of a world at several times, taken while its robots drive.
+std::vector<Snapshot> SnapshotsOf(World* world, RandomSource* random) {
+  std::vector<Snapshot> snapshots;
+  const std::vector<uint32_t> models = IdsOf(*world);
+  for (int i = 0; i < 4; i++) {
+    Snapshot snapshot;
+    EXPECT_TRUE(world->Take(&snapshot, random->OneIn(2) ? Snapshot::kLean : Snapshot::kFull));
+    snapshots.push_back(snapshot);
+    if (i == 2 && random->OneIn(2)) world->Reseed(random->Next());
+    for (int k = random->Int(1, 6); k > 0; k--) {
+      auto* const robot = dynamic_cast<ModelPosition*>(world->FindModel(random->Pick(models)));
+      if (robot) robot->SetSpeed(random->Real(-1, 1), random->Real(-1, 1), random->Real(-2, 2));
+      world->Update();
+    }
+  }
+  return snapshots;
+}
+
+void RunAtRandom(RandomSource* random, World* world, Happened* happened) {
+  BranchOptions options;
+  options.threads = static_cast<unsigned>(random->Pick<int>({1, 2, 5}));
+  options.keep = random->OneIn(2) ? Snapshot::kFull : Snapshot::kLean;
+  const std::vector<uint32_t> models = IdsOf(*world);
+  options.watched = random->OneIn(4) ? std::vector<uint32_t>() : models;
+  options.watched.push_back(4000);  // no such model
+  Pair pair(*world, static_cast<uint32_t>(random->Pick<int>({1, 3, 33})), options);
+  const std::vector<Snapshot> snapshots = SnapshotsOf(world, random);
+  Scorer watcher(options.watched.size(), false), looker(options.watched.size(), true);
+  for (int round = 0; round < 12; round++) {
+    Act(random, &pair, snapshots, models, happened);
+    if (random->OneIn(2)) GiveCommands(random, &pair, models);
+    Scenario* const scenario =
+        random->Pick<Scenario*>({nullptr, nullptr, &watcher, &watcher, &watcher, &looker});
+    const auto steps = static_cast<uint64_t>(random->Int(0, 9));
+    const uint64_t before = pair.steps();
+    pair.InBoth([&](Branches* branches) { branches->Step(steps, scenario); });
+    happened->steps += pair.steps() - before;
+    CountEvents(pair, happened);
+    for (uint32_t i = 0; i < pair.count(); i++)
+      ASSERT_EQ(pair.Difference(i), "") << "branch " << i << " in round " << round;
+  }
+  happened->steps_in_rows += pair.steps_in_rows();
+}
+
+/// Number of random worlds; more for a long search.
+uint64_t Worlds() {
+  const char* const wanted = std::getenv("STAGE_RANDOM_WORLDS");
+  return wanted ? std::strtoull(wanted, nullptr, 10) : kSanitized ? 8 : 60;
+}
+
+TEST(BranchesInRows, EqualThoseWithWorlds) {
+  InitLibrary();
+  Happened happened;
+  for (uint64_t seed = 1; seed <= Worlds(); seed++) {
+    RandomSource random(seed);
+    const ClosedWorldKind kind{random.OneIn(2), random.OneIn(3), random.Int(1, 5), 3,
+                               random.OneIn(3)};
+    const std::string text = ClosedWorld(kind, &random);
+    SCOPED_TRACE("seed " + std::to_string(seed) + "\n" + text);
+    const std::unique_ptr<World> world = LoadText(text, random.Next());
+    test::SubscribeToMost(world.get(), random.OneIn(2) ? 0 : random.Next() & random.Next());
+    ASSERT_NO_FATAL_FAILURE(RunAtRandom(&random, world.get(), &happened));
+  }
+  const size_t scale = kSanitized ? 10 : 1;
+  EXPECT_GT(happened.steps, 10000u / scale);
+  EXPECT_GT(happened.steps_in_rows, happened.steps * 7 / 10) << "of " << happened.steps;
+  EXPECT_LT(happened.steps_in_rows, happened.steps);
+  EXPECT_GT(happened.ended, 100u / scale);
+  EXPECT_GT(happened.failed, 20u / scale);
+  EXPECT_GT(happened.chained, 20u / scale);
+  EXPECT_GT(happened.visits, 20u / scale);
+  EXPECT_GT(happened.stalls, 1000u / scale);
+  EXPECT_GT(happened.reseeded, 200u / scale);
+}
+
+// ---- numbers of branches ------------------------------------------------------------------------
+
+const char kTwoRobots[] =
+    "resolution 0.05\n"
+    "define bot position( alwayson 1 size [0.3 0.3 0.3] localization \"odom\" odom_noise [0.1 0.1 "
+    "0.1 0.1]\n"
+    "  ranger( alwayson 1 sensor( range [0 3] fov 270 samples 7 noise [0.01 0.01 0] ) )\n"
+    "  ranger( alwayson 1 sensor( range [0 3] fov 90 samples 5 ) ) )\n"
+    "bot( name \"a\" ) bot( name \"b\" pose [1 0 0 90] )\n"
+    "model( pose [2 -1 0 0] size [0.4 4 1] )\n";
+
+/// Runs branches with commands and seeds that depend on their numbers, and returns their results.
+std::vector<uint64_t> ResultsOf(const World& world, uint32_t count, BranchOptions options) {
+  Snapshot now;
+  EXPECT_TRUE(world.Take(&now, Snapshot::kLean));
+  Branches branches(world, count, options);
+  const uint32_t robot = options.watched[0];
+  for (uint32_t i = 0; i < count; i++) {
+    branches.Restore(i, now, i);
+    branches.Give(i, Command(2, robot, Command::kSetSpeed, 0.1 * (i % 5), 0, 0.1 * (i % 9)));
+    branches.Give(i, Command(9, robot, Command::kGoTo, 0.2 * (i % 3), 1, 0));
+  }
+  Scorer scorer(options.watched.size(), false);
+  for (int round = 0; round < 3; round++) branches.Step(5, &scorer);
+  std::vector<uint64_t> results;
+  for (uint32_t i = 0; i < count; i++) {
+    results.push_back(branches.StateOf(i).hash());
+    results.push_back(std::bit_cast<uint64_t>(branches[i].score));
+    results.push_back(branches[i].steps);
+  }
+  EXPECT_EQ(branches.steps_in_rows() > 0, options.rows);
+  return results;
+}
+
+TEST(BranchesInRows, DoNotDependOnTheNumbersOfBranchesAndThreads) {
+  InitLibrary();
+  const std::unique_ptr<World> world = LoadText(kTwoRobots, 3);
+  for (int i = 0; i < 4; i++) world->Update();
+  for (const Snapshot::Keep keep : {Snapshot::kLean, Snapshot::kFull}) {
+    BranchOptions options;
+    options.keep = keep;
+    options.watched = {world->GetModel("a")->GetId(), world->GetModel("b")->GetId()};
+    options.rows = false;
+    const uint32_t most = kSanitized ? 100 : 1000;
+    const std::vector<uint64_t> expected = ResultsOf(*world, most, options);
+    options.rows = true;
+    for (const unsigned threads : {1u, 2u, 7u})
+      for (const uint32_t count : {1u, 33u, most}) {
+        options.threads = threads;
+        const std::vector<uint64_t> results = ResultsOf(*world, count, options);
+        EXPECT_TRUE(std::equal(results.begin(), results.end(), expected.begin()))
+            << count << " branches on " << threads << " threads";
+      }
+  }
+}
+
+TEST(BranchesInRows, TellWhyTheyCannotBe) {
+  InitLibrary();
+  const std::unique_ptr<World> world = LoadText("position( ctrl \"sink\" )\n", 1);
+  Branches branches(*world, 1);
+  EXPECT_EQ(branches.WhyNotClosed(), "there are controllers or callbacks");
+  Snapshot now;
+  ASSERT_TRUE(world->Take(&now));
+  branches.Restore(0, now);
+  branches.Step(3);
+  EXPECT_EQ(branches[0].steps, 3u);
+  EXPECT_EQ(branches.steps_in_rows(), 0u);
+}
+
+TEST(BranchesInRows, AWorldWarnsOfACommandThatHasNoEffect) {
+  InitLibrary();
+  const std::unique_ptr<World> world = LoadText("position( name \"idle\" )\n", 1);
+  Branches branches(*world, 2);
+  Snapshot now;
+  ASSERT_TRUE(world->Take(&now));
+  for (const uint32_t i : {0u, 1u}) branches.Restore(i, now);
+  branches.Give(0, Command(2, world->GetModel("idle")->GetId(), Command::kSetSpeed, 1));
+  branches.Step(5);
+  EXPECT_EQ(branches.steps_in_rows(), 2u + 5u);
+  EXPECT_EQ(branches[0].steps, 5u);
+}
+
+}  // namespace
+}  // namespace Stg
