@@ -51,13 +51,12 @@ const std::string& Subscriptions::reason() {
 
 void Subscriptions::MakeScene() {
   reason_ = "there are too many combinations of subscriptions";
+  number_ = source_.scenes_++;
   if (number_ >= kMost) return;
   try {
     std::unique_ptr<World> world = source_.Make();
-    for (const uint32_t id : models_) {
-      Model* const model = world->FindModel(id);
-      if (model && !model->HasSubscribers()) model->Subscribe();
-    }
+    for (const uint32_t id : models_)
+      if (Model* const model = world->FindModel(id)) model->Subscribe();
     scene_ = RowBridge::MakeScene(std::move(world), &reason_);
   } catch (const WorldFailure& failure) {
     reason_ = failure.why;
@@ -67,7 +66,10 @@ void Subscriptions::MakeScene() {
 // ---- the scene ----------------------------------------------------------------------------------
 
 PoolScene::PoolScene(const World& prototype, const WorldPoolOptions& options)
-    : source_(prototype, options.device), pool_options_(options), options_(source_.options()), loaded_(Add({})) {
+    : source_(prototype, options.device),
+      pool_options_(options),
+      options_(source_.options()),
+      loaded_(Add({})) {
   if (!options.branch) return;
   options_.branch = true;
   options_.duration = 0;
@@ -94,8 +96,7 @@ const InitialState* PoolScene::initial_state() {
 }
 
 Subscriptions* PoolScene::Add(std::vector<uint32_t> models) {
-  const auto number = static_cast<unsigned>(all_.size());
-  all_.push_back(std::make_unique<Subscriptions>(this, std::move(models), number));
+  all_.push_back(std::make_unique<Subscriptions>(this, std::move(models)));
   return all_.back().get();
 }
 
@@ -109,8 +110,13 @@ bool PoolScene::IsRunningAfterLoading(uint32_t model) {
 Subscriptions* PoolScene::SubscriptionsOf(const World& world) {
   if (!has_rows() || !RowBridge::WhyNotClosed(world).empty()) return nullptr;
   Subscriptions* found = loaded();
-  for (const uint32_t model : RowBridge::RunningModels(world))
-    if (!IsRunningAfterLoading(model)) found = found->With(model);
+  for (const uint32_t id : RowBridge::RunningModels(world)) {
+    const Model* const after_loading = loaded()->scene()->prototype->FindModel(id);
+    const unsigned before = after_loading ? after_loading->GetSubscriptionCount() : 0;
+    const unsigned now = world.FindModel(id)->GetSubscriptionCount();
+    if (now > before + Subscriptions::kMost) return nullptr;
+    for (unsigned i = before; i < now; i++) found = found->With(id);
+  }
   return found;
 }
 

@@ -31,14 +31,14 @@ class PoolScene;
 /// subscriptions have the same scene.
 class Subscriptions {
  public:
-  static constexpr unsigned kMost = 64;  ///< of a pool that have rows
+  static constexpr unsigned kMost = 64;  ///< of a pool that have scenes
 
-  Subscriptions(PoolScene* source, std::vector<uint32_t> models, unsigned number)
-      : source_(*source), models_(std::move(models)), number_(number) {}
+  Subscriptions(PoolScene* source, std::vector<uint32_t> models)
+      : source_(*source), models_(std::move(models)) {}
   ~Subscriptions();
 
   const std::vector<uint32_t>& models() const { return models_; }
-  /// Counts from 0 in the order of creation.
+  /// Number of the scene, which counts from 0 in the order of creation.
   unsigned number() const { return number_; }
   bool Has(uint32_t model) const;
   /// These and one more. Several threads may call it at once.
@@ -60,7 +60,7 @@ class Subscriptions {
 
   PoolScene& source_;
   const std::vector<uint32_t> models_;
-  const unsigned number_;
+  unsigned number_ = kMost;
   std::atomic<Child*> children_{nullptr};
   std::once_flag scene_once_;
   std::shared_ptr<const rows::Scene> scene_;
@@ -102,6 +102,7 @@ class PoolScene {
   std::shared_ptr<const InitialState> initial_state_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<Subscriptions>> all_;  // guarded by mutex_
+  std::atomic<unsigned> scenes_{0};                  // number of those asked for
   Subscriptions* const loaded_;                      // the first one
 };
 
