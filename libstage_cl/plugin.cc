@@ -16,6 +16,7 @@
 #include "libstage_cl/pocl_cache.hh"
 #include "libstage_cl/probe.hh"
 #include "libstage_cl/row_device.hh"
+#include "rows/device_rows.hh"
 #include "rows/row_backend.hh"
 #include "sensing/backend.hh"
 
@@ -77,22 +78,23 @@ std::string ProbeOnce(const std::string& key, const std::function<std::string()>
   return wrong;
 }
 
-/// Calls make(watch, message), first in a child process and without a watch. `key` names all that
-/// the result of the call depends on.
-template <typename Make>
-auto MakeProbed(const std::string& key, std::string* message, Make make)
+/// Calls make(watch, message), first in a child process and without a watch, where test(object)
+/// returns what is wrong with the result. `key` names all that the results of the calls depend on.
+template <typename Make, typename Test>
+auto MakeProbed(const std::string& key, std::string* message, Make make, Test test)
     -> decltype(make(nullptr, message)) {
   const uint32_t timeout = Timeout();
   const std::lock_guard lock(g_mutex);
   KeepPoclCachePrivate();
   const auto task = [&] {
     std::string wrong;
-    make(nullptr, &wrong);
-    return wrong;
+    const auto made = make(nullptr, &wrong);
+    return made ? test(made.get()) : wrong;
   };
-  *message = ProbeOnce(
-      key + '\n' + FromEnvironment("STAGE_CL_OPTIONS") + '\n' + FromEnvironment("STAGE_CL_MEMORY"),
-      task, timeout);
+  std::string whole_key = key;
+  for (const char* const name : {"STAGE_CL_OPTIONS", "STAGE_CL_MEMORY", "STAGE_CL_CUDA"})
+    whole_key += '\n' + FromEnvironment(name);
+  *message = ProbeOnce(whole_key, task, timeout);
   if (!message->empty()) return nullptr;
   auto watch = std::make_unique<DriverWatch>(timeout);
   const SetUpWatch set_up;
@@ -107,7 +109,8 @@ std::unique_ptr<sensing::Prefilter> MakePrefilter(const std::string& choice, std
                                            hits_per_ray);
     });
   };
-  return MakeProbed("walks " + choice, message, make);
+  const auto test = [](sensing::Prefilter*) { return std::string(); };
+  return MakeProbed("walks " + choice, message, make, test);
 }
 
 std::unique_ptr<rows::RowDevice> MakeRowDevice(const std::string& choice, uint32_t work_items,
@@ -120,7 +123,8 @@ std::unique_ptr<rows::RowDevice> MakeRowDevice(const std::string& choice, uint32
           return by_cuda ? std::move(by_cuda) : std::move(made);
         });
   };
-  return MakeProbed("rows " + choice, message, make);
+  const auto test = [](rows::RowDevice* device) { return rows::WhyUnfit(device); };
+  return MakeProbed("rows " + choice, message, make, test);
 }
 
 /// One line per device, or the reason why there is none.

@@ -39,10 +39,13 @@ std::unique_ptr<RowDevice> OpenRowDevice(const std::string& choice, uint32_t wor
   if (!message->empty()) return nullptr;
   std::unique_ptr<RowDevice> device(backend->make(choice.c_str(), work_items, KeepText, message));
   if (!device) return nullptr;
-  const std::string wrong = SelfTest(device.get());
-  if (wrong.empty()) return device;
-  *message = device->Name() + " cannot step rows: " + wrong;
-  return nullptr;
+  *message = WhyUnfit(device.get());
+  return message->empty() ? std::move(device) : nullptr;
+}
+
+std::string WhyUnfit(RowDevice* device) {
+  const std::string wrong = SelfTest(device);
+  return wrong.empty() ? "" : device->Name() + " cannot step rows: " + wrong;
 }
 
 DeviceRows::DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds,

@@ -28,6 +28,10 @@ std::unique_ptr<RowDevice> OpenRowDevice(const std::string& choice, uint32_t wor
 /// device has the same bits.
 std::string SelfTest(RowDevice* device);
 
+/// SelfTest() as a message that names the device; empty if it passes. The plug-in also calls it in
+/// the process in which it tries drivers, so that a driver that crashes or hangs does no harm.
+std::string WhyUnfit(RowDevice* device);
+
 /// A set of columns: bit ROW_... of kernels/row_records.h.
 using ColumnSet = uint32_t;
 inline constexpr ColumnSet kAllColumns = (ColumnSet{1} << ROW_COLUMNS) - 1;
