@@ -2,8 +2,6 @@
 
 #include "control/stock_controllers.hh"
 
-#include <algorithm>
-
 #include "control/stock_list.hh"
 
 namespace Stg::control {
@@ -15,11 +13,15 @@ std::vector<std::pair<std::string, const BatchController*>> StockControllers() {
           {"stage/wander", WanderController()}};
 }
 
+bool IsStock(const BatchController* controller) {
+  return controller == DisperseController() || controller == GoalController() ||
+         controller == PedestrianController() || controller == WanderController();
+}
+
 const StockParameters* StockParametersOf(const BatchController* controller,
                                          const ControlledRobot& robot) {
-  for (const auto& [name, stock] : StockControllers())
-    if (stock == controller) return static_cast<const StockParameters*>(robot.parameters.get());
-  return nullptr;
+  return IsStock(controller) ? static_cast<const StockParameters*>(robot.parameters.get())
+                             : nullptr;
 }
 
 }  // namespace Stg::control

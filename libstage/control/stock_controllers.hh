@@ -26,6 +26,7 @@ struct StockParameters : ControllerParameters {
 
 /// Names and controllers.
 std::vector<std::pair<std::string, const BatchController*>> StockControllers();
+bool IsStock(const BatchController* controller);
 /// The parameters if the controller is a built-in one, otherwise null.
 const StockParameters* StockParametersOf(const BatchController* controller,
                                          const ControlledRobot& robot);

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "control/stock_controllers.hh"
 #include "messages/report.hh"
 #include "models/exception_origin.hh"
 #include "models/position.hh"
@@ -51,7 +52,7 @@ void BatchBuffers::Clear() {
   random.clear();
 }
 
-ControllerBatch BatchBuffers::Batch(const double* time) {
+ControllerBatch BatchBuffers::Batch(const double* time, const std::vector<PlanarPose>& all_poses) {
   ControllerBatch batch{};
   batch.worlds = 1;
   batch.robots = robot.size();
@@ -132,37 +133,51 @@ const std::vector<DrivenGroup>& BatchControls::Groups(const WorldEngine& engine)
   return groups_;
 }
 
-void BatchControls::Run(const WorldEngine& engine, usec_t now) {
+void BatchControls::Run(WorldEngine* engine, usec_t now) {
   if (all_.empty()) return;
-  Refresh(engine);
-  for (const DrivenGroup& group : groups_) RunGroup(group, now);
+  Refresh(*engine);
+  for (const DrivenGroup& group : groups_) RunGroup(group, engine, now);
 }
 
-void BatchControls::RunGroup(const DrivenGroup& group, usec_t now) {
+/// Calls a controller once. Rules of built-in ones look at one robot at a time, so several threads
+/// call them for some robots each.
+void BatchControls::RunGroup(const DrivenGroup& group, WorldEngine* engine, usec_t now) {
+  constexpr size_t kGrain = 16;
   due_.clear();
   for (DrivenRobot* driven : group.robots)
     if (driven->model->GetLastUpdate() == now && driven->model->HasSubscribers())
       due_.push_back(driven);
   if (due_.empty()) return;
-  buffers_.Clear();
-  for (const DrivenRobot* driven : due_) Gather(*driven);
-  buffers_.all_poses.clear();
+  all_poses_.clear();
   if (group.controller->needs_poses()) CollectPoses();
-  const double time = static_cast<double>(now) / 1e6;
-  const ControllerBatch batch = buffers_.Batch(&time);
+  const bool shares = engine->parallel_choice.is_parallel() && control::IsStock(group.controller);
+  threads::WorkerPool* const workers = shares ? engine->workers() : nullptr;
+  const size_t grain = workers ? kGrain : due_.size();
+  buffers_.resize(std::max<size_t>(buffers_.size(), workers ? workers->threads() : 1));
+  threads::RunOn(workers, due_.size(), grain, [&](size_t begin, size_t end, unsigned thread) {
+    Call(*group.controller, std::span(due_).subspan(begin, end - begin),
+         static_cast<double>(now) / 1e6, &buffers_[thread]);
+  });
+}
+
+void BatchControls::Call(const BatchController& controller, std::span<DrivenRobot* const> robots,
+                         double time, BatchBuffers* buffers) const {
+  buffers->Clear();
+  for (const DrivenRobot* driven : robots) Gather(*driven, buffers);
+  const ControllerBatch batch = buffers->Batch(&time, all_poses_);
   try {
-    group.controller->Step(batch);
+    controller.Step(batch);
   } catch (...) {
-    RecordExceptionOrigin(("the controller " + messages::Quoted(due_[0]->name)).c_str(), nullptr,
+    RecordExceptionOrigin(("the controller " + messages::Quoted(robots[0]->name)).c_str(), nullptr,
                           nullptr);
     throw;
   }
-  Apply(batch);
+  Apply(batch, robots);
 }
 
-void BatchControls::Gather(const DrivenRobot& driven) {
+void BatchControls::Gather(const DrivenRobot& driven, BatchBuffers* to) const {
   const ModelPosition& model = *driven.model;
-  BatchBuffers& b = buffers_;
+  BatchBuffers& b = *to;
   b.robot.push_back(&driven.robot);
   b.first_sensor.push_back(static_cast<uint32_t>(b.ranges.size()));
   const auto place = std::ranges::lower_bound(positions_, driven.robot.id, {}, &Model::GetId);
@@ -179,14 +194,14 @@ void BatchControls::Gather(const DrivenRobot& driven) {
 
 void BatchControls::CollectPoses() {
   for (const ModelPosition* position : positions_)
-    buffers_.all_poses.push_back(InPlane(position->GetSensedPose()));
+    all_poses_.push_back(InPlane(position->GetSensedPose()));
 }
 
 /// Passes on what the controller has changed. A stream that it did not use is not made.
-void BatchControls::Apply(const ControllerBatch& batch) const {
+void BatchControls::Apply(const ControllerBatch& batch, std::span<DrivenRobot* const> robots) {
   const double* memory = batch.memory;
-  for (size_t i = 0; i < due_.size(); i++) {
-    DrivenRobot& driven = *due_[i];
+  for (size_t i = 0; i < robots.size(); i++) {
+    DrivenRobot& driven = *robots[i];
     std::copy_n(memory, driven.memory.size(), driven.memory.begin());
     memory += driven.memory.size();
     const PlanarVelocity& v = batch.command[i];

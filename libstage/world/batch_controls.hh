@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -55,17 +56,16 @@ struct DrivenGroup {
 struct BatchBuffers {
   std::vector<const ControlledRobot*> robot;
   std::vector<uint32_t> first_sensor, own;
-  std::vector<PlanarPose> sensed, estimate, all_poses;
+  std::vector<PlanarPose> sensed, estimate;
   std::vector<PlanarVelocity> velocity, command;
   std::vector<uint8_t> stalled;
   std::vector<const double*> ranges;
   std::vector<double> memory;
   std::vector<RandomStream> random;
 
-  /// Empties the arrays of robots; all_poses stays.
   void Clear();
   /// A batch of one world with these arrays.
-  ControllerBatch Batch(const double* time);
+  ControllerBatch Batch(const double* time, const std::vector<PlanarPose>& all_poses);
 };
 
 class BatchControls {
@@ -74,16 +74,18 @@ class BatchControls {
   /// std::runtime_error if the model is no position.
   void Attach(Model* model, const BatchArguments& arguments);
   /// Calls the controllers of the robots that updated at this time, and passes on their commands.
-  void Run(const WorldEngine& engine, usec_t now);
+  void Run(WorldEngine* engine, usec_t now);
   /// The groups in the order of their calls.
   const std::vector<DrivenGroup>& Groups(const WorldEngine& engine) const;
 
  private:
   void Refresh(const WorldEngine& engine) const;
-  void RunGroup(const DrivenGroup& group, usec_t now);
-  void Gather(const DrivenRobot& driven);
+  void RunGroup(const DrivenGroup& group, WorldEngine* engine, usec_t now);
+  void Call(const BatchController& controller, std::span<DrivenRobot* const> robots, double time,
+            BatchBuffers* buffers) const;
+  void Gather(const DrivenRobot& driven, BatchBuffers* to) const;
   void CollectPoses();
-  void Apply(const ControllerBatch& batch) const;
+  static void Apply(const ControllerBatch& batch, std::span<DrivenRobot* const> robots);
 
   // Mutable: members that Refresh() finds in the world.
   mutable std::vector<std::weak_ptr<DrivenRobot>> all_;
@@ -91,7 +93,8 @@ class BatchControls {
   mutable std::vector<DrivenGroup> groups_;
   mutable std::vector<ModelPosition*> positions_;  // of the world
   std::vector<DrivenRobot*> due_;                  // in the present call
-  BatchBuffers buffers_;
+  std::vector<PlanarPose> all_poses_;              // for it; empty: not asked for
+  std::vector<BatchBuffers> buffers_;              // by thread
 };
 
 }  // namespace Stg

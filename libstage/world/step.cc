@@ -129,7 +129,7 @@ void World::Step(WorldEngine& engine, uint64_t epoch) {
   if (engine.epoch != epoch) return;
   const double moved = WallClock();
   engine.callbacks.Run(&engine);
-  if (engine.epoch == epoch) engine.batch_controls.Run(engine, sim_time);
+  if (engine.epoch == epoch) engine.batch_controls.Run(&engine, sim_time);
   if (engine.epoch == epoch) CallUpdateCallbacks();
   if (engine.epoch != epoch) return;
   ValidateAfter("callbacks");
