@@ -38,6 +38,8 @@ struct SnapshotRow {
 
 class PoolAccess {
  public:
+  // The first two functions are for pools of one variant.
+
   /// Why the pool has no rows, in words that follow "because"; empty if it has.
   static std::string WhyNoRows(WorldPool& pool);
   /// Reads a snapshot. Readings that it omits stay undefined until the next step. Several threads
@@ -64,6 +66,8 @@ class PoolAccess {
   static void Subscribe(WorldPool& pool, uint32_t id, std::span<const uint32_t> models);
   /// Moves a robot of RowToChange(); see rows::Rows::Place().
   static void Place(WorldPool& pool, uint32_t id, size_t mover, const rows::Planar& pose);
+  /// A world of a variant, as it is after loading.
+  static std::shared_ptr<const World> Example(const WorldPool& pool, uint32_t variant);
   /// True if the state of the world is in a World object.
   static bool HasWorld(const WorldPool& pool, uint32_t id);
   /// Like WorldPool::At(), for a caller that does not keep the World object: the world becomes a

@@ -14,42 +14,27 @@
 
 namespace Stg {
 
-/// The rows of worlds with these subscriptions; null if such worlds are not closed.
-rows::Rows* WorldPool::Impl::RowsOf(Subscriptions* subscriptions) {
-  if (!subscriptions || !scene->has_rows() || !subscriptions->scene()) return nullptr;
-  std::atomic<rows::Rows*>& known = rows[subscriptions->number()];
-  if (rows::Rows* const found = known.load(std::memory_order_acquire)) return found;
-  const std::lock_guard lock(making_rows);
-  std::unique_ptr<rows::Rows>& owned = owned_rows[subscriptions->number()];
-  if (owned) return owned.get();
-  owned = std::make_unique<rows::Rows>(subscriptions->scene(), std::vector<uint64_t>());
-  owned->Resize(slots.size());
-  known.store(owned.get(), std::memory_order_release);
-  return owned.get();
-}
-
 /// Frees rows of which no world is left, for example those from before a subscription.
 void WorldPool::Impl::FreeUnusedRows() {
-  if (std::ranges::count_if(owned_rows, [](const auto& owned) { return owned != nullptr; }) < 2)
-    return;
-  for (size_t i = 0; i < owned_rows.size(); i++) {
-    if (std::ranges::any_of(slots, [&](const Slot& slot) {
-          return slot.form == Form::kRow && slot.rows == owned_rows[i].get();
-        }))
-      continue;
-    if (device) device->Forget(owned_rows[i].get());
-    owned_rows[i].reset();
-    rows[i] = nullptr;
-  }
+  if (forms_changed.load() == forms_of_freeing) return;
+  forms_of_freeing = forms_changed.load();
+  std::vector<PoolVariant*> several;
+  for (const auto& variant : variants)
+    if (variant->HasSeveralRows()) several.push_back(variant.get());
+  if (several.empty()) return;
+  std::vector<std::array<bool, Subscriptions::kMost>> used(variants.size());
+  for (const Slot& slot : slots)
+    if (slot.form == Form::kRow) used[slot.variant->number][slot.subscriptions->number()] = true;
+  for (PoolVariant* const variant : several) variant->FreeRows(used[variant->number]);
 }
 
 /// Makes a world that has just been loaded a row. Returns whether the world is a row now.
 bool WorldPool::Impl::BecomeRow(uint32_t id) {
   Slot& slot = slots[id];
   if (slot.form != Form::kStart) return slot.form == Form::kRow;
-  slot.rows = RowsOf(slot.subscriptions);
+  slot.rows = slot.variant->RowsOf(slot.subscriptions);
   if (!slot.rows) return false;
-  RowsToChange(slot)->Reset(id, seeds[id]);
+  RowsToChange(slot)->Reset(slot.place, seeds[id]);
   slot.form = Form::kRow;
   NoteForm();
   return true;
@@ -59,9 +44,11 @@ bool WorldPool::Impl::BecomeRow(uint32_t id) {
 /// loaded, it is a row of the thread, which is used for the next such world as well.
 PoolRow WorldPool::Impl::RowToRead(uint32_t id, Thread* thread) {
   const Slot& slot = slots[id];
-  if (slot.form == Form::kRow) return {NewestRows(slot), id};
-  if (slot.form == Form::kWorld || !scene->has_rows() || !slot.subscriptions->scene()) return {};
-  std::unique_ptr<rows::Rows>& start = thread->starts[slot.subscriptions->number()];
+  if (slot.form == Form::kRow) return {NewestRows(slot), slot.place};
+  if (slot.form == Form::kWorld || !slot.scene()->has_rows() || !slot.subscriptions->scene())
+    return {};
+  std::unique_ptr<rows::Rows>& start =
+      thread->Of(*slot.variant).starts[slot.subscriptions->number()];
   try {
     if (start)
       start->Reset(0, seeds[id]);
@@ -88,13 +75,13 @@ World* WorldPool::Impl::BecomeWorld(uint32_t id) {
   if (slot.form == Form::kWorld) return slot.world.get();
   if (slot.form == Form::kRow) {
     const rows::Rows& from = *NewestRows(slot);
-    const auto write = [&] { return RowBridge::Write(from, id, slot.world.get()); };
+    const auto write = [&] { return RowBridge::Write(from, slot.place, slot.world.get()); };
     if (!slot.world || !write()) {
       MakeWorld(id);
       if (!write()) throw WorldFailure{"its state cannot be written into a World"};
     }
   } else {
-    const InitialState* const initial = slot.world ? scene->initial_state() : nullptr;
+    const InitialState* const initial = slot.world ? slot.scene()->initial_state() : nullptr;
     if (!initial || !slot.world.get()->RestartFrom(*initial, seeds[id])) MakeWorld(id);
     for (const uint32_t model : slot.subscriptions->models())
       if (Model* const found = slot.world.get()->FindModel(model)) found->Subscribe();
@@ -110,9 +97,11 @@ bool WorldPool::Impl::TakeBack(uint32_t id, Thread* thread) {
   Slot& slot = slots[id];
   World* const world = slot.form == Form::kWorld ? slot.world.get() : nullptr;
   if (!world) return false;
-  Subscriptions* const subscriptions = scene->SubscriptionsOf(*world);
-  rows::Rows* const into = RowsOf(subscriptions);
-  if (!into || !RowBridge::Read(world, ToChange(into), id, Spare(thread, 0))) return false;
+  Subscriptions* const subscriptions = slot.scene()->SubscriptionsOf(*world);
+  rows::Rows* const into = slot.variant->RowsOf(subscriptions);
+  if (!into) return false;
+  World* const spare = thread->Spare(*slot.variant, 0);
+  if (!RowBridge::Read(world, ToChange(into), slot.place, spare)) return false;
   delete world;
   slot.world = WorldHandle();
   slot.form = Form::kRow;
@@ -132,24 +121,18 @@ void WorldPool::Impl::TakeBackSometimes(uint32_t id, Thread* thread) {
   slot.wait = TakeBack(id, thread) ? uint16_t{1} : std::min<uint16_t>(2 * slot.wait, kLongest);
 }
 
-/// A world of the thread that is never stepped.
-World* WorldPool::Impl::Spare(Thread* thread, int number) {
-  std::unique_ptr<World>& spare = thread->spares[number];
-  if (!spare) spare = scene->Make();
-  return spare.get();
-}
-
 rows::Rows::Scratch* WorldPool::Impl::ScratchOf(const Slot& slot, Thread* thread) {
-  std::shared_ptr<rows::Rows::Scratch>& scratch = thread->scratches[slot.subscriptions->number()];
+  std::shared_ptr<rows::Rows::Scratch>& scratch =
+      thread->Of(*slot.variant).scratches[slot.subscriptions->number()];
   if (!scratch) scratch = slot.rows->MakeScratch();
   return scratch.get();
 }
 
-/// The subscriptions and these models, except for those that have subscribers.
-Subscriptions* WorldPool::Impl::WithAll(Subscriptions* subscriptions,
-                                        std::span<const uint32_t> models) {
+/// The subscriptions of a world and these models, except for those that have subscribers.
+Subscriptions* WorldPool::Impl::WithAll(const Slot& slot, std::span<const uint32_t> models) {
+  Subscriptions* subscriptions = slot.subscriptions;
   for (const uint32_t model : models)
-    if (!subscriptions->Has(model) && !scene->IsRunningAfterLoading(model))
+    if (!subscriptions->Has(model) && !slot.scene()->IsRunningAfterLoading(model))
       subscriptions = subscriptions->With(model);
   return subscriptions;
 }
@@ -157,12 +140,12 @@ Subscriptions* WorldPool::Impl::WithAll(Subscriptions* subscriptions,
 void WorldPool::Impl::Subscribe(uint32_t id, std::span<const uint32_t> models) {
   Slot& slot = slots[id];
   const bool was_row = slot.form == Form::kRow;
-  if (slot.form != Form::kWorld && scene->has_rows()) {
-    Subscriptions* const with = WithAll(slot.subscriptions, models);
+  if (slot.form != Form::kWorld && slot.scene()->has_rows()) {
+    Subscriptions* const with = WithAll(slot, models);
     if (with == slot.subscriptions) return;
-    const bool is_new = !was_row || NewestRows(slot)->columns.steps[id] == 0;
-    rows::Rows* const into = was_row && is_new ? RowsOf(with) : nullptr;
-    if (!was_row || (into && ToChange(into)->CopyStart(id, *slot.rows))) {
+    const bool is_new = !was_row || NewestRows(slot)->columns.steps[slot.place] == 0;
+    rows::Rows* const into = was_row && is_new ? slot.variant->RowsOf(with) : nullptr;
+    if (!was_row || (into && ToChange(into)->CopyStart(slot.place, *slot.rows))) {
       slot.subscriptions = with;
       slot.rows = into;
       NoteForm();
@@ -179,7 +162,7 @@ void WorldPool::Impl::Subscribe(uint32_t id, std::span<const uint32_t> models) {
 
 std::string WorldPool::Impl::WhyNotClosed(uint32_t id) {
   const Slot& slot = slots[id];
-  if (!scene->has_rows()) return scene->WhyNoRows();
+  if (!slot.scene()->has_rows()) return slot.scene()->WhyNoRows();
   if (slot.form != Form::kWorld) return slot.subscriptions->reason();
   const World* const world = slot.world.get();
   if (!world) return "it does not exist";
@@ -192,12 +175,12 @@ std::string WorldPool::Impl::WhyNotClosed(uint32_t id) {
 
 const rows::Scene* PoolAccess::SceneOf(WorldPool& pool, uint32_t id) {
   const WorldPool::Impl::Slot& slot = pool.impl_->slots[id];
-  if (slot.form == WorldPool::Impl::Form::kWorld || !pool.impl_->scene->has_rows()) return nullptr;
+  if (slot.form == WorldPool::Impl::Form::kWorld || !slot.scene()->has_rows()) return nullptr;
   return slot.subscriptions->scene().get();
 }
 
 std::string PoolAccess::WhyNoRows(WorldPool& pool) {
-  PoolScene& scene = *pool.impl_->scene;
+  PoolScene& scene = *pool.impl_->variants[0]->scene;
   return scene.has_rows() ? "" : scene.WhyNoRows();
 }
 
@@ -205,9 +188,10 @@ SnapshotRow PoolAccess::ReadSnapshot(WorldPool& pool, const Snapshot& from) {
   WorldPool::Impl& impl = *pool.impl_;
   SnapshotRow read;
   std::string error;
-  if (!impl.scene->has_rows()) return read;
+  PoolVariant* const variant = impl.variants[0].get();
+  if (!variant->scene->has_rows()) return read;
   try {
-    impl.ReadSnapshot(from, RowBridge::kMayLack, impl.CurrentThread(), &read, &error);
+    impl.ReadSnapshot(variant, from, RowBridge::kMayLack, impl.CurrentThread(), &read, &error);
   } catch (const WorldFailure&) {  // a World object cannot be made
   }
   return read;
@@ -218,13 +202,14 @@ void PoolAccess::Restore(WorldPool& pool, uint32_t id, const SnapshotRow& from) 
 }
 
 void PoolAccess::Reseed(WorldPool& pool, uint32_t id, uint64_t seed) {
-  RowBridge::Reseed(pool.impl_->RowsToChange(pool.impl_->slots[id]), id, seed);
+  const WorldPool::Impl::Slot& slot = pool.impl_->slots[id];
+  RowBridge::Reseed(pool.impl_->RowsToChange(slot), slot.place, seed);
 }
 
 void PoolAccess::StepRow(WorldPool& pool, uint32_t id, uint64_t unseen) {
   WorldPool::Impl& impl = *pool.impl_;
   const WorldPool::Impl::Slot& slot = impl.slots[id];
-  impl.RowsToChange(slot)->Step(id, 1, impl.ScratchOf(slot, impl.CurrentThread()), unseen);
+  impl.RowsToChange(slot)->Step(slot.place, 1, impl.ScratchOf(slot, impl.CurrentThread()), unseen);
 }
 
 bool PoolAccess::Take(WorldPool& pool, uint32_t id, Snapshot* to, Snapshot::Keep keep) {
@@ -241,7 +226,8 @@ PoolRow PoolAccess::RowToRead(WorldPool& pool, uint32_t id) {
 
 PoolRow PoolAccess::RowToChange(WorldPool& pool, uint32_t id) {
   if (!pool.impl_->BecomeRow(id)) return {};
-  return {pool.impl_->RowsToChange(pool.impl_->slots[id]), id};
+  const WorldPool::Impl::Slot& slot = pool.impl_->slots[id];
+  return {pool.impl_->RowsToChange(slot), slot.place};
 }
 
 void PoolAccess::Subscribe(WorldPool& pool, uint32_t id, std::span<const uint32_t> models) {
@@ -251,7 +237,15 @@ void PoolAccess::Subscribe(WorldPool& pool, uint32_t id, std::span<const uint32_
 void PoolAccess::Place(WorldPool& pool, uint32_t id, size_t mover, const rows::Planar& pose) {
   WorldPool::Impl& impl = *pool.impl_;
   const WorldPool::Impl::Slot& slot = impl.slots[id];
-  impl.RowsToChange(slot)->Place(id, mover, pose, impl.ScratchOf(slot, impl.CurrentThread()));
+  impl.RowsToChange(slot)->Place(slot.place, mover, pose,
+                                 impl.ScratchOf(slot, impl.CurrentThread()));
+}
+
+std::shared_ptr<const World> PoolAccess::Example(const WorldPool& pool, uint32_t variant) {
+  PoolScene& of = *pool.impl_->variants[variant]->scene;
+  if (!of.has_rows()) return of.Make();
+  const std::shared_ptr<const rows::Scene>& scene = of.loaded()->scene();
+  return {scene, scene->prototype.get()};
 }
 
 World* PoolAccess::Borrow(WorldPool& pool, uint32_t id) {

@@ -24,6 +24,7 @@
 #include "worlds/pool_access.hh"
 #include "worlds/pool_device.hh"
 #include "worlds/pool_scene.hh"
+#include "worlds/pool_variant.hh"
 #include "worlds/world_pool.hh"
 
 namespace Stg {
@@ -36,6 +37,8 @@ struct WorldPool::Impl {
     kWorld  ///< in a World object, unless there is none
   };
   struct Slot {
+    PoolVariant* variant = nullptr;
+    uint32_t place = 0;  // the number of its row among those of its variant
     Form form = Form::kStart;
     bool returns = false;                    // kWorld: becomes a row as soon as it can
     uint16_t wait = 1, waited = 0;           // rounds until the next attempt at that
@@ -44,14 +47,37 @@ struct WorldPool::Impl {
     WorldHandle world;  // if another form than kWorld has one, its state is undefined
     uint64_t times_made = 0;
     std::string failure;
+
+    PoolScene* scene() const { return variant->scene.get(); }
   };
   /// Data of one thread. Aligned to a cache line, because each thread writes its own all the time.
   struct alignas(64) Thread {
+    /// By the number of the subscriptions.
+    struct OfVariant {
+      std::array<std::shared_ptr<rows::Rows::Scratch>, Subscriptions::kMost> scratches;
+      std::array<std::unique_ptr<rows::Rows>, Subscriptions::kMost> starts;  // one row each
+    };
+    OfVariant& Of(const PoolVariant& variant) {
+      std::unique_ptr<OfVariant>& found = of_variants[variant.number];
+      if (!found) found = std::make_unique<OfVariant>();
+      return *found;
+    }
+
+    /// A world of the variant that is never stepped, number 0 or 1. It is valid until those of
+    /// another variant are asked for.
+    World* Spare(const PoolVariant& variant, int number) {
+      if (spares_of != &variant)
+        for (std::unique_ptr<SpareWorld>& spare : spares) spare.reset();
+      spares_of = &variant;
+      std::unique_ptr<SpareWorld>& spare = spares[number];
+      if (!spare) spare = std::make_unique<SpareWorld>(variant.scene.get());
+      return spare->get();
+    }
+
     uint64_t steps = 0;  // made in the present round
-    std::unique_ptr<World> spares[2];
-    // By the number of the subscriptions.
-    std::array<std::shared_ptr<rows::Rows::Scratch>, Subscriptions::kMost> scratches;
-    std::array<std::unique_ptr<rows::Rows>, Subscriptions::kMost> starts;  // one row each
+    const PoolVariant* spares_of = nullptr;
+    std::unique_ptr<SpareWorld> spares[2];
+    std::vector<std::unique_ptr<OfVariant>> of_variants;  // made when they are needed
   };
   /// Tells the functions that clients call on threads of the pool which thread that is.
   class OnThread {
@@ -65,10 +91,16 @@ struct WorldPool::Impl {
     Thread* const before_;
   };
 
-  Impl(std::shared_ptr<PoolScene> of, const std::vector<uint64_t>& with_seeds, unsigned threads,
+  using Scenes = std::vector<std::shared_ptr<PoolScene>>;
+
+  Impl(const Scenes& scenes, const std::vector<uint64_t>& with_seeds,
+       const std::vector<uint32_t>& with_variants, unsigned threads,
        std::shared_ptr<rows::RowDevice> with_device);
   ~Impl();
-  void Resize(const std::vector<uint64_t>& with_seeds);
+  void Resize(const std::vector<uint64_t>& with_seeds, const std::vector<uint32_t>& with_variants);
+  Scenes AllScenes() const;
+  std::vector<uint32_t> AllVariants() const;
+  void SetVariant(uint32_t id, uint32_t variant);
 
   // Forms.
   /// Call it after each change of the form of a world, or of whether it has failed.
@@ -77,7 +109,6 @@ struct WorldPool::Impl {
   World* BecomeWorld(uint32_t id);
   bool TakeBack(uint32_t id, Thread* thread);
   void TakeBackSometimes(uint32_t id, Thread* thread);
-  rows::Rows* RowsOf(Subscriptions* subscriptions);
   rows::Rows* NewestRows(const Slot& slot) { return Newest(slot.rows); }
   rows::Rows* RowsToChange(const Slot& slot) { return ToChange(slot.rows); }
   rows::Rows* Newest(rows::Rows* of) {
@@ -93,13 +124,12 @@ struct WorldPool::Impl {
   PoolRow RowToRead(uint32_t id, Thread* thread);
   Thread* CurrentThread();
   void FreeUnusedRows();
-  World* Spare(Thread* thread, int number);
   rows::Rows::Scratch* ScratchOf(const Slot& slot, Thread* thread);
   /// Calls f(world) with a World object in the state of the world. Throws WorldFailure.
   template <typename F>
   void WithWorld(uint32_t id, Thread* thread, F f);
   void Subscribe(uint32_t id, std::span<const uint32_t> models);
-  Subscriptions* WithAll(Subscriptions* subscriptions, std::span<const uint32_t> models);
+  static Subscriptions* WithAll(const Slot& slot, std::span<const uint32_t> models);
   std::string WhyNotClosed(uint32_t id);
 
   // World objects.
@@ -110,16 +140,18 @@ struct WorldPool::Impl {
   void Reset(uint32_t id);
   enum class Fit { kFits, kFitsWorlds, kDoesNotFit };
   bool CanRestoreRow(uint32_t id);
-  Fit ReadSnapshot(const Snapshot& from, RowBridge::Readings readings, Thread* thread,
-                   SnapshotRow* to, std::string* error);
+  static Fit ReadSnapshot(PoolVariant* variant, const Snapshot& from, RowBridge::Readings readings,
+                          Thread* thread, SnapshotRow* to, std::string* error);
   void RestoreRow(uint32_t id, const SnapshotRow& from);
   Fit RestoreRows(const Ids& ids, const Snapshot& from, std::string* error);
+  void RestoreVariant(const Ids& ids, const Snapshot& from);
   void RestoreWorld(uint32_t id, const Snapshot& from);
 
   // Steps.
   StepObserver::Outcome StepWorld(uint32_t id, uint64_t first, uint64_t end, StepObserver* observer,
                                   Thread* thread);
   uint64_t StepsOfRound(double seconds_of_step, size_t worlds, uint64_t unit) const;
+  Ids ByVariant(const Ids& ids) const;
   void StepOnHost(const Ids& ids, uint64_t steps, StepObserver* observer, uint64_t unit);
   void StepRound(const Ids& ids, uint64_t first, uint64_t end, StepObserver* observer);
   // On the device.
@@ -133,21 +165,18 @@ struct WorldPool::Impl {
   template <typename F>
   void ForEach(const Ids& ids, F f);
 
-  const std::shared_ptr<PoolScene> scene;
+  const std::unique_ptr<PoolDevice> device;  // null: steps are made on the host
+  std::vector<std::unique_ptr<PoolVariant>> variants;
   std::vector<uint64_t> seeds;
   std::vector<Slot> slots;  // one per world
   const std::shared_ptr<threads::WorkerPool> workers;
   std::vector<Thread> of_threads;
   // Recent wall time per step and world, with all threads, and on the device; 0: unknown.
   double step_seconds = 0, device_step_seconds = 0;
-  // Rows by the number of their subscriptions. World i is row i of one of them.
-  std::mutex making_rows;
-  std::array<std::unique_ptr<rows::Rows>, Subscriptions::kMost> owned_rows;
-  std::array<std::atomic<rows::Rows*>, Subscriptions::kMost> rows{};
-  const std::unique_ptr<PoolDevice> device;  // null: steps are made on the host
-  std::atomic<uint64_t> forms_changed{1};    // see NoteForm()
-  uint64_t forms_of_common = 0;              // its value when `common` was determined
-  rows::Rows* common = nullptr;              // see CommonRows()
+  std::atomic<uint64_t> forms_changed{1};  // see NoteForm()
+  uint64_t forms_of_common = 0;            // its value when `common` was determined
+  rows::Rows* common = nullptr;            // see CommonRows()
+  uint64_t forms_of_freeing = 0;           // its value when unused rows were freed
 
   static thread_local Thread* current;
 };
@@ -155,8 +184,9 @@ struct WorldPool::Impl {
 template <typename F>
 void WorldPool::Impl::WithWorld(uint32_t id, Thread* thread, F f) {
   const PoolRow row = RowToRead(id, thread);
-  World* const spare = row ? Spare(thread, 0) : nullptr;
-  if (!spare || !RowBridge::Write(*row.rows, row.row, spare)) return f(*Require(id));
+  if (!row) return f(*Require(id));
+  World* const spare = thread->Spare(*slots[id].variant, 0);
+  if (!RowBridge::Write(*row.rows, row.row, spare)) return f(*Require(id));
   f(*spare);
 }
 

@@ -86,6 +86,23 @@ std::unique_ptr<World> PoolScene::Make(uint64_t seed) const {
   return world;
 }
 
+std::unique_ptr<World> PoolScene::Borrow() {
+  {
+    const std::lock_guard lock(lending_);
+    if (!spares_.empty()) {
+      std::unique_ptr<World> world = std::move(spares_.back());
+      spares_.pop_back();
+      return world;
+    }
+  }
+  return Make();
+}
+
+void PoolScene::GiveBack(std::unique_ptr<World> world) {
+  const std::lock_guard lock(lending_);
+  spares_.push_back(std::move(world));
+}
+
 const InitialState* PoolScene::initial_state() {
   std::call_once(initial_state_once_, [this] {
     const std::unique_ptr<World> world = Make();

@@ -11,6 +11,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "rows/scene.hh"
@@ -77,6 +78,10 @@ class PoolScene {
   std::unique_ptr<World> Make(uint64_t seed) const;
   /// Makes a world with the seed of the prototype.
   std::unique_ptr<World> Make() const { return Make(options_.seed); }
+  /// Lends a world in any state, which is never stepped, until GiveBack(). Throws WorldFailure.
+  /// Several threads may call both at once.
+  std::unique_ptr<World> Borrow();
+  void GiveBack(std::unique_ptr<World> world);
   /// The state to which worlds are reset; null if they must be made again. The first caller finds
   /// it out, in a world of its own.
   const InitialState* initial_state();
@@ -100,10 +105,27 @@ class PoolScene {
   RunOptions options_;
   std::once_flag initial_state_once_;
   std::shared_ptr<const InitialState> initial_state_;
+  std::mutex lending_;
+  std::vector<std::unique_ptr<World>> spares_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<Subscriptions>> all_;  // guarded by mutex_
   std::atomic<unsigned> scenes_{0};                  // number of those asked for
   Subscriptions* const loaded_;                      // the first one
+};
+
+/// A world of the scene that is never stepped, for a short while.
+class SpareWorld {
+ public:
+  explicit SpareWorld(PoolScene* of) : of_(*of), world_(of->Borrow()) {}
+  ~SpareWorld() { of_.GiveBack(std::move(world_)); }
+  SpareWorld(const SpareWorld&) = delete;
+  SpareWorld& operator=(const SpareWorld&) = delete;
+
+  World* get() const { return world_.get(); }
+
+ private:
+  PoolScene& of_;
+  std::unique_ptr<World> world_;
 };
 
 }  // namespace Stg

@@ -21,34 +21,64 @@ void StepObserver::AfterStep(uint32_t, uint64_t) {}
 void StepObserver::AfterRound(uint32_t, uint64_t, uint64_t, Outcome) {}
 void StepObserver::BetweenRounds() {}
 
-WorldPool::Impl::Impl(std::shared_ptr<PoolScene> of, const std::vector<uint64_t>& with_seeds,
-                      unsigned threads, std::shared_ptr<rows::RowDevice> with_device)
-    : scene(std::move(of)),
+WorldPool::Impl::Impl(const Scenes& scenes, const std::vector<uint64_t>& with_seeds,
+                      const std::vector<uint32_t>& with_variants, unsigned threads,
+                      std::shared_ptr<rows::RowDevice> with_device)
+    : device(with_device ? std::make_unique<PoolDevice>(std::move(with_device)) : nullptr),
       workers(threads::MakeWorkerPool(threads)),
-      of_threads(workers->threads()),
-      device(with_device ? std::make_unique<PoolDevice>(std::move(with_device)) : nullptr) {
-  Resize(with_seeds);
+      of_threads(workers->threads()) {
+  for (const std::shared_ptr<PoolScene>& scene : scenes)
+    variants.push_back(
+        std::make_unique<PoolVariant>(scene, static_cast<uint32_t>(variants.size()), device.get()));
+  for (Thread& thread : of_threads) thread.of_variants.resize(variants.size());
+  Resize(with_seeds, with_variants);
 }
 
 WorldPool::Impl::~Impl() {
   for (const Slot& slot : slots) delete slot.world.get();
 }
 
-/// New worlds get the seeds at their ids.
-void WorldPool::Impl::Resize(const std::vector<uint64_t>& with_seeds) {
+/// New worlds get the seeds and variants at their ids; without a variant there, the first one.
+void WorldPool::Impl::Resize(const std::vector<uint64_t>& with_seeds,
+                             const std::vector<uint32_t>& with_variants) {
   const size_t count = with_seeds.size(), before = slots.size();
-  for (size_t id = count; id < before; id++) delete slots[id].world.get();
-  for (size_t id = before; id < count; id++) seeds.push_back(with_seeds[id]);
-  seeds.resize(count);
-  slots.resize(count);
-  for (size_t id = before; id < count; id++) slots[id].subscriptions = scene->loaded();
-  for (const auto& owned : owned_rows) {
-    if (!owned || count == before) continue;
-    if (device) device->Fetch(owned.get());
-    if (device) device->Forget(owned.get());
-    owned->Resize(count);
+  for (size_t id = before; id-- > count;) {
+    delete slots[id].world.get();
+    slots[id].variant->RemoveWorld(slots[id].place);
   }
+  seeds.resize(std::min(count, before));
+  slots.resize(count);
+  for (size_t id = before; id < count; id++) {
+    seeds.push_back(with_seeds[id]);
+    SetVariant(static_cast<uint32_t>(id), id < with_variants.size() ? with_variants[id] : 0);
+  }
+  for (const auto& variant : variants) variant->Grow();
   NoteForm();
+}
+
+WorldPool::Impl::Scenes WorldPool::Impl::AllScenes() const {
+  Scenes scenes;
+  for (const auto& variant : variants) scenes.push_back(variant->scene);
+  return scenes;
+}
+
+std::vector<uint32_t> WorldPool::Impl::AllVariants() const {
+  std::vector<uint32_t> of_worlds;
+  for (const Slot& slot : slots) of_worlds.push_back(slot.variant->number);
+  return of_worlds;
+}
+
+/// Makes a world one of another variant, in the state after loading. PoolVariant::Grow() must
+/// follow.
+void WorldPool::Impl::SetVariant(uint32_t id, uint32_t variant) {
+  Slot& slot = slots[id];
+  if (slot.variant) slot.variant->RemoveWorld(slot.place);
+  delete slot.world.get();
+  slot.world = WorldHandle();
+  slot.variant = variants[variant].get();
+  slot.place = slot.variant->AddWorld();
+  slot.form = Form::kStart;
+  slot.subscriptions = slot.scene()->loaded();
 }
 
 /// Makes the World object, or makes it again, in the state after loading.
@@ -58,7 +88,7 @@ void WorldPool::Impl::MakeWorld(uint32_t id) {
   delete slot.world.get();
   slot.world = WorldHandle();
   slot.times_made++;
-  slot.world = WorldHandle(scene->Make(seeds[id]).release());
+  slot.world = WorldHandle(slot.scene()->Make(seeds[id]).release());
 }
 
 /// Resets the world by loading it again.
@@ -96,13 +126,13 @@ World* WorldPool::Impl::Require(uint32_t id) {
 void WorldPool::Impl::Reset(uint32_t id) {
   Slot& slot = slots[id];
   NoteForm();
-  if (scene->has_rows()) {
+  if (slot.scene()->has_rows()) {
     slot.form = Form::kStart;
-    slot.subscriptions = scene->loaded();
+    slot.subscriptions = slot.scene()->loaded();
     slot.failure.clear();
     return;
   }
-  const InitialState* const initial_state = scene->initial_state();
+  const InitialState* const initial_state = slot.scene()->initial_state();
   World* const world = slot.world.get();
   if (!world || !initial_state || !world->RestartFrom(*initial_state, seeds[id])) return Load(id);
   slot.form = Form::kWorld;
@@ -111,45 +141,46 @@ void WorldPool::Impl::Reset(uint32_t id) {
 
 /// False if a World object has clients, which expect callbacks.
 bool WorldPool::Impl::CanRestoreRow(uint32_t id) {
-  if (!scene->has_rows()) return false;
+  if (!slots[id].scene()->has_rows()) return false;
   const World* const world = slots[id].form == Form::kWorld ? slots[id].world.get() : nullptr;
   return !world || RowBridge::WhyNotClosed(*world).empty();
 }
 
-/// Reads a snapshot into a row, unless it fits only worlds or does not fit.
-WorldPool::Impl::Fit WorldPool::Impl::ReadSnapshot(const Snapshot& from,
+/// Reads a snapshot into a row of a variant, unless it fits only worlds or does not fit.
+WorldPool::Impl::Fit WorldPool::Impl::ReadSnapshot(PoolVariant* variant, const Snapshot& from,
                                                    RowBridge::Readings readings, Thread* thread,
                                                    SnapshotRow* to, std::string* error) {
-  World* const spare = Spare(thread, 0);
+  World *const spare = thread->Spare(*variant, 0), *const compared = thread->Spare(*variant, 1);
   const messages::ErrorTrap errors;
   if (!spare->Restore(from)) {
     *error = errors.Last("the snapshot doesn't fit");
     return Fit::kDoesNotFit;
   }
-  Subscriptions* const subscriptions = scene->SubscriptionsOf(*spare);
-  if (!RowsOf(subscriptions)) return Fit::kFitsWorlds;
+  Subscriptions* const subscriptions = variant->scene->SubscriptionsOf(*spare);
+  if (!variant->RowsOf(subscriptions)) return Fit::kFitsWorlds;
   auto read = std::make_unique<rows::Rows>(subscriptions->scene(), std::vector<uint64_t>());
   read->Resize(1);
-  if (!RowBridge::Read(spare, read.get(), 0, Spare(thread, 1), readings)) return Fit::kFitsWorlds;
+  if (!RowBridge::Read(spare, read.get(), 0, compared, readings)) return Fit::kFitsWorlds;
   *to = {subscriptions, std::move(read)};
   return Fit::kFits;
 }
 
 void WorldPool::Impl::RestoreRow(uint32_t id, const SnapshotRow& from) {
   Slot& slot = slots[id];
-  slot.rows = ToChange(RowsOf(from.subscriptions));
-  slot.rows->Copy(id, *from.rows, 0);
+  slot.rows = ToChange(slot.variant->RowsOf(from.subscriptions));
+  slot.rows->Copy(slot.place, *from.rows, 0);
   slot.form = Form::kRow;
   slot.subscriptions = from.subscriptions;
   slot.failure.clear();
   NoteForm();
 }
 
-/// Restores a snapshot in rows, unless it fits only worlds or does not fit.
+/// Restores a snapshot in rows of one variant, unless it fits only worlds or does not fit.
 WorldPool::Impl::Fit WorldPool::Impl::RestoreRows(const Ids& ids, const Snapshot& from,
                                                   std::string* error) {
   SnapshotRow read;
-  const Fit fit = ReadSnapshot(from, RowBridge::kHasAll, &of_threads[0], &read, error);
+  const Fit fit =
+      ReadSnapshot(slots[ids[0]].variant, from, RowBridge::kHasAll, &of_threads[0], &read, error);
   if (fit == Fit::kFits) ForEach(ids, [&](uint32_t id, Thread*) { RestoreRow(id, read); });
   return fit;
 }
@@ -168,6 +199,17 @@ void WorldPool::Impl::RestoreWorld(uint32_t id, const Snapshot& from) {
   slot.failure.clear();
 }
 
+/// Restores a snapshot in worlds of one variant.
+void WorldPool::Impl::RestoreVariant(const Ids& ids, const Snapshot& from) {
+  Ids as_rows, as_worlds;
+  for (const uint32_t id : ids) (CanRestoreRow(id) ? as_rows : as_worlds).push_back(id);
+  std::string error;
+  const Fit fit = as_rows.empty() ? Fit::kFits : RestoreRows(as_rows, from, &error);
+  if (fit == Fit::kFitsWorlds) as_worlds = ids;
+  if (fit == Fit::kDoesNotFit) Fail(as_rows, error);
+  ForEach(as_worlds, [&](uint32_t id, Thread*) { RestoreWorld(id, from); });
+}
+
 /// Makes steps first to end - 1, or fewer if the world ends.
 StepObserver::Outcome WorldPool::Impl::StepWorld(uint32_t id, uint64_t first, uint64_t end,
                                                  StepObserver* observer, Thread* thread) {
@@ -177,7 +219,7 @@ StepObserver::Outcome WorldPool::Impl::StepWorld(uint32_t id, uint64_t first, ui
     if (each) each->BeforeStep(id, step);
     if (BecomeRow(id)) {
       const uint64_t steps = each ? 1 : end - step;
-      RowsToChange(slot)->Step(id, steps, ScratchOf(slot, thread));
+      RowsToChange(slot)->Step(slot.place, steps, ScratchOf(slot, thread));
       step += steps - 1;
     } else if (Require(id)->Update()) {
       if (!slot.world) throw WorldFailure{"a controller has deleted the world"};
@@ -223,6 +265,16 @@ void WorldPool::Impl::StepRound(const Ids& ids, uint64_t first, uint64_t end,
   if (steps > 0) step_seconds = (threads::WallClock() - start) / static_cast<double>(steps);
 }
 
+/// The worlds in the order of their variants, the scenes of which stay in caches then.
+WorldPool::Ids WorldPool::Impl::ByVariant(const Ids& ids) const {
+  if (variants.size() == 1) return ids;
+  std::vector<Ids> of_variants(variants.size());
+  for (const uint32_t id : ids) of_variants[slots[id].variant->number].push_back(id);
+  Ids ordered;
+  for (const Ids& some : of_variants) ordered.insert(ordered.end(), some.begin(), some.end());
+  return ordered;
+}
+
 void WorldPool::Impl::StepOnHost(const Ids& ids, uint64_t steps, StepObserver* observer,
                                  uint64_t unit) {
   for (uint64_t done = 0; done < steps;) {
@@ -237,31 +289,49 @@ void WorldPool::Impl::StepOnHost(const Ids& ids, uint64_t steps, StepObserver* o
 namespace {
 
 /// The device that makes whole steps; null if none is wanted, or after a message if there is none.
-std::shared_ptr<rows::RowDevice> DeviceFor(const WorldPoolOptions& options) {
+std::shared_ptr<rows::RowDevice> DeviceFor(const WorldPoolOptions& options, size_t variants) {
   if (!options.device_steps) return nullptr;
-  std::string message;
-  std::shared_ptr<rows::RowDevice> device = rows::OpenRowDevice(options.device_choice, 0, &message);
+  std::string message = "a device has worlds of one variant, not of several";
+  std::shared_ptr<rows::RowDevice> device;
+  if (variants == 1) device = rows::OpenRowDevice(options.device_choice, 0, &message);
   if (!device)
     messages::Report(LogLevel::kError, "stage: worlds can't be stepped on a device: " + message);
   return device;
+}
+
+template <class Scenes>
+Scenes ScenesOf(const std::vector<const World*>& prototypes, const WorldPoolOptions& options) {
+  Scenes scenes;
+  for (const World* prototype : prototypes)
+    scenes.push_back(std::make_shared<PoolScene>(*prototype, options));
+  return scenes;
 }
 
 }  // namespace
 
 WorldPool::WorldPool(const World& prototype, const std::vector<uint64_t>& seeds,
                      const WorldPoolOptions& options)
-    : impl_(new Impl(std::make_shared<PoolScene>(prototype, options), seeds,
+    : WorldPool(std::vector<const World*>{&prototype}, seeds, std::vector<uint32_t>(), options) {}
+
+WorldPool::WorldPool(const std::vector<const World*>& prototypes,
+                     const std::vector<uint64_t>& seeds, const std::vector<uint32_t>& variants,
+                     const WorldPoolOptions& options)
+    : impl_(new Impl(ScenesOf<Impl::Scenes>(prototypes, options), seeds, variants,
                      options.threads > 0 ? options.threads : threads::CountUsableProcessors(),
-                     DeviceFor(options))) {}
+                     DeviceFor(options, prototypes.size()))) {}
 
 WorldPool::WorldPool(const WorldPool& other, const std::vector<uint64_t>& seeds)
-    : impl_(new Impl(other.impl_->scene, seeds, other.threads(),
-                     DeviceFor(other.impl_->scene->pool_options()))) {}
+    : impl_(new Impl(other.impl_->AllScenes(), seeds, other.impl_->AllVariants(), other.threads(),
+                     DeviceFor(other.impl_->variants[0]->scene->pool_options(),
+                               other.impl_->variants.size()))) {}
 
 WorldPool::~WorldPool() = default;
 
 bool WorldPool::IsReady() const {
-  return impl_->scene->IsReady() && (impl_->device || !impl_->scene->pool_options().device_steps);
+  return std::ranges::all_of(impl_->variants, [&](const auto& variant) {
+    return variant->scene->IsReady() &&
+           (impl_->device || !variant->scene->pool_options().device_steps);
+  });
 }
 
 uint32_t WorldPool::size() const { return static_cast<uint32_t>(impl_->slots.size()); }
@@ -274,7 +344,11 @@ WorldPool::Ids WorldPool::All() const {
   return all;
 }
 
-void WorldPool::Resize(const std::vector<uint64_t>& seeds) { impl_->Resize(seeds); }
+void WorldPool::Resize(const std::vector<uint64_t>& seeds) { impl_->Resize(seeds, {}); }
+
+uint32_t WorldPool::CountVariants() const { return static_cast<uint32_t>(impl_->variants.size()); }
+
+uint32_t WorldPool::Variant(uint32_t id) const { return impl_->slots[id].variant->number; }
 
 const std::vector<uint64_t>& WorldPool::seeds() const { return impl_->seeds; }
 
@@ -337,7 +411,7 @@ void WorldPool::Step(const Ids& ids, uint64_t steps, StepObserver* observer, uin
   STAGE_ASSERT(unit > 0);
   impl_->FreeUnusedRows();
   if (!impl_->device || (observer && observer->TakesPartInSteps()))
-    return impl_->StepOnHost(ids, steps, observer, unit);
+    return impl_->StepOnHost(impl_->ByVariant(ids), steps, observer, unit);
   const Ids others = impl_->StepOnDevice(ids, steps, observer, unit);
   if (!others.empty()) impl_->StepOnHost(others, steps, observer, unit);
 }
@@ -348,16 +422,20 @@ void WorldPool::Reset(const Ids& ids, const std::vector<uint64_t>& seeds) {
   impl_->ForEach(ids, [this](uint32_t id, Impl::Thread*) { impl_->Reset(id); });
 }
 
+void WorldPool::Reset(const Ids& ids, const std::vector<uint64_t>& seeds,
+                      const std::vector<uint32_t>& variants) {
+  STAGE_ASSERT(ids.size() == variants.size());
+  for (size_t i = 0; i < ids.size(); i++)
+    if (variants[i] != Variant(ids[i])) impl_->SetVariant(ids[i], variants[i]);
+  for (const auto& variant : impl_->variants) variant->Grow();
+  Reset(ids, seeds);
+}
+
 void WorldPool::Restore(const Ids& ids, const Snapshot& from) {
-  Ids as_rows, as_worlds;
-  for (const uint32_t id : ids) (impl_->CanRestoreRow(id) ? as_rows : as_worlds).push_back(id);
-  std::string error;
-  const Impl::Fit fit =
-      as_rows.empty() ? Impl::Fit::kFits : impl_->RestoreRows(as_rows, from, &error);
-  if (fit == Impl::Fit::kFitsWorlds) as_worlds = ids;
-  if (fit == Impl::Fit::kDoesNotFit)
-    for (const uint32_t id : as_rows) SetFailure(id, error);
-  impl_->ForEach(as_worlds, [&](uint32_t id, Impl::Thread*) { impl_->RestoreWorld(id, from); });
+  std::vector<Ids> of_variants(CountVariants());
+  for (const uint32_t id : ids) of_variants[Variant(id)].push_back(id);
+  for (const Ids& of_variant : of_variants)
+    if (!of_variant.empty()) impl_->RestoreVariant(of_variant, from);
 }
 
 bool WorldPool::Take(uint32_t id, Snapshot* to, Snapshot::Keep keep) {
@@ -370,7 +448,7 @@ bool WorldPool::Take(uint32_t id, Snapshot* to, Snapshot::Keep keep) {
 
 std::vector<uint64_t> WorldPool::StateHashes(const Ids& ids) {
   std::vector<uint64_t> hashes(size(), 0);
-  impl_->ForEach(ids, [&](uint32_t id, Impl::Thread* thread) {
+  impl_->ForEach(impl_->ByVariant(ids), [&](uint32_t id, Impl::Thread* thread) {
     if (impl_->slots[id].form == Impl::Form::kWorld && !impl_->slots[id].world) return;
     impl_->WithWorld(id, thread, [&](const World& world) { hashes[id] = world.StateHash(); });
   });

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
 
 #include "array_groups.hh"
 #include "gil.hh"
@@ -15,16 +16,22 @@ namespace Stg::python {
 
 namespace {
 
-/// Creates a pool of copies of the world. Throws Failure.
-std::unique_ptr<WorldPool> PoolOf(Simulation* prototype, const std::vector<uint64_t>& seeds,
-                                  unsigned threads, const std::optional<std::string>& device) {
-  const Source::Use use(prototype);
+/// Creates a pool of copies of the worlds. Throws Failure.
+std::unique_ptr<WorldPool> PoolOf(const std::vector<Simulation*>& prototypes,
+                                  const std::vector<uint64_t>& seeds,
+                                  const std::vector<uint32_t>& variants, unsigned threads,
+                                  const std::optional<std::string>& device) {
+  const std::set<Simulation*> once(prototypes.begin(), prototypes.end());
+  std::vector<std::unique_ptr<Source::Use>> uses;
+  for (Simulation* const prototype : once) uses.push_back(std::make_unique<Source::Use>(prototype));
   const ErrorCollector collector;
   WorldPoolOptions options;
   options.threads = threads;
   options.device_steps = device.has_value();
   options.device_choice = device.value_or("");
-  auto pool = std::make_unique<WorldPool>(prototype->world(), seeds, options);
+  std::vector<const World*> worlds;
+  for (Simulation* const prototype : prototypes) worlds.push_back(&prototype->world());
+  auto pool = std::make_unique<WorldPool>(worlds, seeds, variants, options);
   if (!pool->IsReady()) throw Failure{Kind::kStage, collector.Last("the world can't be copied")};
   return pool;
 }
@@ -37,9 +44,10 @@ std::unique_ptr<WorldPool> AnotherPool(Batch* other, const WorldPool& pool,
 
 }  // namespace
 
-Batch::Batch(Simulation* prototype, const std::vector<uint64_t>& seeds, unsigned threads,
+Batch::Batch(const std::vector<Simulation*>& prototypes, const std::vector<uint64_t>& seeds,
+             const std::vector<uint32_t>& variants, unsigned threads,
              const std::optional<std::string>& device)
-    : pool_(PoolOf(prototype, seeds, threads, device)) {
+    : pool_(PoolOf(prototypes, seeds, variants, threads, device)) {
   MakeWorlds();
 }
 
@@ -56,10 +64,8 @@ void Batch::MakeWorlds() {
     if (!pool_->Failure(i).empty()) throw Failure{Kind::kWorld, pool_->Failure(i)};
 }
 
-void Batch::MakeCrowd(const std::vector<uint32_t>& robots) {
-  std::vector<ModelKey> keys;
-  for (const uint32_t id : robots) keys.push_back({id, 0});
-  crowd_ = std::make_shared<Crowd>(weak_from_this(), keys, size(), false);
+void Batch::MakeCrowd(const std::vector<Crowd::Robots>& robots) {
+  crowd_ = std::make_shared<Crowd>(weak_from_this(), robots, size(), false);
   if (!device().empty()) device_crowd_ = std::make_shared<DeviceCrowd>(shared_from_this(), crowd_);
 }
 
@@ -168,14 +174,15 @@ void Batch::Rollout(const double* commands, size_t moments, uint64_t steps,
   pool_->Step(pool_->All(), moments * steps, &recorder, steps);
 }
 
-void Batch::Reset(const Indices& which, const std::optional<std::vector<uint64_t>>& given) {
+void Batch::Reset(const Indices& which, const std::optional<std::vector<uint64_t>>& given,
+                  const std::optional<std::vector<uint32_t>>& variants) {
   const Use use(this);
   const GilRelease no_gil;
   std::vector<uint64_t> seeds = given.value_or(std::vector<uint64_t>());
   if (!given)
     for (const uint32_t index : which) seeds.push_back(pool_->seeds()[index]);
   if (device_crowd_) return device_crowd_->Reset(which, seeds);
-  pool_->Reset(which, seeds);
+  variants ? pool_->Reset(which, seeds, *variants) : pool_->Reset(which, seeds);
   pool_->ForEach(which, [&](uint32_t index) {
     crowd_->ClearCommands(index);
     crowd_->Gather(*this, index);
@@ -249,6 +256,13 @@ void Batch::TeleportFlagged(const rows::RowInput& poses, const rows::RowInput& w
 std::vector<uint64_t> Batch::Seeds() {
   const Use use(this);
   return pool_->seeds();
+}
+
+std::vector<uint32_t> Batch::Variants() {
+  const Use use(this);
+  std::vector<uint32_t> variants;
+  for (uint32_t i = 0; i < size(); i++) variants.push_back(pool_->Variant(i));
+  return variants;
 }
 
 std::map<uint32_t, std::string> Batch::Failures() {

@@ -29,10 +29,12 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
  public:
   using Indices = WorldPool::Ids;
 
-  /// Creates one world per seed, each as if loaded with that seed. `threads` is 1 or more. `device`
-  /// chooses the OpenCL device that makes whole steps; none: the host makes them. Throws Failure if
-  /// a world cannot be created, or if there is no such device.
-  Batch(Simulation* prototype, const std::vector<uint64_t>& seeds, unsigned threads,
+  /// Creates one world per seed, each as if loaded with that seed, and like one of the prototypes,
+  /// which `variants` numbers for each world. `threads` is 1 or more. `device` chooses the OpenCL
+  /// device that makes whole steps; none: the host makes them. Throws Failure if a world cannot be
+  /// created, or if there is no such device.
+  Batch(const std::vector<Simulation*>& prototypes, const std::vector<uint64_t>& seeds,
+        const std::vector<uint32_t>& variants, unsigned threads,
         const std::optional<std::string>& device);
   /// Creates newly loaded worlds of the same file as those of `other`.
   Batch(Batch* other, const std::vector<uint64_t>& seeds);
@@ -42,9 +44,8 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   const std::shared_ptr<DeviceCrowd>& device_crowd() { return device_crowd_; }
   /// Name of the device that makes whole steps, or "".
   std::string device() const { return pool_->StepDevice(); }
-  /// Creates the arrays of the robots with these ids. Call it once, after the batch is owned by a
-  /// shared_ptr.
-  void MakeCrowd(const std::vector<uint32_t>& robots);
+  /// Creates the arrays of these robots. Call it once, after the batch is owned by a shared_ptr.
+  void MakeCrowd(const std::vector<Crowd::Robots>& robots);
 
   /// Makes `steps` steps of these worlds; worlds that have failed or ended make none.
   void Step(const Indices& which, uint64_t steps);
@@ -60,8 +61,9 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   /// stays false from the moment on at which a world fails.
   void Rollout(const double* commands, size_t moments, uint64_t steps,
                const std::vector<Record>& records, bool* recorded);
-  /// Resets these worlds, each with its own seed; none: with the seed that it has.
-  void Reset(const Indices& which, const std::optional<std::vector<uint64_t>>& seeds);
+  /// Resets these worlds, each with its own seed and variant; none: with those that it has.
+  void Reset(const Indices& which, const std::optional<std::vector<uint64_t>>& seeds,
+             const std::optional<std::vector<uint32_t>>& variants);
   void Restore(const Indices& which, const Snapshot& from);
   Snapshot Take(uint32_t index);
   std::vector<uint64_t> StateHashes();
@@ -82,6 +84,8 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   unsigned threads() const { return pool_->threads(); }
   /// The seed of each world's last load or reset.
   std::vector<uint64_t> Seeds();
+  /// The variant of each world.
+  std::vector<uint32_t> Variants();
   /// The reason for each failed world, by index.
   std::map<uint32_t, std::string> Failures();
   /// For each world what keeps it from being a row, or "".

@@ -34,23 +34,33 @@ using Live = nb::ndarray<nb::ro, nb::c_contig, nb::device::cpu>;
 using Recorded = nb::ndarray<bool, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
 using Written = nb::ndarray<nb::c_contig, nb::device::cpu>;
 
-std::shared_ptr<Batch> Make(Simulation& prototype, const std::vector<uint64_t>& seeds,
-                            unsigned threads, const std::vector<uint32_t>& robots,
-                            const std::optional<std::string>& device) {
+/// For each variant the ids of its robots, or none.
+using RobotIds = std::vector<std::vector<std::optional<uint32_t>>>;
+
+std::shared_ptr<Batch> Make(const std::vector<std::shared_ptr<Simulation>>& prototypes,
+                            const std::vector<uint64_t>& seeds,
+                            const std::vector<uint32_t>& variants, unsigned threads,
+                            const RobotIds& ids, const std::optional<std::string>& device) {
   return Logged([&] {
-    const auto batch = std::make_shared<Batch>(&prototype, seeds, threads, device);
+    std::vector<Simulation*> pointers;
+    for (const auto& prototype : prototypes) pointers.push_back(prototype.get());
+    const auto batch = std::make_shared<Batch>(pointers, seeds, variants, threads, device);
+    std::vector<Crowd::Robots> robots;
+    for (const auto& of_variant : ids) {
+      robots.emplace_back();
+      for (const std::optional<uint32_t>& id : of_variant)
+        robots.back().push_back(id ? ModelKey{*id, 0} : Crowd::kNoRobot);
+    }
     batch->MakeCrowd(robots);
     return batch;
   });
 }
 
-/// A new batch of worlds of the same file, with arrays of the same robots.
+/// A new batch of worlds of the same variants, with arrays of the same robots.
 std::shared_ptr<Batch> MakeAnother(Batch& batch, const std::vector<uint64_t>& seeds) {
   return Logged([&] {
     const auto another = std::make_shared<Batch>(&batch, seeds);
-    std::vector<uint32_t> robots;
-    for (const ModelKey& key : batch.crowd()->robots()) robots.push_back(key.id);
-    another->MakeCrowd(robots);
+    another->MakeCrowd(batch.crowd()->robots());
     return another;
   });
 }
@@ -133,8 +143,8 @@ std::tuple<double, double, double> Fit(Batch& batch, uint32_t index, int width, 
 
 void BindBatch(nb::module_& module) {
   nb::class_<Batch>(module, "Batch", "Many worlds; see stagesim.Batch.")
-      .def(nb::new_(&Make), nb::arg("prototype"), nb::arg("seeds"), nb::arg("threads"),
-           nb::arg("robots"), nb::arg("device").none() = nb::none())
+      .def(nb::new_(&Make), nb::arg("prototypes"), nb::arg("seeds"), nb::arg("variants"),
+           nb::arg("threads"), nb::arg("robots"), nb::arg("device").none() = nb::none())
       .def_prop_ro("crowd", &Batch::crowd)
       .def_prop_ro("device_crowd", &Batch::device_crowd)
       .def_prop_ro("device", &Batch::device)
@@ -144,6 +154,7 @@ void BindBatch(nb::module_& module) {
       .def("set_failures", &Batch::SetFailures, nb::arg("failures"))
       .def("metrics", &Batch::MetricsOfAll)
       .def("seeds", &Batch::Seeds)
+      .def("variants", &Batch::Variants)
       .def("another", &MakeAnother, nb::arg("seeds"))
       .def("render", &Render, nb::arg("index"), nb::arg("x"), nb::arg("y"), nb::arg("scale"),
            nb::arg("data"), nb::arg("to"))
@@ -161,10 +172,11 @@ void BindBatch(nb::module_& module) {
                    "to: collections.abc.Sequence[object], recorded: object) -> None"))
       .def(
           "reset",
-          [](Batch& b, const Numbers& which, const std::optional<std::vector<uint64_t>>& seeds) {
-            Logged([&] { b.Reset(IndicesOf(which), seeds); });
+          [](Batch& b, const Numbers& which, const std::optional<std::vector<uint64_t>>& seeds,
+             const std::optional<std::vector<uint32_t>>& variants) {
+            Logged([&] { b.Reset(IndicesOf(which), seeds, variants); });
           },
-          nb::arg("which"), nb::arg("seeds").none())
+          nb::arg("which"), nb::arg("seeds").none(), nb::arg("variants").none())
       .def(
           "restore",
           [](Batch& b, const Numbers& which, const Snapshot& from) {

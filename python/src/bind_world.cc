@@ -100,7 +100,8 @@ std::shared_ptr<Crowd> MakeCrowd(Simulation& simulation, const std::vector<uint3
     std::vector<ModelKey> keys;
     for (const uint32_t id : ids)
       if (const Model* const model = world.FindModel(id)) keys.push_back(simulation.KeyOf(*model));
-    auto crowd = std::make_shared<Crowd>(simulation.weak_from_this(), keys, 1, true);
+    auto crowd = std::make_shared<Crowd>(simulation.weak_from_this(),
+                                         std::vector<Crowd::Robots>{keys}, 1, true);
     simulation.Register(crowd);
     return crowd;
   });

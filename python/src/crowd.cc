@@ -27,6 +27,11 @@ const rows::Scene* SceneAt(const Source& source, size_t world) {
   return source.pool() ? PoolAccess::SceneOf(*source.pool(), IdOf(world)) : nullptr;
 }
 
+size_t VariantAt(const Source* source, size_t world) {
+  const WorldPool* const pool = source ? source->pool() : nullptr;
+  return pool ? pool->Variant(IdOf(world)) : 0;
+}
+
 /// Writes x, y and heading of what `get` returns.
 template <auto get, class Robot>
 void FillPlane(const Robot* robot, double* row) {
@@ -125,7 +130,7 @@ void FillEndedOfRow(const RowOfCrowd&, bool* ended) { *ended = false; }
 
 }  // namespace
 
-Crowd::Crowd(std::weak_ptr<Source> source, std::vector<ModelKey> robots, size_t worlds, bool single)
+Crowd::Crowd(std::weak_ptr<Source> source, std::vector<Robots> robots, size_t worlds, bool single)
     : source_(std::move(source)), robots_(std::move(robots)), single_(single), members_(worlds) {}
 
 /// Flushes pending commands: they stay in force after the array is garbage-collected.
@@ -149,10 +154,10 @@ const Members& Crowd::MembersOf(const Source* source, size_t index) {
   members.times_made = times_made;
   members.topology_version = changes;
   members.robots.clear();
-  for (const ModelKey& key : robots_)
+  for (const ModelKey& key : robots_[VariantAt(source, index)])
     members.robots.push_back(world ? dynamic_cast<ModelPosition*>(source->Find(index, key))
                                    : nullptr);
-  STAGE_ASSERT(members.robots.size() == robots_.size());
+  STAGE_ASSERT(members.robots.size() == size());
   for (const Named& named : groups_) named.group->Find(index, members);
   return members;
 }
@@ -198,19 +203,31 @@ std::vector<Members> Crowd::Examples(const Source& source) {
     } else if (scene != last) {
       last = scene;
       examples.emplace_back();
-      for (const ModelPosition* robot : RobotsIn(*last).models)
+      for (const ModelPosition* robot : RobotsIn(*last, VariantAt(&source, world)).models)
         examples.back().robots.push_back(const_cast<ModelPosition*>(robot));
     }
   }
   return examples;
 }
 
+/// Adds the members of worlds of all variants, in which those of this time may be reset.
+void Crowd::AddVariants(const WorldPool& pool, std::vector<std::shared_ptr<const World>>* worlds,
+                        std::vector<Members>* examples) const {
+  for (uint32_t variant = 0; pool.CountVariants() > 1 && variant < robots_.size(); variant++) {
+    worlds->push_back(PoolAccess::Example(pool, variant));
+    examples->emplace_back();
+    for (const ModelKey& key : robots_[variant])
+      examples->back().robots.push_back(
+          dynamic_cast<ModelPosition*>(worlds->back()->FindModel(key.id)));
+  }
+}
+
 // ---- rows ---------------------------------------------------------------------------------------
 
-const RowRobots& Crowd::RobotsIn(const rows::Scene& scene) {
+const RowRobots& Crowd::RobotsIn(const rows::Scene& scene, size_t variant) {
   return row_robots_.Get(scene, [&] {
     RowRobots robots{&scene, {}, {}};
-    for (const ModelKey& key : robots_) {
+    for (const ModelKey& key : robots_[variant]) {
       const auto mover = std::ranges::find_if(scene.movers, [&](const rows::Mover& m) {
         return m.robot && m.robot->GetId() == key.id;
       });
@@ -228,8 +245,9 @@ const RowRobots& Crowd::RobotsIn(const rows::Scene& scene) {
 /// only be filled from a World.
 bool Crowd::GatherRow(const Source& source, size_t world, std::span<const Named> groups) {
   const rows::Scene* scene = SceneAt(source, world);
+  const size_t variant = VariantAt(&source, world);
   for (size_t i = 0; scene && i < groups.size();) {
-    const RowPlan& plan = groups[i].group->PlanFor(RobotsIn(*scene));
+    const RowPlan& plan = groups[i].group->PlanFor(RobotsIn(*scene, variant));
     if (!plan.possible) return false;
     i = plan.needs.empty() ? i + 1 : 0;
     if (plan.needs.empty()) continue;
@@ -238,7 +256,7 @@ bool Crowd::GatherRow(const Source& source, size_t world, std::span<const Named>
   }
   const PoolRow row = scene ? PoolAccess::RowToRead(*source.pool(), IdOf(world)) : PoolRow();
   if (!row) return false;
-  const RowOfCrowd of{*row.rows, row.row, RobotsIn(row.rows->scene())};
+  const RowOfCrowd of{*row.rows, row.row, RobotsIn(row.rows->scene(), variant)};
   for (const Named& named : groups) named.group->FillFromRow(world, of);
   return true;
 }
@@ -256,7 +274,8 @@ bool IsNoCommand(const double* numbers) {
 bool Crowd::CommandRow(const Source& source, size_t world) {
   const rows::Scene* const scene = SceneAt(source, world);
   if (!scene) return false;
-  const RowRobots* robots = &RobotsIn(*scene);
+  const size_t variant = VariantAt(&source, world);
+  const RowRobots* robots = &RobotsIn(*scene, variant);
   std::vector<uint32_t> needs;
   for (size_t i = 0; i < size(); i++) {
     if (IsNoCommand(commands_.Row<double>(world, i)) || !robots->models[i]) continue;
@@ -265,7 +284,7 @@ bool Crowd::CommandRow(const Source& source, size_t world) {
   if (!needs.empty()) PoolAccess::Subscribe(*source.pool(), IdOf(world), needs);
   const PoolRow row = PoolAccess::RowToChange(*source.pool(), IdOf(world));
   if (!row) return false;
-  robots = &RobotsIn(row.rows->scene());
+  robots = &RobotsIn(row.rows->scene(), variant);
   rows::Columns& columns = row.rows->columns;
   const size_t first = row.row * row.rows->scene().movers.size();
   for (size_t i = 0; i < size(); i++) {
@@ -283,7 +302,7 @@ bool Crowd::TeleportRow(const Source& source, size_t world, const double* poses,
   const PoolRow row =
       source.pool() ? PoolAccess::RowToChange(*source.pool(), IdOf(world)) : PoolRow();
   if (!row) return false;
-  const RowRobots& robots = RobotsIn(row.rows->scene());
+  const RowRobots& robots = RobotsIn(row.rows->scene(), VariantAt(&source, world));
   for (size_t i = 0; i < size(); i++) {
     if (robots.movers[i] == RowRobots::kNone || (which && !which[i])) continue;
     const double* const to = poses + 3 * i;
@@ -346,7 +365,10 @@ template <typename T, typename... Arguments>
 T& Crowd::GroupOf(const Source& source, const std::string& name, Arguments... arguments) {
   for (const Named& named : groups_)
     if (named.name == name) return static_cast<T&>(*named.group);
-  auto group = std::make_unique<T>(Examples(source), worlds(), arguments...);
+  std::vector<Members> examples = Examples(source);
+  std::vector<std::shared_ptr<const World>> example_worlds;
+  if (source.pool()) AddVariants(*source.pool(), &example_worlds, &examples);
+  auto group = std::make_unique<T>(examples, worlds(), arguments...);
   T& made = *group;
   groups_.push_back({name, std::move(group)});
   FillGroup(source, &made);

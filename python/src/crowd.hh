@@ -52,12 +52,17 @@ class ArrayGroup {
 
 class Crowd : public std::enable_shared_from_this<Crowd> {
  public:
+  using Robots = std::vector<ModelKey>;
+
+  /// `robots`: for each variant of the source's pool as many; those that it lacks are kNoRobot.
   /// `single`: arrays have no axis for the worlds.
-  Crowd(std::weak_ptr<Source> source, std::vector<ModelKey> robots, size_t worlds, bool single);
+  Crowd(std::weak_ptr<Source> source, std::vector<Robots> robots, size_t worlds, bool single);
   ~Crowd();
 
-  size_t size() const { return robots_.size(); }
-  const std::vector<ModelKey>& robots() const { return robots_; }
+  static constexpr ModelKey kNoRobot{UINT32_MAX, 0};
+
+  size_t size() const { return robots_[0].size(); }
+  const std::vector<Robots>& robots() const { return robots_; }
   size_t worlds() const { return members_.size(); }
 
   // Each call creates and fills its array the first time. Shapes and units: see stagesim.Fleet.
@@ -87,8 +92,8 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   /// Sets all commands of a world to 0.
   void ClearCommands(size_t world);
 
-  /// The robots in a scene of the source's rows.
-  const RowRobots& RobotsIn(const rows::Scene& scene);
+  /// The robots in a scene of the source's rows, which belongs to a variant.
+  const RowRobots& RobotsIn(const rows::Scene& scene, size_t variant = 0);
 
  private:
   class SourceLock;
@@ -102,6 +107,8 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   };
   const Members& MembersOf(const Source* source, size_t world);
   std::vector<Members> Examples(const Source& source);
+  void AddVariants(const WorldPool& pool, std::vector<std::shared_ptr<const World>>* worlds,
+                   std::vector<Members>* examples) const;
   void FillGroup(const Source& source, ArrayGroup* group);
   static void FillGroup(ArrayGroup* group, size_t world, const Members& members);
   bool GatherRow(const Source& source, size_t world, std::span<const Named> groups);
@@ -109,7 +116,7 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   bool TeleportRow(const Source& source, size_t world, const double* poses, const bool* which);
 
   const std::weak_ptr<Source> source_;
-  const std::vector<ModelKey> robots_;
+  const std::vector<Robots> robots_;  // by variant
   const bool single_;
   std::vector<Members> members_;  // one entry per world
   std::vector<Named> groups_;

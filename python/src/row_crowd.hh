@@ -6,6 +6,7 @@
 #ifndef STAGE_PYTHON_ROW_CROWD_HH
 #define STAGE_PYTHON_ROW_CROWD_HH
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -31,7 +32,8 @@ class ByScene {
   ByScene(const ByScene&) = delete;
   ByScene& operator=(const ByScene&) = delete;
   ~ByScene() {
-    for (Entry* entry = first_; entry;) delete std::exchange(entry, entry->next);
+    for (Entry* entry : buckets_)
+      while (entry) delete std::exchange(entry, entry->next);
   }
 
   /// The value of a scene; made by make() the first time. Scenes must not be deleted.
@@ -40,8 +42,9 @@ class ByScene {
     if (const T* const known = Find(scene)) return *known;
     const std::lock_guard lock(mutex_);
     if (const T* const known = Find(scene)) return *known;
-    Entry* const entry = new Entry{&scene, make(), first_};
-    first_.store(entry, std::memory_order_release);
+    std::atomic<Entry*>& bucket = buckets_[BucketOf(scene)];
+    Entry* const entry = new Entry{&scene, make(), bucket};
+    bucket.store(entry, std::memory_order_release);
     return entry->value;
   }
 
@@ -51,13 +54,19 @@ class ByScene {
     T value;
     Entry* next;
   };
+  static constexpr size_t kBuckets = 128;  // for the scenes of a hundred variants
+  static size_t BucketOf(const rows::Scene& scene) {
+    const auto place = static_cast<uint64_t>(reinterpret_cast<uintptr_t>(&scene));
+    return static_cast<size_t>((place >> 4) * 0x9e3779b97f4a7c15u >> 32) % kBuckets;
+  }
   const T* Find(const rows::Scene& scene) const {
-    for (const Entry* entry = first_.load(std::memory_order_acquire); entry; entry = entry->next)
+    const Entry* entry = buckets_[BucketOf(scene)].load(std::memory_order_acquire);
+    for (; entry; entry = entry->next)
       if (entry->scene == &scene) return &entry->value;
     return nullptr;
   }
 
-  std::atomic<Entry*> first_{nullptr};
+  std::array<std::atomic<Entry*>, kBuckets> buckets_{};
   std::mutex mutex_;
 };
 

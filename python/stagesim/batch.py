@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Many worlds of the same file."""
+"""Many worlds of the same file, or of a few files."""
 
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterable
 from typing import Any, Mapping, Sequence, Union
 
@@ -13,7 +14,7 @@ import numpy.typing as npt
 from . import _checks, _core, _options
 from ._core import Snapshot
 from .device_array import checked_tensor, is_on_card, on_host
-from .errors import StageError
+from .errors import GoneError, StageError
 from .fleet import Bools, Crowd, Floats
 from .pictures import Pixels
 from .world import Recipe, World, rendered
@@ -22,12 +23,14 @@ MAX_WORLDS = 2**31
 OWN = ("seed", "threads")  # options of World() that a batch has in another form
 #: State of a batch: a snapshot per world, the failures by index, and the commands or None.
 _States = tuple[list[Snapshot], Mapping[int, str], Union[Floats, None]]
+#: For each variant the ids of its robots; None: it lacks the robot.
+_Ids = list[list[Union[int, None]]]
 #: Selects worlds: None for all, indices, or a boolean mask of shape (n,).
 Which = Union[None, int, Sequence[int], npt.NDArray[Any]]
 
 
 class Batch(Crowd):
-    """Many worlds of the same file, which one call steps on several threads, or on a device.
+    """Many worlds of one or a few files, which one call steps on several threads, or on a device.
 
     The arrays are those of a Fleet with an axis for the worlds in front: `pose` is (n, robots, 3),
     `ranger(0).ranges` (n, robots, samples). Each world is bit-equal to the same world alone, for any number
@@ -39,6 +42,11 @@ class Batch(Crowd):
 
     Batches can be pickled and deep-copied, as worlds can. The copy has the same states and the same `cmd`.
 
+    Worlds may be of several variants, which have other settings, or other files: see `variants` and of(). A reset
+    may change the variant of a world. The arrays have all robots of all variants, found by their names, and are as
+    wide as the widest sensor. For robots that a world lacks, numbers are NaN and truth values False, and commands are
+    ignored.
+
     With `device`, whole steps are made on an OpenCL device: all worlds, from commands to readings, with the same
     bits as on the host. All worlds must be closed, see explain(), and have contacts of cells. The arrays are in the
     memory of the device. If CUDA has the device, they are DeviceArray objects, which PyTorch, JAX and CuPy use in
@@ -49,6 +57,8 @@ class Batch(Crowd):
     Args:
         file: path of the world file, or the name of a shipped world, as in World().
         n: number of worlds, 1 or more.
+        variants: for each variant its values of settings, which are added to those in `settings`; None: one variant.
+        variant: number of each world's variant; None: world i is of variant i % len(variants).
         seeds: a seed per world; None: 0 to n - 1.
         threads: number of threads that the worlds are distributed over, 1 to 1024; None: one per available
             processor.
@@ -65,36 +75,44 @@ class Batch(Crowd):
     """
 
     @_options.accepting(OWN)
-    def __init__(self, file: str | os.PathLike[str], n: int, *, seeds: Iterable[int] | None = None,
+    def __init__(self, file: str | os.PathLike[str], n: int, *, variants: Sequence[_options.Settings] | None = None,
+                 variant: npt.ArrayLike | None = None, seeds: Iterable[int] | None = None,
                  threads: int | None = None, robots: str | None = None, device: str | None = None,
                  **options: Any) -> None:
         own = _options.complete(options, OWN)
-        self._begin(World(file, threads=1, **own), n, seeds, threads, robots, device)
+        worlds = [World(file, threads=1, **{**own, "settings": own["settings"] + _options.settings_list(settings)})
+                  for settings in ([{}] if variants is None else variants)]
+        self._begin(worlds, n, variant, seeds, threads, robots, device)
 
     @classmethod
-    def of(cls, world: World, n: int, *, seeds: Iterable[int] | None = None,
-           threads: int | None = None, robots: str | None = None, device: str | None = None) -> Batch:
-        """Makes a batch from the file or text of `world`, in the state after loading."""
+    def of(cls, world: World | Sequence[World], n: int, *, variant: npt.ArrayLike | None = None,
+           seeds: Iterable[int] | None = None, threads: int | None = None, robots: str | None = None,
+           device: str | None = None) -> Batch:
+        """Makes a batch from the file or text of `world`, in the state after loading. Several worlds are variants."""
         batch = cls.__new__(cls)
-        batch._begin(world, n, seeds, threads, robots, device)
+        batch._begin([world] if isinstance(world, World) else list(world), n, variant, seeds, threads, robots, device)
         return batch
 
-    def _begin(self, prototype: World, n: int, seeds: Iterable[int] | None, threads: int | None,
-               robots: str | None, device: str | None) -> None:
+    def _begin(self, prototypes: list[World], n: int, variant: npt.ArrayLike | None, seeds: Iterable[int] | None,
+               threads: int | None, robots: str | None, device: str | None) -> None:
         n = _checks.integer(n, "the number of worlds", 1, MAX_WORLDS)
-        ids, names = prototype._choose(robots)
+        if not prototypes:
+            raise ValueError("found no variants, expected one or more")
+        variant = _variants(np.arange(n) % len(prototypes) if variant is None else variant, n, len(prototypes))
+        ids, names = _robots_of(prototypes, robots)
         threads = _core.count_processors() if threads is None else _options.checked("threads", threads)
-        core = _core.Batch(prototype._core, _options.seeds(range(n) if seeds is None else seeds, n), threads, ids,
+        core = _core.Batch([prototype._core for prototype in prototypes],
+                           _options.seeds(range(n) if seeds is None else seeds, n), variant, threads, ids,
                            _choice_of(device))
-        self._take(core, n, names, prototype._recipe, ids, device)
+        self._take(core, n, names, [prototype._recipe for prototype in prototypes], ids, device)
 
-    def _take(self, core: _core.Batch, n: int, names: tuple[str, ...], recipe: Recipe, ids: list[int],
+    def _take(self, core: _core.Batch, n: int, names: tuple[str, ...], recipes: list[Recipe], ids: _Ids,
               device: str | None) -> None:
         self._core = core
         self._device = device
         self.n = n  #: number of worlds
-        self.names = names  #: names of the robots, the same in each world
-        self._recipe = recipe
+        self.names = names  #: names of the robots of all variants
+        self._recipes = recipes
         self._ids = ids
         self._all = np.arange(n, dtype=np.uint32)
         super().__init__(core.device_crowd or core.crowd)
@@ -115,13 +133,13 @@ class Batch(Crowd):
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Batch:
         copied = memo[id(self)] = type(self).__new__(type(self))
-        copied._take(self._core.another(self.seeds), self.n, self.names, self._recipe, self._ids, self._device)
+        copied._take(self._core.another(self.seeds), self.n, self.names, self._recipes, self._ids, self._device)
         copied._put(self._states())
         return copied
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _unpickle_batch, (type(self), self._recipe, self.seeds, self.threads, self._ids, self._states(),
-                                 self._device)
+        return _unpickle_batch, (type(self), self._recipes, self.seeds, self._core.variants(), self.threads, self._ids,
+                                 self.names, self._states(), self._device)
 
     @property
     def device(self) -> str | None:
@@ -197,7 +215,8 @@ class Batch(Crowd):
             raise TypeError("found several numbers of steps, expected one; ids= chooses worlds")
         self._core.step(self._chosen(ids), _checks.steps(n))
 
-    def reset(self, seeds: int | Iterable[int] | None = None, *, ids: Which = None) -> None:
+    def reset(self, seeds: int | Iterable[int] | None = None, *, ids: Which = None,
+              variant: npt.ArrayLike | None = None) -> None:
         """Resets worlds to their state after loading. Their commands become 0.
 
         This is about as fast as restore(), unless a world is not closed, see explain(), and its file has
@@ -207,10 +226,11 @@ class Batch(Crowd):
             seeds: one seed per selected world, or one for all; None: their current seeds.
             ids: which worlds; None: all. For a batch on a CUDA device, a mask there of shape (n,) as well: if the
                 worlds have no populations and no noise, it stays there.
+            variant: one variant per selected world, or one for all; None: those that they have.
         """
         if is_on_card(ids):
             flags = checked_tensor(ids, "a mask", "bool", (self.n,))
-            if seeds is None and self._reads_cuda() and self._core.reset_on_card(flags):
+            if seeds is None and variant is None and self._reads_cuda() and self._core.reset_on_card(flags):
                 return
             ids = on_host(flags)
         chosen = self._chosen(ids)
@@ -223,7 +243,13 @@ class Batch(Crowd):
             raise TypeError("found truth values as seeds, expected whole numbers; ids= chooses worlds")
         else:
             new = _options.seeds(seeds, len(chosen))
-        self._core.reset(chosen, new)
+        variants = None if variant is None else _variants(variant, len(chosen), len(self._recipes))
+        self._core.reset(chosen, new, variants)
+
+    @property
+    def variant(self) -> npt.NDArray[np.uint32]:
+        """Number of each world's variant: a new array of shape (n,)."""
+        return np.array(self._core.variants(), np.uint32)
 
     @property
     def seeds(self) -> list[int]:
@@ -280,7 +306,7 @@ class Batch(Crowd):
         return {**made, "failed": np.zeros((moments, self.n), bool)}
 
     def snapshot(self, index: int) -> Snapshot:
-        """Returns the state of world `index`, for restore() of this batch or of a World of the same file."""
+        """Returns the state of world `index`, for restore() of worlds of the same variant, or a World like them."""
         return self._core.take(self._index(index))
 
     def restore(self, snapshot: Snapshot, ids: Which = None) -> None:
@@ -290,8 +316,9 @@ class Batch(Crowd):
     def fork(self, index: int) -> World:
         """Returns an independent World in the state of world `index`."""
         world = World.__new__(World)
-        world._core = self._core.fork(self._index(index))
-        world._recipe = self._recipe
+        i = self._index(index)
+        world._core = self._core.fork(i)
+        world._recipe = self._recipes[self._core.variants()[i]]
         return world
 
     def state_hash(self, index: int) -> str:
@@ -372,13 +399,64 @@ def _choice_of(device: str | None) -> str | None:
     return choice
 
 
-def _unpickle_batch(cls: type[Batch], recipe: Recipe, seeds: list[int], threads: int, ids: list[int],
-                    states: _States, device: str | None) -> Batch:
+def _variants(given: npt.ArrayLike, n: int, count: int) -> list[int]:
+    """Numbers of `n` variants, below `count`."""
+    array = np.asarray(given)
+    if array.dtype.kind not in "iu":
+        raise TypeError(f"found variants of the type {array.dtype}, expected whole numbers")
+    if array.shape not in ((), (n,)):
+        raise ValueError(f"found variants of shape {array.shape}, expected ({n},)")
+    if array.size and not (0 <= array.min() and array.max() < count):
+        raise ValueError(f"found a variant outside of 0 to {count - 1}")
+    return [int(number) for number in np.broadcast_to(array, (n,))]
+
+
+def _merged(lists: list[list[tuple[str, int]]]) -> list[tuple[str, int]]:
+    """All keys once, in the order of each list where they agree: models are subscribed to in that order."""
+    merged: list[tuple[str, int]] = []
+    for keys in lists:
+        known = set(merged)
+        before: dict[tuple[str, int], list[tuple[str, int]]] = {}
+        new: list[tuple[str, int]] = []
+        for key in keys:
+            if key in known:
+                before[key], new = new, []
+            else:
+                new.append(key)
+        merged = [each for key in merged for each in (*before.get(key, ()), key)] + new
+    return merged
+
+
+def _robots_of(prototypes: list[World], robots: str | None) -> tuple[_Ids, tuple[str, ...]]:
+    """The ids of each variant's robots, None for those that it lacks, and the names of all."""
+    chosen: list[dict[tuple[str, int], int]] = []
+    for prototype in prototypes:
+        found: dict[tuple[str, int], int] = {}
+        chosen.append(found)
+        try:
+            ids, names = prototype._choose(robots)
+        except GoneError:
+            if len(prototypes) == 1:
+                raise
+            continue
+        seen: Counter[str] = Counter()
+        for id_, name in zip(ids, names):
+            found[name, seen[name]] = id_
+            seen[name] += 1
+    keys = _merged([list(found) for found in chosen])
+    if not keys:
+        raise GoneError("there are no such robots")
+    return [[found.get(key) for key in keys] for found in chosen], tuple(name for name, _ in keys)
+
+
+def _unpickle_batch(cls: type[Batch], recipes: list[Recipe], seeds: list[int], variants: list[int], threads: int,
+                    ids: _Ids, names: tuple[str, ...], states: _States, device: str | None) -> Batch:
     """Unpickles a batch."""
-    prototype = World._from_recipe(recipe._replace(options={**recipe.options, "threads": 1}))
+    prototypes = [World._from_recipe(recipe._replace(options={**recipe.options, "threads": 1}))
+                  for recipe in recipes]
     batch = cls.__new__(cls)
-    names = {id_: name for id_, name, _, _ in prototype._core.robots()}
-    batch._take(_core.Batch(prototype._core, seeds, threads, ids, _choice_of(device)), len(seeds),
-                tuple(names.get(id_, "") for id_ in ids), recipe, ids, device)
+    core = _core.Batch([prototype._core for prototype in prototypes], seeds, variants, threads, ids,
+                       _choice_of(device))
+    batch._take(core, len(seeds), names, recipes, ids, device)
     batch._put(states)
     return batch

@@ -42,19 +42,34 @@ int DoNothing(World*, void*) { return 0; }
 /// A pool, and a world alone for each of its worlds, with which the same is done.
 class Twins {
  public:
+  /// World i is of the variant with the text number variants[i].
+  Twins(const std::vector<std::string>& texts, const std::vector<uint64_t>& seeds,
+        const std::vector<uint32_t>& variants, const WorldPoolOptions& options)
+      : texts_(texts), variants_(variants) {
+    std::vector<std::unique_ptr<World>> prototypes;
+    std::vector<const World*> pointers;
+    for (const std::string& text : texts) {
+      prototypes.push_back(LoadText(text, 1));
+      pointers.push_back(prototypes.back().get());
+      models_.emplace_back();
+      for (const Model* model : prototypes.back()->engine().models)
+        models_.back().push_back(model->GetId());
+    }
+    pool_ = std::make_unique<WorldPool>(pointers, seeds, variants, options);
+    for (size_t id = 0; id < seeds.size(); id++)
+      alone_.push_back(LoadText(texts[variants[id]], seeds[id]));
+    ids_ = pool_->All();
+  }
   Twins(const std::string& text, const std::vector<uint64_t>& seeds,
         const WorldPoolOptions& options)
-      : text_(text) {
-    pool_ = std::make_unique<WorldPool>(*LoadText(text, 1), seeds, options);
-    for (const uint64_t seed : seeds) alone_.push_back(LoadText(text, seed));
-    ids_ = pool_->All();
-    for (const Model* model : alone_[0]->engine().models) models_.push_back(model->GetId());
-  }
+      : Twins(std::vector{text}, seeds, std::vector<uint32_t>(seeds.size()), options) {}
 
   WorldPool& pool() { return *pool_; }
   const Ids& ids() const { return ids_; }
-  /// Ids of all models, the same in each world.
-  const std::vector<uint32_t>& models() const { return models_; }
+  /// Ids of all models of a world.
+  const std::vector<uint32_t>& models(uint32_t id) const { return models_[variants_[id]]; }
+  size_t variants() const { return texts_.size(); }
+  uint32_t variant(uint32_t id) const { return variants_[id]; }
   size_t rows() const {
     size_t count = 0;
     for (const uint32_t id : ids_) count += !PoolAccess::HasWorld(*pool_, id);
@@ -78,7 +93,14 @@ class Twins {
   }
   void Reset(uint32_t id, uint64_t seed) {
     pool_->Reset({id}, {seed});
-    alone_[id] = LoadText(text_, seed);
+    alone_[id] = LoadText(texts_[variants_[id]], seed);
+  }
+  void Reset(const Ids& ids, uint64_t seed, uint32_t variant) {
+    pool_->Reset(ids, std::vector(ids.size(), seed), std::vector(ids.size(), variant));
+    for (const uint32_t id : ids) {
+      variants_[id] = variant;
+      alone_[id] = LoadText(texts_[variant], seed);
+    }
   }
   /// Restores the state of a world in another one.
   void Copy(uint32_t from, uint32_t to) {
@@ -86,13 +108,15 @@ class Twins {
     ASSERT_TRUE(pool_->Take(from, &of_pool));
     ASSERT_TRUE(alone_[from]->Take(&of_alone));
     pool_->Restore({to}, of_pool);
-    ASSERT_EQ(pool_->Failure(to), "");
-    ASSERT_TRUE(alone_[to]->Restore(of_alone));
+    const bool fits = alone_[to]->Restore(of_alone);
+    ASSERT_EQ(pool_->Failure(to).empty(), fits) << pool_->Failure(to);
+    ASSERT_TRUE(fits || variants_[from] != variants_[to]);
+    if (!fits) Reset(to, 1);
   }
   /// Moves or commands the robots of a world: those of a row by its columns.
   void Drive(uint32_t id, RandomSource* random) {
     const PoolRow row = PoolAccess::RowToChange(*pool_, id);
-    for (const uint32_t model : models_) {
+    for (const uint32_t model : models(id)) {
       auto* const robot = dynamic_cast<ModelPosition*>(alone_[id]->FindModel(model));
       if (!robot || !random->OneIn(2)) continue;
       const rows::Planar to{random->Real(-1, 1), random->Real(-1, 1), random->Real(-4, 4)};
@@ -137,11 +161,12 @@ class Twins {
     }
   }
 
-  std::string text_;
+  std::vector<std::string> texts_;
+  std::vector<uint32_t> variants_;
   std::unique_ptr<WorldPool> pool_;
   std::vector<std::unique_ptr<World>> alone_;
   Ids ids_;
-  std::vector<uint32_t> models_;
+  std::vector<std::vector<uint32_t>> models_;  // by variant
 };
 
 /// Counts steps, so that steps are made one by one.
@@ -163,13 +188,31 @@ class Counter : public StepObserver {
 
 /// Counts of events, which show that the tests do what they claim.
 struct Happened {
-  size_t rows = 0, worlds = 0, came_back = 0, resets = 0, copies = 0, on_device = 0;
+  size_t rows = 0, worlds = 0, came_back = 0, resets = 0, copies = 0, on_device = 0, moves = 0;
 };
+
+Ids SomeOf(const Ids& ids, RandomSource* random) {
+  Ids some;
+  for (const uint32_t id : ids)
+    if (random->OneIn(2)) some.push_back(id);
+  return some;
+}
+
+/// Resets some worlds, which become worlds of another variant. Returns how many did.
+size_t MoveSome(Twins* twins, RandomSource* random) {
+  const auto last = static_cast<int>(twins->variants()) - 1;
+  const auto variant = static_cast<uint32_t>(random->Int(0, last));
+  const Ids some = SomeOf(twins->ids(), random);
+  size_t moved = 0;
+  for (const uint32_t id : some) moved += twins->variant(id) != variant;
+  twins->Reset(some, random->Next(), variant);
+  return moved;
+}
 
 /// Does something at random with a world, and the same with its twin.
 void ActOn(Twins* twins, uint32_t id, RandomSource* random, Happened* happened) {
   WorldPool& pool = twins->pool();
-  const std::vector<uint32_t>& models = twins->models();
+  const std::vector<uint32_t>& models = twins->models(id);
   switch (random->Int(0, 7)) {
     case 0:
       twins->InBoth(id, [](World& world) { world.AddUpdateCallback(DoNothing, nullptr); });
@@ -178,7 +221,10 @@ void ActOn(Twins* twins, uint32_t id, RandomSource* random, Happened* happened) 
       twins->InBoth(id, [](World& world) { world.RemoveUpdateCallback(DoNothing, nullptr); });
       break;
     case 2:
-      twins->Reset(id, random->Next());
+      if (twins->variants() > 1 && random->OneIn(2))
+        happened->moves += MoveSome(twins, random);
+      else
+        twins->Reset(id, random->Next());
       happened->resets++;
       break;
     case 3: {
@@ -198,13 +244,6 @@ void ActOn(Twins* twins, uint32_t id, RandomSource* random, Happened* happened) 
 
 void ExpectEqual(Twins* twins) {
   for (const uint32_t id : twins->ids()) ASSERT_EQ(twins->Difference(id), "") << "world " << id;
-}
-
-Ids SomeOf(const Ids& ids, RandomSource* random) {
-  Ids some;
-  for (const uint32_t id : ids)
-    if (random->OneIn(2)) some.push_back(id);
-  return some;
 }
 
 /// Steps with callbacks, resets, copies, subscriptions, commands and poses at random moments.
@@ -268,7 +307,7 @@ TEST_P(PoolRows, WorldsEqualThoseAloneWhateverIsDoneWithThem) {
     ASSERT_EQ(twins.pool().WhyNotClosed(0), "");
     for (const uint32_t id : twins.ids()) {
       if (random.OneIn(2)) twins.Drive(id, &random);
-      for (const uint32_t model : twins.models())
+      for (const uint32_t model : twins.models(id))
         if (random.OneIn(2)) twins.Subscribe(id, model);
     }
     ASSERT_NO_FATAL_FAILURE(ExpectEqual(&twins));
@@ -280,6 +319,118 @@ TEST_P(PoolRows, WorldsEqualThoseAloneWhateverIsDoneWithThem) {
   EXPECT_GT(happened.resets, 5u);
   EXPECT_GT(happened.copies, 5u);
   EXPECT_EQ(happened.on_device > 100, on_device);
+}
+
+/// Worlds of one pool that have nothing in common.
+class PoolVariants : public testing::TestWithParam<unsigned> {};
+
+TEST_P(PoolVariants, WorldsEqualThoseAloneWhateverIsDoneWithThem) {
+  InitLibrary();
+  Happened happened;
+  for (uint64_t seed = 1; seed <= Worlds(); seed++) {
+    RandomSource random(seed * 100 + GetParam() + 50);
+    std::vector<std::string> texts;
+    for (int i = random.Int(2, 5); i > 0; i--) {
+      const ClosedWorldKind kind{random.OneIn(2), random.OneIn(2), random.Int(1, 5), 3,
+                                 random.OneIn(2)};
+      texts.push_back(ClosedWorld(kind, &random));
+      if (random.OneIn(4)) texts.back() += "position( pose [3 3 0 0] gripper() )\n";  // not closed
+    }
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::vector<uint64_t> seeds(static_cast<size_t>(random.Int(1, 9)));
+    std::vector<uint32_t> variants;
+    for (uint64_t& of_world : seeds) {
+      of_world = random.Next();
+      variants.push_back(static_cast<uint32_t>(random.Next() % texts.size()));
+    }
+    WorldPoolOptions options;
+    options.threads = GetParam();
+    Twins twins(texts, seeds, variants, options);
+    for (const uint32_t id : twins.ids()) {
+      EXPECT_EQ(twins.pool().Variant(id), twins.variant(id));
+      for (const uint32_t model : twins.models(id))
+        if (random.OneIn(2)) twins.Subscribe(id, model);
+    }
+    ASSERT_NO_FATAL_FAILURE(ExpectEqual(&twins));
+    ASSERT_NO_FATAL_FAILURE(RunAtRandom(&twins, &random, 25, &happened));
+  }
+  EXPECT_GT(happened.rows, 100u);
+  EXPECT_GT(happened.worlds, 100u);
+  EXPECT_GT(happened.came_back, 10u);
+  EXPECT_GT(happened.moves, 20u);
+  EXPECT_GT(happened.copies, 5u);
+}
+
+std::string Corridor(size_t width) {
+  return "resolution 0.02\nmodel( size [9 0.1 1] pose [0 " + std::to_string(width) +
+         " 0 0] )\nposition( size [0.3 0.3 0.3] alwayson 1 velocity [0.5 0.3 0 20] "
+         "ranger( alwayson 1 sensor( range [0 4] fov 360 samples 12 ) ) )\n";
+}
+
+TEST(PoolVariantsSizes, ManyVariantsAndWorldsEqualWorldsAlone) {
+  InitLibrary();
+  constexpr size_t kVariants = 100;
+  std::vector<std::unique_ptr<World>> prototypes;
+  std::vector<const World*> pointers;
+  for (size_t i = 0; i < kVariants; i++) {
+    prototypes.push_back(LoadText(Corridor(1 + i), 7));
+    pointers.push_back(prototypes.back().get());
+  }
+  std::vector<uint64_t> expected;
+  for (const auto& world : prototypes) {
+    for (int step = 0; step < 20; step++) world->Update();
+    expected.push_back(world->StateHash());
+  }
+  for (const size_t worlds : {1, 99, 1000}) {
+    std::vector<uint32_t> variants;
+    for (size_t i = 0; i < worlds; i++)
+      variants.push_back(static_cast<uint32_t>(i * 7 % kVariants));
+    WorldPoolOptions options;
+    options.threads = 2;
+    WorldPool pool(pointers, std::vector<uint64_t>(worlds, 7), variants, options);
+    pool.Step(pool.All(), 20);
+    for (uint32_t& variant : variants) variant = (variant + 1) % kVariants;
+    pool.Reset(pool.All(), std::vector<uint64_t>(worlds, 7), variants);
+    pool.Step(pool.All(), 20);
+    const std::vector<uint64_t> hashes = pool.StateHashes(pool.All());
+    for (size_t i = 0; i < worlds; i++) ASSERT_EQ(hashes[i], expected[variants[i]]) << i;
+  }
+}
+
+TEST(PoolVariantsSizes, ResizingKeepsWorldsAndMakesOnesOfTheFirstVariant) {
+  InitLibrary();
+  const auto a = LoadText(Corridor(1), 1), b = LoadText(Corridor(2), 1);
+  WorldPool pool({a.get(), b.get()}, {1, 2, 3, 4}, {1, 0, 1});
+  EXPECT_EQ(pool.CountVariants(), 2u);
+  pool.Step(pool.All(), 5);
+  const std::vector<uint64_t> before = pool.StateHashes(pool.All());
+  pool.Resize({1, 2});
+  pool.Resize({1, 2, 8, 4, 9});
+  std::vector<uint32_t> variants;
+  for (const uint32_t id : pool.All()) variants.push_back(pool.Variant(id));
+  EXPECT_EQ(variants, (std::vector<uint32_t>{1, 0, 0, 0, 0}));
+  pool.Step({2, 3, 4}, 5);
+  std::vector<uint64_t> after = pool.StateHashes(pool.All());
+  EXPECT_EQ(after[0], before[0]);
+  EXPECT_EQ(after[1], before[1]);
+  EXPECT_EQ(after[3], before[3]);
+  WorldPool other(pool, {1, 2});
+  EXPECT_EQ(other.Variant(0), 1u);
+  other.Step(other.All(), 5);
+  EXPECT_EQ(other.StateHashes({0})[0], before[0]);
+}
+
+TEST(PoolVariantsSizes, ASnapshotWithMoreModelsFailsInOneLine) {
+  InitLibrary();
+  const auto one = LoadText(Corridor(1), 1), two = LoadText(Corridor(1) + "position()\n", 1);
+  WorldPool pool({one.get(), two.get()}, {1, 2}, {0, 1});
+  pool.Step(pool.All(), 3);
+  Snapshot snapshot;
+  ASSERT_TRUE(pool.Take(1, &snapshot));
+  pool.Restore(pool.All(), snapshot);
+  EXPECT_EQ(pool.Failure(1), "");
+  EXPECT_EQ(pool.Failure(0),
+            "stage: cannot restore the snapshot: found a snapshot of another world file");
 }
 
 TEST(PoolRowsOfPopulations, AWorldWhoseMembersDoNotFitFailsWithTheReason) {
@@ -320,6 +471,7 @@ TEST(PoolRowsOfPopulations, AWorldWhoseMembersDoNotFitFailsWithTheReason) {
   EXPECT_LT(failures, 19u);
 }
 
+INSTANTIATE_TEST_SUITE_P(Threads, PoolVariants, testing::Values(1u, 2u, 4u));
 INSTANTIATE_TEST_SUITE_P(Threads, PoolRows, testing::Values(1u, 2u, 7u, 16u, kOnDevice));
 
 }  // namespace

@@ -60,8 +60,9 @@ class StepObserver {
   virtual void BetweenRounds();
 };
 
-/// Many worlds of one scene. All are copies of a prototype, each with its own seed, and differ from
-/// each other in nothing else. A world is a number, its id, from 0 to size() - 1. The result of a
+/// Many worlds, which are copies of a prototype, each with its own seed. A pool may have several
+/// prototypes, its variants, such as worlds with other floor plans, settings or numbers of robots.
+/// A world is a number, its id, from 0 to size() - 1. The result of a
 /// world depends only on its seed and on what is done with it, not on the number of worlds or
 /// threads or on other worlds.
 ///
@@ -84,7 +85,13 @@ class WorldPool {
   /// thread each, and ignore the quit time of the world file.
   WorldPool(const World& prototype, const std::vector<uint64_t>& seeds,
             const WorldPoolOptions& options = WorldPoolOptions());
-  /// Creates other worlds of the same scene, with the same options.
+  /// Creates worlds of several variants: that of world i is a copy of prototypes[variants[i]], or
+  /// of the first one if `variants` is shorter. A pool of several variants has no device.
+  WorldPool(const std::vector<const World*>& prototypes, const std::vector<uint64_t>& seeds,
+            const std::vector<uint32_t>& variants,
+            const WorldPoolOptions& options = WorldPoolOptions());
+  /// Creates other worlds of the same prototypes, with the same options. Those that `other` has as
+  /// well are of the same variants there.
   WorldPool(const WorldPool& other, const std::vector<uint64_t>& seeds);
   ~WorldPool();
   WorldPool(const WorldPool&) = delete;
@@ -97,9 +104,14 @@ class WorldPool {
   unsigned threads() const;
   /// The ids of all worlds.
   Ids All() const;
-  /// Changes the number of worlds to seeds.size(). New worlds get the seeds at their ids; the
-  /// others stay as they are and keep their seeds.
+  /// Changes the number of worlds to seeds.size(). New worlds get the seeds at their ids, and are
+  /// of the first variant; the others stay as they are and keep their seeds.
   void Resize(const std::vector<uint64_t>& seeds);
+
+  /// The number of prototypes.
+  uint32_t CountVariants() const;
+  /// The number of the prototype of a world.
+  uint32_t Variant(uint32_t id) const;
 
   /// Seed of the last load or reset of each world.
   const std::vector<uint64_t>& seeds() const;
@@ -145,8 +157,12 @@ class WorldPool {
   /// Restore(). A world that is not closed is made again if loading it depends on the seed or on
   /// code of clients, as with populations or controllers.
   void Reset(const Ids& ids, const std::vector<uint64_t>& seeds);
+  /// Does the same, and makes each a world of another variant.
+  void Reset(const Ids& ids, const std::vector<uint64_t>& seeds,
+             const std::vector<uint32_t>& variants);
   /// Restores a snapshot in each of these worlds; see World::Restore(). A world that the snapshot
-  /// does not fit has failed.
+  /// does not fit has failed. That of another variant fits if the file of this one has all its
+  /// models; the world keeps its variant.
   void Restore(const Ids& ids, const Snapshot& from);
   /// Takes a snapshot of a world; see World::Take(). Returns false with a message, also if there is
   /// no such world.
