@@ -7,15 +7,16 @@
 //
 // SCENE is open, walled or cave; CONTACTS cells or outlines; RAY_MODEL cell or exact. Prints steps
 // of robots in a second, bytes of a world, and microseconds to make and to reset one. Fails if no
-// ray hits anything, no robot moves, or a row has another state than the world with its commands. On
-// the host, steps are made one at a time, so that all rays of each step are cast.
+// ray hits anything, no robot moves, or a row has another state than the world with its commands.
+// On the host, steps are made one at a time, so that all rays of each step are cast.
 //
 // With --ctrl, the robots have that controller and get no other commands. With --objects, World
 // objects are stepped instead of rows.
 //
 // With --device, the worlds are stepped on an OpenCL device, too, N work-items for each (default:
-// the device's choice): with K steps for each launch (default 1), and then with commands sent and
-// readings fetched for each step. Fails if a bit of any column differs from the host's.
+// the device's choice). First, each launch makes K steps (default 1); only its last step casts
+// rays, unless a controller or noise needs them. Then commands are sent and readings fetched for
+// each step. Fails if a bit of any column differs from the host's.
 
 #include <algorithm>
 #include <cmath>
@@ -213,10 +214,13 @@ struct Outcome {
   }
 };
 
-void PrintSpeed(const Arguments& a, uint64_t steps, double seconds) {
-  const auto done = static_cast<double>(a.worlds * a.robots * steps);
-  std::printf("%.3f M robot-steps/s, %.1f M rays/s; ", done / seconds / 1e6,
-              done * static_cast<double>(a.rays) / seconds / 1e6);
+/// `casting` of the steps cast rays.
+void PrintSpeed(const Arguments& a, uint64_t steps, uint64_t casting, double seconds) {
+  const auto per_second = [&](uint64_t number) {
+    return static_cast<double>(a.worlds * a.robots * number) / seconds / 1e6;
+  };
+  std::printf("%.3f M robot-steps/s, %.1f M rays/s; ", per_second(steps),
+              per_second(a.rays * casting));
 }
 
 // ---- devices ------------------------------------------------------------------------------------
@@ -291,7 +295,7 @@ class DeviceRun {
       steps += kLaunches * a_.steps_of_launch;
     }
     std::printf("  %s, %u steps a launch: ", rows_.device().Name().c_str(), a_.steps_of_launch);
-    PrintSpeed(a_, steps, spent);
+    PrintSpeed(a_, steps, read_.scene().needs_rays ? steps : steps / a_.steps_of_launch, spent);
     rows_.Read(&read_);
     Outcome outcome;
     outcome.Count(read_.columns);
@@ -312,7 +316,7 @@ class DeviceRun {
       outcome.Count(read_.columns);
     }
     std::printf("  with commands and readings exchanged in each step: ");
-    PrintSpeed(a_, steps, spent);
+    PrintSpeed(a_, steps, steps, spent);
     outcome.Print();
     std::printf("\n");
   }
@@ -387,7 +391,7 @@ void RunHost(const Arguments& a, const std::shared_ptr<const Stg::rows::Scene>& 
       "%s, %zu worlds of %zu robots with %zu rays of %g m, contacts %s, rays %s, %u threads: ",
       a.scene.c_str(), a.worlds, a.robots, a.rays, a.reach, a.contacts.c_str(), a.ray_model.c_str(),
       a.threads);
-  PrintSpeed(a, steps, spent);
+  PrintSpeed(a, steps, steps, spent);
   outcome.Print();
   std::printf("; %zu bytes, made in %.2f us, reset in %.2f us\n", host.rows.BytesPerWorld(),
               made * 1e6 / static_cast<double>(a.worlds),
@@ -419,7 +423,7 @@ void RunObjects(const Arguments& a, const std::string& text) {
     steps++;
   }
   std::printf("World objects, %u threads: ", a.threads);
-  PrintSpeed(a, steps, spent);
+  PrintSpeed(a, steps, steps, spent);
   std::printf("\n");
 }
 

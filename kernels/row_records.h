@@ -285,10 +285,12 @@ typedef struct RAY_ALIGNED(16) {
   ray_uint movers, bodies, sensors, rays, packs, consumers, bytes;
   ray_uint groups; /* of rivals */
   ray_uint driven, controls, looks, positions;
-  ray_uint narrow;    /* outlines have NarrowWord rows, otherwise WideWord */
-  ray_uint any_exact; /* among the sensors */
-  ray_uint any_noise; /* of ranges */
+  ray_uint narrow;     /* outlines have NarrowWord rows, otherwise WideWord */
+  ray_uint any_exact;  /* among the sensors */
+  ray_uint any_noise;  /* of ranges */
+  ray_uint needs_rays; /* readings change a step: they have noise, or a controller reads them */
   ray_uint directory_mask;
+  ray_uint unused[3];
   int min_x, min_y, max_x, max_y; /* box of what stands */
 } row_scene_t;
 
@@ -361,7 +363,7 @@ typedef char row_own_ray_has_32_bytes[sizeof(row_own_ray_t) == 32 ? 1 : -1];
 typedef char row_fan_has_64_bytes[sizeof(row_fan_t) == 64 ? 1 : -1];
 typedef char row_wanted_has_48_bytes[sizeof(row_wanted_t) == 48 ? 1 : -1];
 typedef char row_drawn_has_32_bytes[sizeof(row_drawn_t) == 32 ? 1 : -1];
-typedef char row_scene_has_1168_bytes[sizeof(row_scene_t) == 1168 ? 1 : -1];
+typedef char row_scene_has_1184_bytes[sizeof(row_scene_t) == 1184 ? 1 : -1];
 typedef char row_map_has_48_bytes[sizeof(row_map_t) == 48 ? 1 : -1];
 typedef char row_view_has_32_bytes[sizeof(row_view_t) == 32 ? 1 : -1];
 typedef char row_fragment_has_48_bytes[sizeof(row_fragment_t) == 48 ? 1 : -1];

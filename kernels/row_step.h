@@ -40,24 +40,26 @@ RAY_FUNCTION void row_draw_energy(const row_world_t* w) {
   }
 }
 
-/* Velocities and readings, if the models are due. */
-RAY_FUNCTION void row_update(const row_world_t* w, int is_due, double dt) {
+/* Velocities and readings, if the models are due. Nobody sees the readings of an `unseen` update:
+ * they are left out, unless the step depends on them. */
+RAY_FUNCTION void row_update(const row_world_t* w, int is_due, int unseen, double dt) {
   RAY_GLOBAL const row_scene_t* const scene = w->scene;
-  const ray_uint movers = is_due ? scene->movers : 0, sensors = is_due ? scene->sensors : 0;
+  const int casts = is_due && (!unseen || scene->needs_rays);
+  const ray_uint movers = is_due ? scene->movers : 0, sensors = casts ? scene->sensors : 0;
   ray_uint i;
   for (i = ROW_ITEM; i < movers; i += ROW_ITEMS) row_drive(w, i, dt);
   for (i = ROW_ITEM; i < sensors; i += ROW_ITEMS) row_place_fan(w, i);
-  if (is_due && scene->any_exact)
+  if (casts && scene->any_exact)
     for (i = ROW_ITEM; i < scene->bodies; i += ROW_ITEMS) row_place_corners(w, i);
   ROW_BARRIER();
-  for (i = ROW_ITEM; is_due && i < scene->rays; i += ROW_ITEMS) row_cast_ray(w, i);
+  for (i = ROW_ITEM; casts && i < scene->rays; i += ROW_ITEMS) row_cast_ray(w, i);
   ROW_BARRIER();
   if (scene->any_noise)
     for (i = ROW_ITEM; i < sensors; i += ROW_ITEMS) row_add_noise(w, i);
   for (i = ROW_ITEM; i < movers; i += ROW_ITEMS) row_store_sensed_pose(w, i);
 }
 
-/* Makes steps of a world. */
+/* Makes steps of a world. Nobody looks at readings in between. */
 RAY_FUNCTION void row_step(const row_world_t* w, ray_uint steps) {
   RAY_GLOBAL const row_scene_t* const scene = w->scene;
   ray_ulong now = *ROW_COLUMN(w, ray_ulong, ROW_TIME);
@@ -75,7 +77,7 @@ RAY_FUNCTION void row_step(const row_world_t* w, ray_uint steps) {
       next = scene->interval > 1 ? (now / scene->interval + 1) * scene->interval
                                  : now + scene->interval;
     }
-    row_update(w, is_due, dt);
+    row_update(w, is_due, (next - now - 1) / scene->step < steps - 1 - i, dt);
     row_move(w);
     ROW_BARRIER();
     row_run_controls(w, is_due, (double)now / ROW_SECOND);

@@ -314,6 +314,7 @@ DeviceImage ImageMaker::Make() {
   header_.narrow = scene_.narrow;
   header_.any_exact = std::ranges::any_of(scene_.sensors, &Sensor::exact);
   header_.any_noise = scene_.HasNoise();
+  header_.needs_rays = scene_.needs_rays;
   AddMovers();
   AddBodies();
   AddSensors();
