@@ -71,6 +71,7 @@ std::vector<uint32_t> WorldPool::Impl::AllVariants() const {
 /// Makes a world one of another variant, in the state after loading. PoolVariant::Grow() must
 /// follow.
 void WorldPool::Impl::SetVariant(uint32_t id, uint32_t variant) {
+  STAGE_ASSERT(variant < variants.size());
   Slot& slot = slots[id];
   if (slot.variant) slot.variant->RemoveWorld(slot.place);
   delete slot.world.get();
