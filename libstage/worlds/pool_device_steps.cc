@@ -102,7 +102,8 @@ void PoolAccess::ResetOnDevice(WorldPool& pool, std::span<const uint32_t> ids,
                                std::span<const uint64_t> seeds) {
   for (size_t i = 0; i < ids.size(); i++) pool.impl_->seeds[ids[i]] = seeds[i];
   OnDevice(pool)->Reset(ids, seeds);
-  for (const uint32_t id : ids) pool.impl_->common->columns.reseeding[id].reset();
+  for (const uint32_t id : ids)
+    pool.impl_->common->columns.reseeding[pool.impl_->slots[id].place].reset();
   NoteDeviceSteps(pool);
 }
 

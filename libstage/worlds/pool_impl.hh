@@ -148,6 +148,7 @@ struct WorldPool::Impl {
   void RestoreWorld(uint32_t id, const Snapshot& from);
 
   // Steps.
+  uint64_t StepsAtOnce(StepObserver* observer, uint32_t id, uint64_t step, uint64_t end);
   StepObserver::Outcome StepWorld(uint32_t id, uint64_t first, uint64_t end, StepObserver* observer,
                                   Thread* thread);
   uint64_t StepsOfRound(double seconds_of_step, size_t worlds, uint64_t unit) const;

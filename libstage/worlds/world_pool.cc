@@ -18,6 +18,7 @@ namespace Stg {
 bool StepObserver::TakesPartInSteps() const { return true; }
 void StepObserver::BeforeStep(uint32_t, uint64_t) {}
 void StepObserver::AfterStep(uint32_t, uint64_t) {}
+uint64_t StepObserver::StepsAtOnce(uint32_t, uint64_t) { return 1; }
 void StepObserver::AfterRound(uint32_t, uint64_t, uint64_t, Outcome) {}
 void StepObserver::BetweenRounds() {}
 
@@ -211,6 +212,14 @@ void WorldPool::Impl::RestoreVariant(const Ids& ids, const Snapshot& from) {
   ForEach(as_worlds, [&](uint32_t id, Thread*) { RestoreWorld(id, from); });
 }
 
+/// The number of steps from `step` on that a row may make without a call of the observer. Commands
+/// that controllers may replace are given before each step.
+uint64_t WorldPool::Impl::StepsAtOnce(StepObserver* observer, uint32_t id, uint64_t step,
+                                      uint64_t end) {
+  if (!slots[id].rows->scene().controls.groups.empty()) return 1;
+  return std::clamp<uint64_t>(observer->StepsAtOnce(id, step), 1, end - step);
+}
+
 /// Makes steps first to end - 1, or fewer if the world ends.
 StepObserver::Outcome WorldPool::Impl::StepWorld(uint32_t id, uint64_t first, uint64_t end,
                                                  StepObserver* observer, Thread* thread) {
@@ -219,7 +228,7 @@ StepObserver::Outcome WorldPool::Impl::StepWorld(uint32_t id, uint64_t first, ui
   for (uint64_t step = first; step < end; step++) {
     if (each) each->BeforeStep(id, step);
     if (BecomeRow(id)) {
-      const uint64_t steps = each ? 1 : end - step;
+      const uint64_t steps = each ? StepsAtOnce(each, id, step, end) : end - step;
       RowsToChange(slot)->Step(slot.place, steps, ScratchOf(slot, thread));
       step += steps - 1;
     } else if (Require(id)->Update()) {

@@ -90,6 +90,7 @@ class Batch::Stepper : public StepObserver {
   explicit Stepper(Batch* batch) : batch_(*batch) {}
 
   void BeforeStep(uint32_t id, uint64_t) override { batch_.crowd_->Command(batch_, id); }
+  uint64_t StepsAtOnce(uint32_t, uint64_t) override { return UINT64_MAX; }
   void AfterRound(uint32_t id, uint64_t, uint64_t, Outcome) override {
     batch_.crowd_->Gather(batch_, id);
   }
@@ -115,6 +116,7 @@ class Batch::Recorder : public StepObserver {
     if (step % steps_ == 0) SetCommands(id, step / steps_);
     batch_.crowd_->Command(batch_, id);
   }
+  uint64_t StepsAtOnce(uint32_t, uint64_t step) override { return steps_ - step % steps_; }
   void AfterStep(uint32_t id, uint64_t step) override {
     if ((step + 1) % steps_ != 0) return;
     batch_.crowd_->Gather(batch_, id);

@@ -471,6 +471,61 @@ TEST(PoolRowsOfPopulations, AWorldWhoseMembersDoNotFitFailsWithTheReason) {
   EXPECT_LT(failures, 19u);
 }
 
+/// Commands the robots of rows in every third step, which may be made at once.
+class Driver : public StepObserver {
+ public:
+  Driver(WorldPool* pool, bool at_once) : pool_(*pool), at_once_(at_once), calls_(pool->size()) {}
+  void BeforeStep(uint32_t id, uint64_t step) override {
+    calls_[id]++;
+    if (step % 3 != 0) return;
+    const PoolRow row = PoolAccess::RowToChange(pool_, id);
+    const size_t robots = row.rows->scene().movers.size();
+    for (size_t k = 0; k < robots; k++) {
+      if (!row.rows->scene().movers[k].runs) continue;
+      row.rows->columns.mode[row.row * robots + k] = DriveInput::kVelocity;
+      row.rows->columns.command[row.row * robots + k] = {0.3, 0, 0.1 * static_cast<double>(step)};
+    }
+  }
+  void AfterStep(uint32_t, uint64_t step) override {
+    EXPECT_TRUE(!at_once_ || has_controllers || step % 3 == 2 || step == kSteps - 1) << step;
+  }
+  uint64_t StepsAtOnce(uint32_t, uint64_t step) override { return at_once_ ? 3 - step % 3 : 1; }
+
+  static constexpr uint64_t kSteps = 14;
+  bool has_controllers = false;
+  uint64_t CallsOf(uint32_t id) const { return calls_[id]; }
+
+ private:
+  WorldPool& pool_;
+  const bool at_once_;
+  std::vector<uint64_t> calls_;
+};
+
+TEST(PoolRowsOfObservers, StepsMadeAtOnceHaveTheResultsOfSingleOnes) {
+  InitLibrary();
+  for (uint64_t seed = 1; seed <= 2 * Worlds(); seed++) {
+    RandomSource random(seed);
+    const ClosedWorldKind kind{random.OneIn(2), random.OneIn(2), 4, 3, random.OneIn(3)};
+    const std::string text = ClosedWorld(kind, &random);
+    SCOPED_TRACE("seed " + std::to_string(seed) + "\n" + text);
+    const std::vector<uint64_t> seeds = {1, 2, 3};
+    std::vector<std::vector<uint64_t>> hashes;
+    for (const bool at_once : {false, true}) {
+      const std::unique_ptr<World> prototype = LoadText(text, 1);
+      WorldPool pool(*prototype, seeds);
+      for (const uint32_t id : pool.All())
+        for (const Model* model : prototype->engine().models)
+          if (model->GetModelType() != "model") pool.Subscribe(id, model->GetId());
+      Driver driver(&pool, at_once);
+      driver.has_controllers = !PoolAccess::SceneOf(pool, 0)->controls.groups.empty();
+      pool.Step(pool.All(), Driver::kSteps, &driver, Driver::kSteps);
+      hashes.push_back(pool.StateHashes(pool.All()));
+      EXPECT_EQ(driver.CallsOf(0), at_once && !driver.has_controllers ? 5u : 14u);
+    }
+    EXPECT_EQ(hashes[0], hashes[1]);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Threads, PoolVariants, testing::Values(1u, 2u, 4u));
 INSTANTIATE_TEST_SUITE_P(Threads, PoolRows, testing::Values(1u, 2u, 7u, 16u, kOnDevice));
 

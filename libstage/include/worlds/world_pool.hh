@@ -52,6 +52,10 @@ class StepObserver {
   virtual void BeforeStep(uint32_t id, uint64_t step);
   /// Called after each step.
   virtual void AfterStep(uint32_t id, uint64_t step);
+  /// Number of steps from `step` on that a closed world without controllers may make at once: with
+  /// one call of BeforeStep(), before the first, and one of AfterStep(), after the last. Then no
+  /// rays are cast for readings that nobody sees. The default is 1.
+  virtual uint64_t StepsAtOnce(uint32_t id, uint64_t step);
   /// Called after the last step of a world in a round that consists of the steps `first` to
   /// `end` - 1.
   virtual void AfterRound(uint32_t id, uint64_t first, uint64_t end, Outcome outcome);
