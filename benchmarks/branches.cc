@@ -7,10 +7,10 @@
 //   branches --branches N      number of branches (default 1000)
 //
 // The tables of branches and decisions have a line for each way. The plug-in disperse needs World
-// objects; the built-in stage/disperse runs in rows, and reads all rangers in each step. Robots that
-// obey commands are simulated in World objects, in rows with readings in each step, and in rows
-// without the readings that nobody sees. Fails if robots do not move, if rays hit nothing, or if
-// steps are made in another way.
+// objects; the built-in stage/disperse runs in rows, and reads all rangers in each step. Robots
+// that obey commands are simulated in World objects, in rows with readings in each step, and in
+// rows without the readings that nobody sees. Fails if robots do not move, if rays hit nothing, or
+// if steps are made in another way.
 
 #include <algorithm>
 #include <cstdio>

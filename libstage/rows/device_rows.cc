@@ -91,8 +91,7 @@ void DeviceRows::Read(Rows* to, ColumnSet columns) {
 void DeviceRows::Reset(std::span<const uint32_t> worlds, std::span<const uint64_t> seeds) {
   STAGE_ASSERT(worlds.size() == seeds.size());
   if (worlds.empty()) return;
-  if (!DependsOnSeed())
-    return device_->Reset(worlds, std::as_bytes(seeds), seeded_);
+  if (!DependsOnSeed()) return device_->Reset(worlds, std::as_bytes(seeds), seeded_);
   buffer_.clear();
   for (const uint64_t seed : seeds) {
     reset_->Reset(0, seed);
