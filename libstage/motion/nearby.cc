@@ -10,7 +10,7 @@
 namespace Stg::motion {
 namespace {
 
-constexpr size_t kBodyGrain = 128;
+constexpr size_t kBodiesInPart = 128;
 constexpr size_t kFew =
     24;  // so many bodies are compared with each other faster than found by place
 
@@ -188,7 +188,7 @@ template <typename F>
 void Nearby::Collect(threads::WorkerPool* workers, std::vector<NearPair>* all, F f) {
   const size_t n = boxes_.size();
   const unsigned threads = workers != nullptr ? workers->threads() : 1;
-  const size_t parts = std::clamp<size_t>(n / kBodyGrain, 1, threads > 1 ? 4 * threads : 1);
+  const size_t parts = std::clamp<size_t>(n / kBodiesInPart, 1, threads > 1 ? 4 * threads : 1);
   if (found_.size() < parts) found_.resize(parts);
   threads::RunOn(workers, parts, 1, [&](size_t begin, size_t end, unsigned) {
     for (size_t part = begin; part < end; part++) {
@@ -222,7 +222,7 @@ void Nearby::Find(const Shapes& shapes, const Walls& edges, const Columns& colum
   push_.resize(n);
   bound_.resize(n);
   boxes_.resize(n);
-  threads::RunOn(workers, n, kBodyGrain, [&](size_t begin, size_t end, unsigned) {
+  threads::RunOn(workers, n, kBodiesInPart, [&](size_t begin, size_t end, unsigned) {
     for (size_t i = begin; i < end; i++)
       FindReach(static_cast<uint32_t>(i), shapes, columns, least_reach);
   });
