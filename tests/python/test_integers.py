@@ -26,6 +26,17 @@ NO_INTEGERS = (True, False, np.True_, 1.0, np.float32(1), np.float64(1), Decimal
 LARGE = 2**64
 
 
+def batch_on_device() -> st.Batch | None:
+    """A batch on an OpenCL device; None: there is no such device."""
+    world = st.World.from_text('contacts "cells" position( ranger( sensor( samples 2 ) ) )')
+    try:
+        return st.Batch.of(world, 1, threads=1, device="opencl")
+    except st.StageError as error:
+        if "OpenCL" not in str(error):
+            raise
+        return None
+
+
 class Subjects:
     """A world and a batch whose robots have all sensors."""
 
@@ -35,6 +46,7 @@ class Subjects:
               camera( resolution [4 4] ) )
             body() body( pose [3 0 0 0] )""")
         self.batch = st.Batch.of(self.world, 2, threads=1)
+        self.on_device = batch_on_device()
         self.core = self.world._core
         self.model = self.world.models[0]
         self.ids = [self.model.id]
@@ -57,12 +69,19 @@ def crowd_calls(crowd: Any, prefix: str) -> dict[str, tuple[Callable[..., Any], 
         f"{prefix}.fiducials": (crowd.fiducials, {"index": 0, "most": 2})}
 
 
+def skip(**_: Any) -> None:
+    """Stands for a function of a batch on a device where there is none."""
+    pytest.skip("there is no OpenCL device")
+
+
 def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
     """Each compiled function with valid arguments."""
     batch, core, model = s.batch._core, s.core, s.model
     add_sensor = s.world.create("ranger").add_sensor
     return {
         "Crowd.sensor": (s.world.fleet()._crowd.sensor, {"type": "fiducial", "index": 0, "most": 2, "reading": "id"}),
+        "DeviceCrowd.sensor": (s.on_device._core.device_crowd.sensor if s.on_device else skip,
+                               {"type": "ranger", "index": 0, "most": 0, "reading": "ranges"}),
         "NamingScheme.numbered": (_core.naming_schemes()[0].numbered, {"base": "name", "number": 1, "count": 2}),
         "sensor_name": (_core.sensor_name, {"ranger": "name", "number": 1}),
         "Sweep.options": (s.sweep.options, {"index": 0}),
@@ -72,7 +91,8 @@ def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str,
         "Model.fiducial_return": (lambda arg: setattr(model, "fiducial_return", arg), {"arg": 1}),
         "Model.fiducial_key": (lambda arg: setattr(model, "fiducial_key", arg), {"arg": 1}),
         "Model.add_sensor": (add_sensor, {"range": 5, "fov": 1, "samples": 3}),
-        "Batch.__init__": (_core.Batch, {"prototype": core, "seeds": [1], "threads": 1, "robots": s.ids}),
+        "Batch.__init__": (_core.Batch, {"prototypes": [core], "seeds": [1], "variants": [0], "threads": 1,
+                                         "robots": [s.ids]}),
         "Batch.set_failures": (batch.set_failures, {"failures": {1: "why"}}),
         "Batch.another": (batch.another, {"seeds": [1]}),
         "Batch.render": (batch.render, {"index": 0, "x": 0, "y": 0, "scale": 1, "data": True, "to": s.pixels}),
@@ -80,7 +100,7 @@ def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str,
         "Batch.step": (batch.step, {"which": s.which, "steps": 1}),
         "Batch.rollout": (batch.rollout, {"moments": 1, "steps": 1, "commands": None, "live": [], "to": [],
                                           "recorded": s.recorded}),
-        "Batch.reset": (batch.reset, {"which": s.which, "seeds": [1]}),
+        "Batch.reset": (batch.reset, {"which": s.which, "seeds": [1], "variants": [0]}),
         "Batch.take": (batch.take, {"index": 0}),
         "Batch.fork": (batch.fork, {"index": 0}),
         "Simulation.step": (core.step, {"steps": 1}),
@@ -165,13 +185,23 @@ INTEGERS = sorted([("compiled", *found) for found in compiled_integers()]
                   + [("public", *found) for found in public_integers()])
 
 
+def replaced(right: Any, value: Any) -> Any:
+    """The value with its first integer, perhaps in a list or in a list of lists, replaced by another value."""
+    return [replaced(right[0], value), *right[1:]] if isinstance(right, list) else value
+
+
+def of_numpy(right: Any) -> Any:
+    """The value with NumPy's integers instead of Python's."""
+    if isinstance(right, dict):
+        return {np.int64(key): value for key, value in right.items()}
+    return [of_numpy(part) for part in right] if isinstance(right, list) else np.int64(right)
+
+
 def wrong_values(right: Any) -> list[Any]:
     """The value with its integer replaced by each invalid one."""
     if isinstance(right, dict):
         return [{value: "why"} for value in NO_INTEGERS if not isinstance(value, (list, np.ndarray))]
-    if isinstance(right, list):
-        return [[value, *right[1:]] for value in NO_INTEGERS]
-    return list(NO_INTEGERS)
+    return [replaced(right, value) for value in NO_INTEGERS]
 
 
 def test_lists_of_arguments_are_complete() -> None:
@@ -207,11 +237,8 @@ def test_integers_of_numpy_and_of_too_many_bits(kind: str, function: str, argume
     subjects = Subjects()  # kept alive, because a crowd does not hold its world
     call, given = CALLS[kind](subjects)[function]
     right = given[argument]
-    of_numpy = {np.int64(1): "why"} if isinstance(right, dict) else (
-        [np.int64(value) for value in right] if isinstance(right, list) else np.int64(right))
-    call(**{**given, argument: of_numpy})
+    call(**{**given, argument: of_numpy(right)})
     for value in (LARGE, -LARGE):
-        too_large = {value: "why"} if isinstance(right, dict) else (
-            [value, *right[1:]] if isinstance(right, list) else value)
+        too_large = {value: "why"} if isinstance(right, dict) else replaced(right, value)
         with pytest.raises((TypeError, ValueError, OverflowError, IndexError)):
             call(**{**given, argument: too_large})
