@@ -64,7 +64,8 @@ ARGUMENTS: dict[str, Any] = {
 #: Functions that make new worlds.
 MAKERS = {"World.from_text", "Batch.of"}
 #: Properties that are constant and access no world.
-CONSTANT = {"Model.id", "_core.Crowd.size", "Batch.threads", "_core.Batch.crowd", "_core.Batch.threads"}
+CONSTANT = {"Model.id", "_core.Crowd.size", "Batch.threads", "_core.Batch.crowd", "_core.Batch.threads", "Batch.device",
+            "Batch.synchronous", "_core.Batch.device", "_core.Batch.device_crowd"}
 #: Compiled classes, whose functions the public classes call.
 COMPILED = (_core.Simulation, _core.Batch, _core.Crowd)
 OF_BATCH: tuple[type, ...] = (st.Batch, _core.Batch)
