@@ -94,12 +94,13 @@ template <typename T>
 }
 
 /// Writes data for the next kernel. Waits, so the caller may change its data.
-void ClRowDevice::Send(std::span<const std::byte> data, Transfer* to) {
+const ::cl::Buffer& ClRowDevice::Send(std::span<const std::byte> data, Transfer* to) {
   if (to->bytes < data.size() || to->bytes == 0) {
     to->bytes = std::max<size_t>(2 * data.size(), 1);
     to->buffer = MakeBuffer(to->bytes, to->name);
   }
   if (!data.empty()) queue_.enqueueWriteBuffer(to->buffer, CL_TRUE, 0, data.size(), data.data());
+  return to->buffer;
 }
 
 void ClRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffers& buffers) {
@@ -122,34 +123,26 @@ void ClRowDevice::Read(size_t offset, void* to, size_t bytes) {
 }
 
 /// Starts a kernel with a work-group for each world.
-void ClRowDevice::Launch(const ::cl::Kernel& kernel, size_t worlds) {
+template <typename... Arguments>
+void ClRowDevice::Launch(::cl::Kernel* kernel, size_t worlds, const Arguments&... arguments) {
   if (worlds == 0) return;
-  queue_.enqueueNDRangeKernel(kernel, ::cl::NullRange, ::cl::NDRange(worlds * work_items_),
+  cl_uint index = 0;
+  (kernel->setArg(index++, arguments), ...);
+  queue_.enqueueNDRangeKernel(*kernel, ::cl::NullRange, ::cl::NDRange(worlds * work_items_),
                               ::cl::NDRange(work_items_));
   queue_.flush();
 }
 
 void ClRowDevice::Step(uint32_t steps) {
-  if (worlds_ == 0 || steps == 0) return;
-  Call([&] {
-    step_.setArg(0, image_);
-    step_.setArg(1, state_);
-    step_.setArg(2, scratch_);
-    step_.setArg(3, static_cast<cl_uint>(steps));
-    Launch(step_, worlds_);
-  });
+  if (steps == 0) return;
+  Call([&] { Launch(&step_, worlds_, image_, state_, scratch_, cl_uint{steps}); });
 }
 
 void ClRowDevice::StepSome(std::span<const uint32_t> worlds, uint32_t steps) {
   if (worlds.empty() || steps == 0) return;
   Call([&] {
-    Send(std::as_bytes(worlds), &list_);
-    step_some_.setArg(0, image_);
-    step_some_.setArg(1, state_);
-    step_some_.setArg(2, scratch_);
-    step_some_.setArg(3, list_.buffer);
-    step_some_.setArg(4, static_cast<cl_uint>(steps));
-    Launch(step_some_, worlds.size());
+    Launch(&step_some_, worlds.size(), image_, state_, scratch_,
+           Send(std::as_bytes(worlds), &list_), cl_uint{steps});
   });
 }
 
@@ -157,15 +150,9 @@ void ClRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std::b
                         uint32_t columns) {
   if (worlds.empty()) return;
   Call([&] {
-    Send(std::as_bytes(worlds), &list_);
-    Send(given, &given_);
-    reset_.setArg(0, image_);
-    reset_.setArg(1, state_);
-    reset_.setArg(2, list_.buffer);
-    reset_.setArg(3, given_.buffer);
-    reset_.setArg(4, static_cast<cl_uint>(columns));
-    reset_.setArg(5, static_cast<cl_uint>(given.size() / worlds.size()));
-    Launch(reset_, worlds.size());
+    Launch(&reset_, worlds.size(), image_, state_, Send(std::as_bytes(worlds), &list_),
+           Send(given, &given_), cl_uint{columns},
+           static_cast<cl_uint>(given.size() / worlds.size()));
   });
 }
 
@@ -201,107 +188,68 @@ void ClRowDevice::SetParts(rows::RowMemory* memory, const std::vector<rows::RowP
     auto& known = static_cast<ClRowMemory*>(memory)->parts_;
     known.clear();
     for (const rows::RowPart& part : parts)
-      known.push_back({part.array, part.entries.size(),
+      known.push_back({part.array, static_cast<cl_uint>(part.entries.size()),
                        BufferOf(std::span(part.entries), "the entries of an array"),
                        BufferOf(std::span(part.values), "the values of an array")});
   });
 }
 
-/// Sets the arguments for a list of worlds, which is not sent if it has all of them.
-void ClRowDevice::SetWorlds(std::span<const uint32_t> worlds, cl_uint argument,
-                            ::cl::Kernel* kernel) {
-  const bool all = worlds.size() == worlds_;
-  Send(std::as_bytes(all ? std::span<const uint32_t>() : worlds), &list_);
-  kernel->setArg(argument, list_.buffer);
-  kernel->setArg(argument + 1, static_cast<cl_uint>(!all));
+/// Sends the list of worlds, unless it has all of them.
+const ::cl::Buffer& ClRowDevice::SendList(std::span<const uint32_t> worlds) {
+  return Send(std::as_bytes(IsList(worlds) ? worlds : std::span<const uint32_t>()), &list_);
 }
 
 void ClRowDevice::Gather(rows::RowMemory* memory) {
   Call([&] {
     const auto& to = static_cast<const ClRowMemory&>(*memory);
-    for (const ClRowMemory::Part& part : to.parts_) {
-      gather_.setArg(0, image_);
-      gather_.setArg(1, state_);
-      gather_.setArg(2, part.entries);
-      gather_.setArg(3, static_cast<cl_uint>(part.count));
-      gather_.setArg(4, part.values);
-      gather_.setArg(5, part.array.kind);
-      gather_.setArg(6, part.array.column);
-      gather_.setArg(7, part.array.elements);
-      gather_.setArg(8, part.array.of_readings);
-      gather_.setArg(9, to.buffer_);
-      Launch(gather_, worlds_);
-    }
+    for (const ClRowMemory::Part& part : to.parts_)
+      Launch(&gather_, worlds_, image_, state_, part.entries, part.count, part.values,
+             part.array.kind, part.array.column, part.array.elements, part.array.of_readings,
+             to.buffer_);
   });
 }
 
 void ClRowDevice::GiveCommands(rows::RowMemory* memory, std::span<const uint32_t> worlds) {
   Call([&] {
     const auto& from = static_cast<const ClRowMemory&>(*memory);
-    SetWorlds(worlds, 2, &command_);
-    for (const ClRowMemory::Part& part : from.parts_) {
-      command_.setArg(0, image_);
-      command_.setArg(1, state_);
-      command_.setArg(4, part.entries);
-      command_.setArg(5, static_cast<cl_uint>(part.count));
-      command_.setArg(6, part.array.elements);
-      command_.setArg(7, from.buffer_);
-      Launch(command_, worlds.size());
-    }
+    const ::cl::Buffer& list = SendList(worlds);
+    for (const ClRowMemory::Part& part : from.parts_)
+      Launch(&command_, worlds.size(), image_, state_, list, IsList(worlds), part.entries,
+             part.count, part.array.elements, from.buffer_);
   });
 }
 
 void ClRowDevice::Clear(rows::RowMemory* memory, std::span<const uint32_t> worlds,
                         size_t words_per_world) {
   Call([&] {
-    SetWorlds(worlds, 0, &clear_);
-    clear_.setArg(2, static_cast<cl_uint>(words_per_world));
-    clear_.setArg(3, static_cast<ClRowMemory*>(memory)->buffer_);
-    Launch(clear_, worlds.size());
+    Launch(&clear_, worlds.size(), SendList(worlds), IsList(worlds),
+           static_cast<cl_uint>(words_per_world), static_cast<ClRowMemory*>(memory)->buffer_);
   });
 }
 
-void ClRowDevice::Send(const rows::RowInput& input, Transfer* to) {
+const ::cl::Buffer& ClRowDevice::Send(const rows::RowInput& input, Transfer* to) {
   if (input.is_in_cuda) throw RowDeviceError(Name() + " can't read the memory of CUDA");
-  Send(std::span(static_cast<const std::byte*>(input.data), input.bytes), to);
+  return Send(std::span(static_cast<const std::byte*>(input.data), input.bytes), to);
 }
 
 void ClRowDevice::Place(const std::vector<row_entry_t>& entries, uint32_t robots,
                         const rows::RowInput& poses, const rows::RowInput& chosen) {
   Call([&] {
-    Send(std::as_bytes(std::span(entries)), &entries_);
-    Send(poses, &poses_);
-    Send(chosen, &flags_);
-    place_.setArg(0, image_);
-    place_.setArg(1, state_);
-    place_.setArg(2, scratch_);
-    place_.setArg(3, entries_.buffer);
-    place_.setArg(4, static_cast<cl_uint>(entries.size()));
-    place_.setArg(5, robots);
-    place_.setArg(6, poses_.buffer);
-    place_.setArg(7, flags_.buffer);
-    Launch(place_, worlds_);
+    Launch(&place_, worlds_, image_, state_, scratch_,
+           Send(std::as_bytes(std::span(entries)), &entries_), static_cast<cl_uint>(entries.size()),
+           cl_uint{robots}, Send(poses, &poses_), Send(chosen, &flags_));
   });
 }
 
 void ClRowDevice::ResetFlagged(const rows::RowInput& flags) {
-  Call([&] {
-    Send(flags, &flags_);
-    reset_flagged_.setArg(0, image_);
-    reset_flagged_.setArg(1, state_);
-    reset_flagged_.setArg(2, flags_.buffer);
-    Launch(reset_flagged_, worlds_);
-  });
+  Call([&] { Launch(&reset_flagged_, worlds_, image_, state_, Send(flags, &flags_)); });
 }
 
 void ClRowDevice::ClearFlagged(rows::RowMemory* memory, const rows::RowInput& flags,
                                size_t words_per_world) {
   Call([&] {
-    Send(flags, &flags_);
-    clear_flagged_.setArg(0, flags_.buffer);
-    clear_flagged_.setArg(1, static_cast<cl_uint>(words_per_world));
-    clear_flagged_.setArg(2, static_cast<ClRowMemory*>(memory)->buffer_);
-    Launch(clear_flagged_, worlds_);
+    Launch(&clear_flagged_, worlds_, Send(flags, &flags_), static_cast<cl_uint>(words_per_world),
+           static_cast<ClRowMemory*>(memory)->buffer_);
   });
 }
 

@@ -28,7 +28,7 @@ class ClRowMemory final : public rows::RowMemory {
   friend class ClRowDevice;
   struct Part {
     row_array_t array;
-    size_t count;
+    cl_uint count;
     ::cl::Buffer entries, values;
   };
   const std::unique_ptr<CudaMemory> shared_;
@@ -81,10 +81,12 @@ class ClRowDevice final : public rows::RowDevice {
     ::cl::Buffer buffer{};
     size_t bytes = 0;
   };
-  void Send(std::span<const std::byte> data, Transfer* to);
-  void Send(const rows::RowInput& input, Transfer* to);
-  void Launch(const ::cl::Kernel& kernel, size_t worlds);
-  void SetWorlds(std::span<const uint32_t> worlds, cl_uint argument, ::cl::Kernel* kernel);
+  const ::cl::Buffer& Send(std::span<const std::byte> data, Transfer* to);
+  const ::cl::Buffer& Send(const rows::RowInput& input, Transfer* to);
+  template <typename... Arguments>
+  void Launch(::cl::Kernel* kernel, size_t worlds, const Arguments&... arguments);
+  const ::cl::Buffer& SendList(std::span<const uint32_t> worlds);
+  cl_uint IsList(std::span<const uint32_t> worlds) const { return worlds.size() != worlds_; }
 
   const OpenDevice device_;  // destroyed last
   const pid_t process_ = getpid();
