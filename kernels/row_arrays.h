@@ -105,12 +105,8 @@ RAY_FUNCTION void row_place(const row_world_t* w, RAY_GLOBAL const row_entry_t* 
   if (ROW_ITEM == 0) row_decide_places(w, entries, count);
   ROW_BARRIER();
   for (i = ROW_ITEM; i < w->scene->bodies; i += ROW_ITEMS) row_commit(w, i);
-  for (i = ROW_ITEM; i < w->scene->movers; i += ROW_ITEMS) {
-    if (!wanted[i].asked) continue;
-    ROW_COLUMN(w, row_planar_t, ROW_POSE)
-    [i] = row_planar(wanted[i].place.x, wanted[i].place.y, wanted[i].place.a);
-    ROW_COLUMN(w, row_turn_t, ROW_TURN)[i] = wanted[i].place.turn;
-  }
+  for (i = ROW_ITEM; i < w->scene->movers; i += ROW_ITEMS)
+    if (wanted[i].asked) row_take_place(w, i);
 }
 
 #ifndef RAY_IN_OPENCL

@@ -326,16 +326,19 @@ RAY_FUNCTION void row_commit(const row_world_t* w, ray_uint index) {
     row_set_word(to, w->scene->narrow, y, row_word(from, w->scene->narrow, y));
 }
 
+/* Writes the wanted place of a mover to its pose. */
+RAY_FUNCTION void row_take_place(const row_world_t* w, ray_uint index) {
+  const row_placed_t place = ROW_SCRATCH(w, row_wanted_t, ROW_WANTED)[index].place;
+  ROW_COLUMN(w, row_planar_t, ROW_POSE)[index] = row_planar(place.x, place.y, place.a);
+  ROW_COLUMN(w, row_turn_t, ROW_TURN)[index] = place.turn;
+}
+
 /* Ends the move of a mover: its pose, whether it stalls, and its odometry. */
 RAY_FUNCTION void row_end_move(const row_world_t* w, ray_uint index) {
   RAY_GLOBAL const row_wanted_t* const wanted = ROW_SCRATCH(w, row_wanted_t, ROW_WANTED) + index;
   if (!wanted->asked) return;
   ROW_COLUMN(w, row_byte, ROW_STALLED)[index] = (row_byte)wanted->collides;
-  if (!wanted->collides) {
-    const row_placed_t place = wanted->place;
-    ROW_COLUMN(w, row_planar_t, ROW_POSE)[index] = row_planar(place.x, place.y, place.a);
-    ROW_COLUMN(w, row_turn_t, ROW_TURN)[index] = place.turn;
-  }
+  if (!wanted->collides) row_take_place(w, index);
   row_note_motion(w, index, wanted->collides != 0);
 }
 
