@@ -41,8 +41,6 @@ class PoolDevice {
   const std::string& WhyNot(const std::shared_ptr<const rows::Scene>& scene);
   /// Copies rows to the device, unless it has their newest state. They can be stepped there.
   rows::DeviceRows* Send(rows::Rows* rows);
-  /// True if Send() would have nothing to do.
-  bool Has(const rows::Rows* rows) const { return rows == on_device_ && !device_is_old_; }
   /// Call it when the state on the device has changed.
   void NoteSteps() { host_is_old_ = true; }
   void Finish() { device_->Finish(); }

@@ -364,10 +364,7 @@ const std::vector<uint64_t>& WorldPool::seeds() const { return impl_->seeds; }
 
 const std::string& WorldPool::Failure(uint32_t id) const { return impl_->slots[id].failure; }
 
-void WorldPool::SetFailure(uint32_t id, const std::string& why) {
-  impl_->slots[id].failure = why;
-  impl_->NoteForm();
-}
+void WorldPool::SetFailure(uint32_t id, const std::string& why) { impl_->Fail({id}, why); }
 
 uint64_t WorldPool::times_made(uint32_t id) const { return impl_->slots[id].times_made; }
 
@@ -404,7 +401,7 @@ bool WorldPool::Look(uint32_t id, const std::function<void(World& world)>& look)
     impl_->WithWorld(id, impl_->CurrentThread(), look);
     return true;
   } catch (const WorldFailure& failure) {
-    impl_->slots[id].failure = failure.why;
+    SetFailure(id, failure.why);
     return false;
   }
 }
