@@ -60,6 +60,22 @@ class Array {
   size_t row_ = 0;  // elements per robot
 };
 
+/// A NumPy view of an array, without its first axis if `drops_first`. It keeps `owner` alive.
+template <typename T>
+nanobind::object ViewOf(const Array& array, const std::shared_ptr<T>& owner, bool writable,
+                        bool drops_first = false) {
+  namespace nb = nanobind;
+  const nb::capsule held(new std::shared_ptr<T>(owner),
+                         [](void* of) noexcept { delete static_cast<std::shared_ptr<T>*>(of); });
+  const size_t* const lengths = array.shape().data() + drops_first;
+  const size_t axes = array.shape().size() - drops_first;
+  if (writable)
+    return nb::cast(
+        nb::ndarray<nb::numpy>(array.data(), axes, lengths, held, nullptr, array.dtype()));
+  return nb::cast(
+      nb::ndarray<nb::numpy, nb::ro>(array.data(), axes, lengths, held, nullptr, array.dtype()));
+}
+
 }  // namespace Stg::python
 
 #endif

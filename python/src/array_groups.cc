@@ -39,6 +39,14 @@ RaysOfRanger FindRaysOfRanger(const rows::Scene& scene, const ModelPosition* rob
   return found;
 }
 
+void MakeRoom(const Reading& reading, const Model* sensor, ReadingShape* space) {
+  if (!sensor) return;
+  const ReadingShape shape = reading.shape(*sensor);
+  space->axes = shape.axes;
+  for (size_t axis = 0; axis < shape.axes; axis++)
+    space->lengths[axis] = std::max(space->lengths[axis], shape.lengths[axis]);
+}
+
 nanobind::dlpack::dtype DtypeOf(const Reading& reading) {
   const nanobind::dlpack::dtype dtypes[] = {nanobind::dtype<bool>(), nanobind::dtype<uint8_t>(),
                                             nanobind::dtype<int32_t>(), nanobind::dtype<float>(),
@@ -163,13 +171,7 @@ ReadingShape SensorArrays::SpaceFor(const Reading& reading,
                                     const std::vector<Sensors>& examples) const {
   ReadingShape space;
   for (const Sensors& sensors : examples)
-    for (const Model* sensor : sensors) {
-      if (!sensor) continue;
-      const ReadingShape shape = reading.shape(*sensor);
-      space.axes = shape.axes;
-      for (size_t axis = 0; axis < shape.axes; axis++)
-        space.lengths[axis] = std::max(space.lengths[axis], shape.lengths[axis]);
-    }
+    for (const Model* sensor : sensors) MakeRoom(reading, sensor, &space);
   if (reading.is_list) space.lengths[0] = max_count_;
   return space;
 }

@@ -154,6 +154,8 @@ class SensorArrays : public ArrayGroup {
 /// The n-th model of a type in a tree, in depth-first order from 0; null if there are too few. Each
 /// model of the type that is passed decrements `*n`.
 Model* FindInTree(const ModelType& type, Model* tree, size_t* n);
+/// Enlarges a shape so that a reading of a sensor, which may be null, fits into it.
+void MakeRoom(const Reading& reading, const Model* sensor, ReadingShape* space);
 nanobind::dlpack::dtype DtypeOf(const Reading& reading);
 /// The type of sensors of this name. Throws Failure if there is none.
 const ModelType& SensorTypeOf(const std::string& name);

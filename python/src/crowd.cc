@@ -349,15 +349,7 @@ void Crowd::Teleport(const Source& source, size_t world, const double* poses, co
 // ---- views --------------------------------------------------------------------------------------
 
 nb::object Crowd::View(const Array& array, bool writable) {
-  const nb::capsule owner(new std::shared_ptr<Crowd>(shared_from_this()), [](void* held) noexcept {
-    delete static_cast<std::shared_ptr<Crowd>*>(held);
-  });
-  const std::vector<size_t> shape(array.shape().begin() + (single_ ? 1 : 0), array.shape().end());
-  if (writable)
-    return nb::cast(nb::ndarray<nb::numpy>(array.data(), shape.size(), shape.data(), owner, nullptr,
-                                           array.dtype()));
-  return nb::cast(nb::ndarray<nb::numpy, nb::ro>(array.data(), shape.size(), shape.data(), owner,
-                                                 nullptr, array.dtype()));
+  return ViewOf(array, shared_from_this(), writable, single_);
 }
 
 /// The group called `name`; creates and fills it if it does not exist.

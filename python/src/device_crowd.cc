@@ -23,7 +23,6 @@ struct DeviceCrowd::Member {
   std::shared_ptr<rows::RowMemory> memory;
   Array host;  // without CUDA
 
-  size_t ElementSize() const { return flags ? sizeof(bool) : sizeof(double); }
   nb::dlpack::dtype Dtype() const { return flags ? nb::dtype<bool>() : nb::dtype<double>(); }
   bool IsCommands() const { return name == "cmd"; }
 };
@@ -108,48 +107,47 @@ void DeviceCrowd::Subscribe(const Planner& plan) {
                   "the first step, or after a reset of all worlds"};
   pool_.ForEach(pool_.All(), [&](uint32_t id) { PoolAccess::Subscribe(pool_, id, needs); });
   Rows();
-  for (const auto& member : members_) SetParts(member.get());
+  for (const auto& member : members_) SetParts(member.get(), false);
   Gather(members_);
 }
 
-/// Plans the array for the present scene, and writes what does not change.
-void DeviceCrowd::SetParts(Member* member) {
+/// Plans the array for the present scene, and writes what does not change. A new array gets its
+/// memory.
+void DeviceCrowd::SetParts(Member* member, bool is_new) {
   const DevicePlan plan = member->plan(Robots());
   WithDevice([&] {
     rows::RowDevice& device = Rows()->device();
+    const std::vector<std::byte> bytes = BytesOf(plan, pool_.size(), member->flags);
+    if (is_new) {
+      member->shape = {pool_.size()};
+      member->shape.insert(member->shape.end(), plan.shape.begin(), plan.shape.end());
+      member->memory = device.MakeMemory(bytes.size());
+    }
     device.SetParts(member->memory.get(), plan.parts);
-    if (member->IsCommands()) return;  // the client has written them
-    device.WriteMemory(member->memory.get(), BytesOf(plan, pool_.size(), member->flags).data());
+    if (is_new || !member->IsCommands())  // the client writes commands
+      device.WriteMemory(member->memory.get(), bytes.data());
   });
 }
 
 /// Makes an array and fills it.
-DeviceCrowd::Member* DeviceCrowd::Make(const std::string& name, const Planner& plan, bool flags) {
+std::shared_ptr<DeviceCrowd::Member> DeviceCrowd::Make(const std::string& name, const Planner& plan,
+                                                       bool flags) {
   Subscribe(plan);
-  const DevicePlan first = plan(Robots());
   const auto member = std::make_shared<Member>();
   member->name = name;
   member->plan = plan;
   member->flags = flags;
-  member->shape = {pool_.size()};
-  member->shape.insert(member->shape.end(), first.shape.begin(), first.shape.end());
-  WithDevice([&] {
-    const std::vector<std::byte> bytes = BytesOf(first, pool_.size(), flags);
-    rows::RowDevice& device = Rows()->device();
-    member->memory = device.MakeMemory(bytes.size());
-    device.WriteMemory(member->memory.get(), bytes.data());
-  });
+  SetParts(member.get(), true);
   if (!member->memory->cuda_address()) member->host.Make(member->shape, member->Dtype());
-  SetParts(member.get());
   members_.push_back(member);
   Gather(std::span(&member, 1));
-  return members_.back().get();
+  return member;
 }
 
 nb::object DeviceCrowd::Find(const std::string& name, const Planner& plan, bool flags) {
   const Lock lock(*this);
   const auto known = std::ranges::find_if(members_, [&](const auto& m) { return m->name == name; });
-  if (known != members_.end()) return View(known->get());
+  if (known != members_.end()) return View(*known);
   const auto make = [&] {
     const GilRelease no_gil;
     return Make(name, plan, flags);
@@ -157,21 +155,9 @@ nb::object DeviceCrowd::Find(const std::string& name, const Planner& plan, bool 
   return View(make());
 }
 
-nb::object DeviceCrowd::View(Member* member) {
-  if (member->memory->cuda_address()) {
-    const auto shared =
-        std::ranges::find_if(members_, [&](const auto& m) { return m.get() == member; });
-    return nb::cast(DeviceArray(shared_from_this(), *shared));
-  }
-  const nb::capsule owner(
-      new std::shared_ptr<DeviceCrowd>(shared_from_this()),
-      [](void* held) noexcept { delete static_cast<std::shared_ptr<DeviceCrowd>*>(held); });
-  const Array& array = member->host;
-  if (member->IsCommands())
-    return nb::cast(nb::ndarray<nb::numpy>(array.data(), array.shape().size(), array.shape().data(),
-                                           owner, nullptr, array.dtype()));
-  return nb::cast(nb::ndarray<nb::numpy, nb::ro>(
-      array.data(), array.shape().size(), array.shape().data(), owner, nullptr, array.dtype()));
+nb::object DeviceCrowd::View(const std::shared_ptr<Member>& member) {
+  if (member->memory->cuda_address()) return nb::cast(DeviceArray(shared_from_this(), member));
+  return ViewOf(member->host, shared_from_this(), member->IsCommands());
 }
 
 nb::object DeviceCrowd::BodyArray(const std::string& name) {

@@ -72,14 +72,14 @@ class DeviceCrowd : public std::enable_shared_from_this<DeviceCrowd> {
   class Lock;
 
   nb::object Find(const std::string& name, const Planner& plan, bool flags = false);
-  Member* Make(const std::string& name, const Planner& plan, bool flags);
-  nb::object View(Member* member);
+  std::shared_ptr<Member> Make(const std::string& name, const Planner& plan, bool flags);
+  nb::object View(const std::shared_ptr<Member>& member);
   void Subscribe(const Planner& plan);
   const RowRobots& Robots();
   rows::DeviceRows* Rows();
   Member* Commands();
   void WaitForClients();
-  void SetParts(Member* member);
+  void SetParts(Member* member, bool is_new);
   void Gather(std::span<const std::shared_ptr<Member>> members);
   void GiveCommands(std::span<const uint32_t> worlds);
 

@@ -3,8 +3,8 @@
 #include "device_plan.hh"
 
 #include <algorithm>
-#include <limits>
 
+#include "array_groups.hh"
 #include "failure.hh"
 #include "models/position.hh"
 
@@ -12,12 +12,10 @@ namespace Stg::python {
 
 namespace {
 
-constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
-
 /// Makes a plan element by element.
 class Planner {
  public:
-  explicit Planner(std::vector<size_t> shape, double fill = kNotANumber) {
+  explicit Planner(std::vector<size_t> shape, double fill = kNaN) {
     plan_.shape = std::move(shape);
     plan_.fill.assign(plan_.Count(), fill);
   }
@@ -183,19 +181,6 @@ std::vector<RaysOfRanger> FindRangers(const ModelType& type, size_t index,
   return rangers;
 }
 
-/// The shape into which a reading of all rangers fits.
-ReadingShape SpaceOf(const Reading& reading, const std::vector<RaysOfRanger>& rangers) {
-  ReadingShape space;
-  for (const RaysOfRanger& of : rangers) {
-    if (!of.model) continue;
-    const ReadingShape shape = reading.shape(*of.model);
-    space.axes = shape.axes;
-    for (size_t axis = 0; axis < shape.axes; axis++)
-      space.lengths[axis] = std::max(space.lengths[axis], shape.lengths[axis]);
-  }
-  return space;
-}
-
 /// Plans the times of the last updates.
 DevicePlan PlanTimes(const std::vector<RaysOfRanger>& rangers) {
   Planner planner({rangers.size()});
@@ -237,7 +222,8 @@ DevicePlan PlanReading(const ModelType& type, size_t index, const std::string& n
   const auto reading = std::ranges::find(type.readings, name, &Reading::name);
   if (reading == type.readings.end() || reading->element != Reading::kDouble)
     throw Failure{Kind::kStage, "a " + type.name + " has no reading called " + name};
-  const ReadingShape space = SpaceOf(*reading, rangers);
+  ReadingShape space;
+  for (const RaysOfRanger& of : rangers) MakeRoom(*reading, of.model, &space);
   std::vector<size_t> shape{rangers.size()};
   shape.insert(shape.end(), space.lengths, space.lengths + space.axes);
   Planner planner(std::move(shape));
