@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <sstream>
 #include <string>
 
 #include "stage.hh"
@@ -25,6 +26,13 @@ inline RunOptions OptionsOf(uint64_t seed) {
 inline std::unique_ptr<World> LoadFile(const std::string& file, uint64_t seed) {
   auto world = std::make_unique<World>(OptionsOf(seed));
   EXPECT_TRUE(world->Load(file)) << file;
+  return world;
+}
+
+inline std::unique_ptr<World> LoadText(const std::string& text, uint64_t seed) {
+  auto world = std::make_unique<World>(OptionsOf(seed));
+  std::istringstream content(text);
+  EXPECT_TRUE(world->Load(content, "t.world")) << text;
   return world;
 }
 

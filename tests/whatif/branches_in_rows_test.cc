@@ -11,7 +11,6 @@
 #include <cstring>
 #include <limits>
 #include <memory>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -30,10 +29,8 @@ namespace {
 using test::ClosedWorldKind;
 using test::RandomSource;
 
-std::unique_ptr<World> LoadText(const std::string& text, uint64_t seed) {
-  auto world = std::make_unique<World>(OptionsOf(seed));
-  std::istringstream content(text);
-  EXPECT_TRUE(world->Load(content, "t.world")) << text;
+std::unique_ptr<World> LoadEndless(const std::string& text, uint64_t seed) {
+  auto world = LoadText(text, seed);
   world->SetQuitTime(0);
   return world;
 }
@@ -276,7 +273,7 @@ TEST(BranchesInRows, EqualThoseWithWorlds) {
                                random.OneIn(3)};
     const std::string text = ClosedWorld(kind, &random);
     SCOPED_TRACE("seed " + std::to_string(seed) + "\n" + text);
-    const std::unique_ptr<World> world = LoadText(text, random.Next());
+    const std::unique_ptr<World> world = LoadEndless(text, random.Next());
     test::SubscribeToMost(world.get(), random.OneIn(2) ? 0 : random.Next() & random.Next());
     ASSERT_NO_FATAL_FAILURE(RunAtRandom(&random, world.get(), &happened));
   }
@@ -328,7 +325,7 @@ std::vector<uint64_t> ResultsOf(const World& world, uint32_t count, BranchOption
 
 TEST(BranchesInRows, DoNotDependOnTheNumbersOfBranchesAndThreads) {
   InitLibrary();
-  const std::unique_ptr<World> world = LoadText(kTwoRobots, 3);
+  const std::unique_ptr<World> world = LoadEndless(kTwoRobots, 3);
   for (int i = 0; i < 4; i++) world->Update();
   for (const Snapshot::Keep keep : {Snapshot::kLean, Snapshot::kFull}) {
     BranchOptions options;
@@ -350,7 +347,7 @@ TEST(BranchesInRows, DoNotDependOnTheNumbersOfBranchesAndThreads) {
 
 TEST(BranchesInRows, TellWhyTheyCannotBe) {
   InitLibrary();
-  const std::unique_ptr<World> world = LoadText("wifi( name \"w\" alwayson 1 )\n", 1);
+  const std::unique_ptr<World> world = LoadEndless("wifi( name \"w\" alwayson 1 )\n", 1);
   Branches branches(*world, 1);
   EXPECT_EQ(branches.WhyNotClosed(), "\"w\" runs and is a wifi");
   Snapshot now;
@@ -363,7 +360,7 @@ TEST(BranchesInRows, TellWhyTheyCannotBe) {
 
 TEST(BranchesInRows, AWorldWarnsOfACommandThatHasNoEffect) {
   InitLibrary();
-  const std::unique_ptr<World> world = LoadText("position( name \"idle\" )\n", 1);
+  const std::unique_ptr<World> world = LoadEndless("position( name \"idle\" )\n", 1);
   Branches branches(*world, 2);
   Snapshot now;
   ASSERT_TRUE(world->Take(&now));

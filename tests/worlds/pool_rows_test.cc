@@ -30,13 +30,6 @@ using Ids = WorldPool::Ids;
 using test::ClosedWorldKind;
 using test::RandomSource;
 
-std::unique_ptr<World> LoadText(const std::string& text, uint64_t seed) {
-  auto world = std::make_unique<World>(OptionsOf(seed));
-  std::istringstream content(text);
-  EXPECT_TRUE(world->Load(content, "t.world")) << text;
-  return world;
-}
-
 int DoNothing(World*, void*) { return 0; }
 
 /// A pool, and a world alone for each of its worlds, with which the same is done.
