@@ -5,10 +5,10 @@
 //   closed_worlds SCENE WORLDS ROBOTS RAYS REACH CONTACTS RAY_MODEL THREADS SECONDS
 //                 [--ctrl=TEXT [--objects]] [--device[=CHOICE] [--work-items=N] [--steps=K]]
 //
-// SCENE is open, walled or cave; CONTACTS cells or outlines; RAY_MODEL cell or exact. Prints steps
-// of robots in a second, bytes of a world, and microseconds to make and to reset one. Fails if no
-// ray hits anything, no robot moves, or a row has another state than the world with its commands.
-// On the host, steps are made one at a time, so that all rays of each step are cast.
+// SCENE is open, walled, cave or hospital; CONTACTS cells or outlines; RAY_MODEL cell or exact.
+// Prints steps of robots in a second, bytes of a world, and microseconds to make and to reset one.
+// Fails if no ray hits anything, no robot moves, or a row has another state than the world with its
+// commands. On the host, steps are made one at a time, so that all rays of each step are cast.
 //
 // With --ctrl, the robots have that controller and get no other commands. With --objects, World
 // objects are stepped instead of rows.
@@ -25,6 +25,7 @@
 #include <cstdlib>
 #include <memory>
 #include <numeric>
+#include <span>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -53,11 +54,47 @@ struct Arguments {
   uint32_t work_items = 0, steps_of_launch = 1;
 };
 
-/// Octagonal robots of 0.2 m in a square, without or with walls, or in the cave.
+struct Place {
+  double x, y;
+};
+
+/// Free places of the cave and of the hospital.
+constexpr Place kCavePlaces[] = {{-0.47, -6.6}, {-2, -5},      {-3.1, -8.9}, {0.36, 0.33},
+                                 {-1.9, 3.7},   {2.06, 11.85}, {-8.4, 9.4},  {-3.6, 9.75}};
+constexpr Place kHospitalPlaces[] = {
+    {101.1, 79.7}, {140.7, 0.9},   {181.7, 88.4},   {-222.8, -59.4},
+    {265.8, 59.7}, {161.1, 103.7}, {-128.9, 62.2},  {125.6, 14.1},
+    {213.1, 61.8}, {49.1, -75.1},  {-36.5, -107.7}, {-146.4, -50.3},
+    {20.8, -73.6}, {184.8, -84.4}, {-0.6, 101.5},   {-163.2, 71.4}};
+
+/// One robot at each place of a map, further ones beside them.
+Place PlaceIn(std::span<const Place> places, size_t i) {
+  const size_t again = i / places.size();
+  const Place& place = places[i % places.size()];
+  return {place.x + 0.3 * static_cast<double>(again % 2),
+          place.y + 0.3 * static_cast<double>(again / 2)};
+}
+
+/// Places in a square of 2 m.
+Place PlaceInSquare(size_t robots, size_t i) {
+  const auto side = static_cast<size_t>(std::ceil(std::sqrt(static_cast<double>(robots))));
+  const auto at = [&](size_t k) {
+    return 2.0 * (static_cast<double>(k) + 0.5) / static_cast<double>(side) - 1;
+  };
+  return {at(i % side), at(i / side)};
+}
+
+Place PlaceOf(const Arguments& a, size_t i) {
+  if (a.scene == "cave") return PlaceIn(kCavePlaces, i);
+  if (a.scene == "hospital") return PlaceIn(kHospitalPlaces, i);
+  return PlaceInSquare(a.robots, i);
+}
+
+/// Octagonal robots of 0.2 m in a square, without or with walls, or in a map.
 std::string WorldText(const Arguments& a) {
   std::ostringstream text;
-  text << "resolution 0.02\ncontacts \"" << a.contacts << "\"\nray_model \"" << a.ray_model
-       << "\"\n";
+  text << "resolution " << (a.scene == "hospital" ? 0.1 : 0.02) << "\ncontacts \"" << a.contacts
+       << "\"\nray_model \"" << a.ray_model << "\"\n";
   const auto box = [&](double x, double y, double dx, double dy) {
     text << "model( pose [" << x << " " << y << " 0 0] size [" << dx << " " << dy << " 1] )\n";
   };
@@ -69,6 +106,8 @@ std::string WorldText(const Arguments& a) {
   }
   if (a.scene == "cave")
     text << "model( bitmap \"" STAGE_SOURCE_WORLDS "/bitmaps/cave.png\" size [32 32 0.5] )\n";
+  if (a.scene == "hospital")
+    text << "model( bitmap \"" STAGE_SOURCE_WORLDS "/bitmaps/hospital.png\" size [540 220 0.5] )\n";
   text << "define robot position( drive \"omni\" size [0.2 0.2 0.2] block( points 8";
   for (int i = 0; i < 8; i++) {
     const double angle = (i + 0.5) * M_PI / 4;
@@ -78,18 +117,9 @@ std::string WorldText(const Arguments& a) {
   if (!a.ctrl.empty()) text << " ctrl \"" << a.ctrl << "\"";
   text << " ranger( pose [0 0 -0.1 0] sensor( range [0 " << a.reach << "] fov 330 samples "
        << a.rays << " ) ) )\n";
-  // Free places of the cave.
-  const double cave[][2] = {{-0.47, -6.6}, {-2, -5},      {-3.1, -8.9}, {0.36, 0.33},
-                            {-1.9, 3.7},   {2.06, 11.85}, {-8.4, 9.4},  {-3.6, 9.75}};
-  const auto side = static_cast<size_t>(std::ceil(std::sqrt(static_cast<double>(a.robots))));
   for (size_t i = 0; i < a.robots; i++) {
-    double x = 2.0 * (static_cast<double>(i % side) + 0.5) / static_cast<double>(side) - 1;
-    double y = 2.0 * (static_cast<double>(i / side) + 0.5) / static_cast<double>(side) - 1;
-    if (a.scene == "cave") {
-      x = cave[i % 8][0] + 0.3 * static_cast<double>(i / 8 % 2);
-      y = cave[i % 8][1] + 0.3 * static_cast<double>(i / 16);
-    }
-    text << "robot( pose [" << x << " " << y << " 0 " << 37 * i << "] )\n";
+    const Place at = PlaceOf(a, i);
+    text << "robot( pose [" << at.x << " " << at.y << " 0 " << 37 * i << "] )\n";
   }
   return text.str();
 }

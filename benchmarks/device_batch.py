@@ -7,7 +7,8 @@
 
 With CUDA and PyTorch, commands are written on the device, and arrays stay there. Otherwise they are arrays of NumPy.
 Prints a Markdown table of robot-steps per second and microseconds per call, without resets and with a tenth of the
-worlds reset in each step; all are reset every 100 steps. Fails unless robots move and stall, rays hit something, and the states of a smaller batch
+worlds reset in each step: once with lists from the host and, with CUDA, once with masks on the card. All worlds are
+reset every 100 steps. Fails unless robots move and stall, rays hit something, and the states of a smaller batch
 equal those of the host, to the bit.
 """
 
@@ -70,9 +71,16 @@ class Run:
         else:
             np.multiply(self.way, sign, out=self.batch.cmd)
 
-    def seconds_of_step(self, seconds: float, share: float) -> float:
+    def resets(self, share: float, masks: bool) -> list[Any]:
+        """Returns ten lists of `share` of the worlds, or masks on the card."""
+        lists = [np.sort(self.random.permutation(self.batch.n)[:round(share * self.batch.n)]) for _ in range(10)]
+        if not masks:
+            return lists
+        return [torch.as_tensor(np.isin(np.arange(self.batch.n), list_), device=self.cmd.device) for list_ in lists]
+
+    def seconds_of_step(self, seconds: float, share: float, masks: bool = False) -> float:
         """Returns the mean duration of a step, of which `share` of the worlds are reset."""
-        resets = [np.sort(self.random.permutation(self.batch.n)[:round(share * self.batch.n)]) for _ in range(10)]
+        resets = self.resets(share, masks)
         count, begin = 0, time.perf_counter()
         while time.perf_counter() - begin < seconds or count % 10 != 0:
             if self.steps % EPISODE == 0:
@@ -124,8 +132,9 @@ def main() -> None:
     parser.add_argument("--asynchronous", action="store_true", help="start work in CUDA's default stream, without waiting")
     parser.add_argument("--seconds", type=float, default=1.0, help="of each measurement")
     options = parser.parse_args()
-    print("| robots × rays | worlds | million robot-steps per second | microseconds per step | with resets of a tenth |")
-    print("|---|---|---|---|---|")
+    print("| robots × rays | worlds | million robot-steps per second | microseconds per step | with resets of a tenth | "
+          "by masks on the card |")
+    print("|---|---|---|---|---|---|")
     for scene in options.robots.split(","):
         robots, rays, reach = int(scene.split("x")[0]), int(scene.split("x")[1]), float(scene.split("x")[2])
         text = world_text(robots, rays, reach)
@@ -138,8 +147,9 @@ def main() -> None:
             if worlds > 1:
                 run.check(before, reach)
             reset = run.seconds_of_step(options.seconds, 0.1)
+            masks = f"{run.seconds_of_step(options.seconds, 0.1, True) * 1e6:.0f}" if run.on_card else "-"
             print(f"| {robots} × {rays} | {worlds} | {worlds * robots / step / 1e6:.2f} | {step * 1e6:.0f} | "
-                  f"{reset * 1e6:.0f} |", flush=True)
+                  f"{reset * 1e6:.0f} | {masks} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -236,16 +236,24 @@ void DeviceCrowd::GiveCommands(std::span<const uint32_t> worlds) {
   PoolAccess::NoteDeviceSteps(pool_);
 }
 
+/// The number of steps of a launch of about 50 ms, after which signals are handled. Commands that
+/// controllers may replace are given before each step.
+uint32_t DeviceCrowd::StepsOfLaunch(uint64_t left) {
+  constexpr double kSeconds = 0.05;
+  const bool are_replaced = !PoolAccess::SceneOf(pool_, 0)->controls.groups.empty();
+  if (are_replaced && Commands()) return 1;
+  const double most = step_seconds_ > 0 ? kSeconds / step_seconds_ : 1;
+  return static_cast<uint32_t>(
+      std::min<uint64_t>(left, static_cast<uint64_t>(std::clamp(most, 1.0, 1e6))));
+}
+
 void DeviceCrowd::Step(std::span<const uint32_t> worlds, uint64_t steps) {
-  constexpr double kSeconds = 0.05;  // of a launch, after which signals are handled
   SignalChecks signals;
   has_stepped_ = has_stepped_ || steps > 0;
   WithDevice([&] {
-    if (steps > 0) GiveCommands(worlds);
     for (uint64_t left = steps; left > 0;) {
-      const double most = step_seconds_ > 0 ? kSeconds / step_seconds_ : 1;
-      const auto count = static_cast<uint32_t>(
-          std::min<uint64_t>(left, static_cast<uint64_t>(std::clamp(most, 1.0, 1e6))));
+      const uint32_t count = StepsOfLaunch(left);
+      GiveCommands(worlds);
       const double start = threads::WallClock();
       rows::DeviceRows* const rows = Rows();
       worlds.size() == pool_.size() ? rows->Step(count) : rows->StepSome(worlds, count);

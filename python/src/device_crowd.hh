@@ -82,6 +82,7 @@ class DeviceCrowd : public std::enable_shared_from_this<DeviceCrowd> {
   void SetParts(Member* member, bool is_new);
   void Gather(std::span<const std::shared_ptr<Member>> members);
   void GiveCommands(std::span<const uint32_t> worlds);
+  uint32_t StepsOfLaunch(uint64_t left);
 
   const std::weak_ptr<Source> source_;
   WorldPool& pool_;

@@ -193,3 +193,21 @@ def test_unknown_devices_are_refused(tmp_path: Path) -> None:
         st.Batch(file, 2, device="cuda")
     with pytest.raises(st.StageError, match="no OpenCL device"):
         st.Batch(file, 2, device="opencl:no such device")
+
+
+def test_commands_that_controllers_replace_are_given_before_each_step(tmp_path: Path, device: str) -> None:
+    text = WALLS + """
+define bot position( size [0.2 0.2 0.3] ranger( pose [0 0 -0.1 0] sensor( range [0 1] fov 270 samples 12 ) ) )
+bot( pose [-0.5 -0.5 0 30] ctrl "stage/wander" )
+bot( pose [0.5 0.5 0 -100] ctrl "stage/pedestrian x=-1 y=0" )
+bot( pose [0.5 -0.5 0 -100] )
+"""
+    batches = pair(text, tmp_path, 20, device)
+    random = np.random.default_rng(4)
+    for moment in range(30):
+        commands = random.uniform(-1, 1, batches[0].cmd.shape)
+        commands[:, 0, 0] = np.where(random.random(20) < 0.5, np.nan, commands[:, 0, 0])
+        for batch in batches:
+            batch.cmd[...] = commands
+            batch.step(1 + moment % 4)
+        assert batches[0].state_hashes() == batches[1].state_hashes(), moment
