@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import stagesim as st
 
-NAMES = ("crowd", "evolution", "particle_filter", "training")
+NAMES = ("crowd", "evolution", "particle_filter", "ppo", "training")
 
 
 def figures(root: Path, name: str, *arguments: str) -> dict[str, Any]:
@@ -31,6 +32,8 @@ def test_every_example_is_tested(root: Path) -> None:
 def test_help(root: Path, name: str) -> None:
     if name == "evolution":
         pytest.importorskip("cma")
+    if name == "ppo":
+        pytest.importorskip("torch")
     said = subprocess.run([sys.executable, str(root / "examples" / "python" / f"{name}.py"), "--help"],
                           capture_output=True, text=True, check=True).stdout
     assert "--short" in said and len(said) > 300
@@ -72,3 +75,17 @@ def test_training(root: Path) -> None:
     assert found["after"] > found["before"] + 2
     assert found["after"] > found["straight"] + 1
     assert found["steps"] == 16 * 20 * 20 * 5
+
+
+def test_ppo(root: Path) -> None:
+    """Robots reach more goals, and the worlds' device changes nothing."""
+    pytest.importorskip("torch")
+    found = figures(root, "ppo")
+    assert found["last"] > found["first"] + 0.2
+    try:
+        on_device = figures(root, "ppo", "--worlds-on", "opencl")
+    except st.StageError as error:
+        if "OpenCL" not in str(error):
+            raise
+        pytest.skip(str(error))
+    assert on_device == found
