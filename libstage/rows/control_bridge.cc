@@ -46,11 +46,12 @@ void RowBridge::AddControls(const World& prototype, rows::Scene* scene) {
     group.first_memory = controls.memory_count;
     group.memory_size = static_cast<uint32_t>(driven.controller->memory_size());
     for (const DrivenRobot* robot : driven.robots) {
-      rows::Control control{mover_of(robot->model), &robot->robot, {}};
+      rows::Control control{mover_of(robot->model), &robot->robot, {}, {}};
       for (const DrivenRobot::SensorPlace& place : robot->sensors) {
         rows::Sensor* const sensor = FindSensor(scene, place.ranger, place.index);
         if (sensor) sensor->needed = scene->needs_rays = true;
         control.first_rays.push_back(sensor ? sensor->first_ray : rows::Control::kNoRays);
+        control.rates.push_back(sensor ? sensor->rate : 0);
       }
       group.robot.push_back(control.robot);
       group.first_sensor.push_back(group.sensors);
@@ -58,6 +59,8 @@ void RowBridge::AddControls(const World& prototype, rows::Scene* scene) {
           static_cast<uint32_t>(std::ranges::lower_bound(controls.positions, control.mover) -
                                 controls.positions.begin()));
       group.sensors += static_cast<uint32_t>(control.first_rays.size());
+      group.rates |= 1u << scene->movers[control.mover].rate;
+      group.everyone.push_back(static_cast<uint32_t>(group.controls.size()));
       group.controls.push_back(std::move(control));
     }
     controls.memory_count += group.memory_size * static_cast<uint32_t>(group.controls.size());

@@ -18,6 +18,7 @@ struct Control {
   uint32_t mover;
   const ControlledRobot* robot;      ///< of the prototype
   std::vector<uint32_t> first_rays;  ///< by sensor, among those of a world; kNoRays: it has none
+  std::vector<uint32_t> rates;       ///< by sensor, in Scene::rates
 };
 
 /// Robots that are driven by the same call, see DrivenGroup.
@@ -25,10 +26,12 @@ struct ControlGroup {
   const BatchController* controller;
   std::vector<Control> controls;
   uint32_t first_memory, memory_size;  ///< among the doubles of a world; of a robot
+  uint32_t rates = 0;                  ///< of the robots, as bits
 
   // Arrays of ControllerBatch.
   std::vector<const ControlledRobot*> robot;
   std::vector<uint32_t> first_sensor, own;
+  std::vector<uint32_t> everyone;  ///< numbers of all controls
   uint32_t sensors = 0;
 };
 
@@ -40,6 +43,10 @@ struct Controls {
 
 /// Memory for a call of a controller.
 struct ControlBuffers {
+  // For a call with some robots of a group; the group has these arrays for all of its robots.
+  std::vector<uint32_t> some, first_sensor, own;
+  std::vector<const ControlledRobot*> robot;
+  std::vector<double> memory;
   std::vector<PlanarPose> sensed, estimate, all_poses;
   std::vector<PlanarVelocity> velocity, command;
   std::vector<uint8_t> stalled;

@@ -301,7 +301,7 @@ void ImageMaker::PlaceScratch() {
 DeviceImage ImageMaker::Make() {
   const auto number = [](size_t count) { return static_cast<uint32_t>(count); };
   header_.step = scene_.step;
-  header_.interval = scene_.updating.empty() ? 1 : scene_.updating[0]->GetUpdateInterval();
+  header_.interval = scene_.IsIdle() ? 1 : scene_.rates[0].models[0]->GetUpdateInterval();
   header_.cells_per_metre = scene_.cells_per_metre;
   header_.seconds = static_cast<double>(scene_.step) / kSecond;
   header_.movers = number(scene_.movers.size());
@@ -343,6 +343,7 @@ bool HasAllColumns(Rows* rows) {
 std::string WhyNotOnDevice(const std::shared_ptr<const Scene>& scene) {
   if (scene->outlines)
     return "its contacts are those of outlines (contacts \"cells\" are possible)";
+  if (!scene->HasOneRate()) return "its models have several update intervals";
   if (scene->finders.any) return "a bumper, fiducial finder or blobfinder runs";
   if (std::string reason = WhyNotControls(*scene); !reason.empty()) return reason;
   for (const Mover& mover : scene->movers) {

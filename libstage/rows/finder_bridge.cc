@@ -86,6 +86,7 @@ rows::Finder RowBridge::FinderMaker::FinderOf(const Model& model, rows::InMover 
   rows::Finder finder{};
   finder.mover = at.mover;
   finder.node = at.node;
+  finder.rate = scene_.RateOf(model);
   const Pose place = model.GetGlobalPose() + model.geom.pose;
   sensing::PlaceFan(&finder.fan, Pose(0, 0, place.z, 0), reach > 0 ? reach : 0,
                     scene_.cells_per_metre);
@@ -208,10 +209,16 @@ void RowBridge::ReadFinders(const World& world, rows::Rows* to, size_t row) {
   ReadBumpers(world, to, row);
   for (const rows::FiducialFinder& of : finders.fiducial_finders) {
     const auto& finder = static_cast<ModelFiducial&>(*world.FindModel(of.model->GetId()));
-    for (size_t i = 0; i < of.targets.size(); i++)
-      c.found[row * finders.target_count + of.first_target + i] = std::ranges::any_of(
-          finder.fiducials_,
-          [&](const auto& seen) { return seen.mod->GetId() == of.targets[i].model->GetId(); });
+    for (size_t i = 0; i < of.targets.size(); i++) {
+      const auto seen = std::ranges::find_if(finder.fiducials_, [&](const auto& fiducial) {
+        return fiducial.mod->GetId() == of.targets[i].model->GetId();
+      });
+      const size_t number = row * finders.target_count + of.first_target + i;
+      c.found[number] = seen != finder.fiducials_.end();
+      if (!c.found[number] || c.seen.empty()) continue;
+      c.seen[number] = *seen;
+      c.seen[number].mod = nullptr;
+    }
   }
   for (size_t k = 0; k < finders.blobfinders.size(); k++) {
     const rows::Blobfinder& of = finders.blobfinders[k];
@@ -239,12 +246,12 @@ void RowBridge::ReadBumpers(const World& world, rows::Rows* to, size_t row) {
 // ---- from a row to a world ----------------------------------------------------------------------
 
 void RowBridge::WriteFinders(const rows::Rows& from, size_t row, World* world) {
-  if (!from.HasReadings(row)) return;
   const rows::Finders& finders = from.scene().finders;
   WriteBumpers(from, row, world);
   WriteFiducials(from, row, world);
   for (size_t k = 0; k < finders.blobfinders.size(); k++) {
     const rows::Blobfinder& of = finders.blobfinders[k];
+    if (!from.HasReadings(row, of.finder.rate)) continue;
     auto& finder = static_cast<ModelBlobfinder&>(*world->FindModel(of.model->GetId()));
     const auto* const first = from.columns.blobs.data() + row * finders.blob_count + of.first_blob;
     finder.blobs_.assign(first,
@@ -255,6 +262,7 @@ void RowBridge::WriteFinders(const rows::Rows& from, size_t row, World* world) {
 void RowBridge::WriteBumpers(const rows::Rows& from, size_t row, World* world) {
   const std::vector<rows::BumperLine>& lines = from.scene().finders.bumper_lines;
   for (size_t k = 0; k < lines.size(); k++) {
+    if (!from.HasReadings(row, lines[k].finder.rate)) continue;
     auto& bumper = static_cast<ModelBumper&>(*world->FindModel(lines[k].bumper->GetId()));
     if (lines[k].index == 0) bumper.MakeSamples();
     bumper.samples = bumper.results_.data();
@@ -274,11 +282,18 @@ void RowBridge::WriteFiducials(const rows::Rows& from, size_t row, World* world)
     return of.GlobalPoseOf(node, rows::PoseOf(c.sensed[row * scene.movers.size() + mover], of.z));
   };
   for (const rows::FiducialFinder& of : scene.finders.fiducial_finders) {
+    if (!from.HasReadings(row, of.finder.rate)) continue;
     auto& finder = static_cast<ModelFiducial&>(*world->FindModel(of.model->GetId()));
     finder.fiducials_.clear();
     for (size_t i = 0; i < of.targets.size(); i++) {
-      if (!c.found[row * scene.finders.target_count + of.first_target + i]) continue;
+      const size_t number = row * scene.finders.target_count + of.first_target + i;
+      if (!c.found[number]) continue;
       const rows::FiducialTarget& target = of.targets[i];
+      if (!c.seen.empty()) {
+        finder.fiducials_.push_back(c.seen[number]);
+        finder.fiducials_.back().mod = world->FindModel(target.model->GetId());
+        continue;
+      }
       const bool stands = target.mover == rows::FiducialTarget::kStands;
       const Pose there = stands ? target.place : pose_of(target.mover, target.node);
       ModelFiducial::Fiducial seen;

@@ -39,9 +39,12 @@ void Rows::Scratch::MakeLooks(const Finders& finders) {
 void Rows::Stepper::FindModels() {
   const Finders& finders = scene_.finders;
   if (scene_.outlines && !finders.bumper_lines.empty()) FindContacts();
-  for (size_t i = 0; i < finders.bumper_lines.size(); i++) TouchLine(i);
-  for (size_t i = 0; i < finders.fiducial_finders.size(); i++) FindFiducials(i);
-  for (size_t i = 0; i < finders.blobfinders.size(); i++) FindBlobs(i);
+  for (size_t i = 0; i < finders.bumper_lines.size(); i++)
+    if (IsDue(finders.bumper_lines[i].finder.rate)) TouchLine(i);
+  for (size_t i = 0; i < finders.fiducial_finders.size(); i++)
+    if (IsDue(finders.fiducial_finders[i].finder.rate)) FindFiducials(i);
+  for (size_t i = 0; i < finders.blobfinders.size(); i++)
+    if (IsDue(finders.blobfinders[i].finder.rate)) FindBlobs(i);
 }
 
 // ---- bumpers ------------------------------------------------------------------------------------
@@ -120,6 +123,11 @@ void Rows::Stepper::FindFiducials(size_t index) {
     if (!RowBridge::MakeCandidate(of, Pose(own.x, own.y, 0, own.a), of.targets[i],
                                   PlaceOfTarget(of.targets[i]), &candidate))
       continue;
+    if (!c_.seen.empty()) {
+      candidate.mod = nullptr;
+      candidate.pose.z = of.targets[i].place.z;
+      c_.seen[world_ * scene_.finders.target_count + of.first_target + i] = candidate;
+    }
     s_.finder_unit_vectors[count] = sensing::UnitVectorOf(candidate.bearing);
     s_.finder_directions[count] = sensing::MakeDirection(s_.finder_unit_vectors[count]);
     s_.candidates[count++] = i;

@@ -24,6 +24,7 @@ namespace Stg::rows {
 /// Rays that ask which model they hit.
 struct Finder {
   uint32_t mover, node;
+  uint32_t rate;                 ///< in Scene::rates
   internal::sensing::Fan fan;    ///< all but its place
   uint32_t seen;                 ///< index in Scene::seen
   std::vector<uint32_t> others;  ///< bodies of other movers that the rays may hit
@@ -41,7 +42,7 @@ struct FiducialTarget {
   static constexpr uint32_t kStands = UINT32_MAX;
   Model* model;          ///< of the prototype
   uint32_t mover, node;  ///< kStands: the model is not part of a mover
-  Pose place;            ///< if it stands, global
+  Pose place;            ///< after loading, global
 };
 
 struct FiducialFinder {

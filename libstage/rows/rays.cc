@@ -25,14 +25,15 @@ bool StopsRangers(Model* candidate, const Model*, const void*) {
 
 }  // namespace
 
-/// Casts the rays of all sensors. If nobody sees the readings, only those of sensors that are
-/// needed: noise draws as many random numbers as the readings decide.
-void Rows::Stepper::CastRays(bool unseen) {
-  if (unseen && !scene_.needs_rays && !scene_.finders.any) return;
+/// Casts the rays of all sensors that update. If nobody sees the readings, only those of sensors
+/// that are needed: noise draws as many random numbers as the readings decide.
+void Rows::Stepper::CastRays() {
+  if (!scene_.HasOneRate()) KeepScanPoses();
+  if (!(due_ & ~unseen_) && !scene_.needs_rays && !scene_.finders.any) return;
   if (scene_.exact) PlaceCorners();
   for (size_t k = 0; k < scene_.sensors.size(); k++) {
     const Sensor& sensor = scene_.sensors[k];
-    if (unseen && !sensor.needed) continue;
+    if (!Casts(sensor)) continue;
     PlaceFan(k);
     const sensing::Fan& fan = s_.fans[k];
     std::fill_n(&c_.ranges[ray_ + sensor.first_ray], sensor.rays, fan.range);
@@ -43,9 +44,20 @@ void Rows::Stepper::CastRays(bool unseen) {
   }
   TraceGroup();
   for (size_t k = 0; k < scene_.sensors.size(); k++) {
-    if (unseen && !scene_.sensors[k].needed) continue;
+    if (!Casts(scene_.sensors[k])) continue;
     if (!s_.fans[k].nothing) TraceRobots(k);
     if (scene_.sensors[k].noisy) AddNoise(k);
+  }
+}
+
+/// Keeps the poses of rangers, which may be sensed later than those of their robots, or earlier.
+void Rows::Stepper::KeepScanPoses() {
+  for (size_t k = 0; k < scene_.sensors.size(); k++) {
+    const Sensor& sensor = scene_.sensors[k];
+    if (!IsDue(sensor.rate)) continue;
+    const Placed place =
+        scene_.movers[sensor.mover].GlobalPoseOf(sensor.node, PlaceOf(sensor.mover));
+    c_.scan[sensor_ + k] = {place.x, place.y, place.a};
   }
 }
 

@@ -43,8 +43,8 @@ uint64_t RowBridge::SeedOfNoise(const rows::Rows& rows, size_t row, size_t numbe
 /// False if the sensor will be seeded in the next update.
 bool RowBridge::IsSeeded(const rows::Rows& rows, size_t row, size_t sensor) {
   const rows::Reseeding* const reseeding = rows.columns.reseeding[row].get();
-  return !(reseeding && rows.scene().sensors[sensor].noisy &&
-           rows.columns.last_update[row] == reseeding->update);
+  const rows::Sensor& of = rows.scene().sensors[sensor];
+  return !(reseeding && of.noisy && rows.LastUpdate(row, of.rate) == reseeding->update[of.rate]);
 }
 
 /// The stream of a sensor that has readings. Without noise it has not been used, and keeps the seed
@@ -53,7 +53,8 @@ RandomStream RowBridge::StreamOf(const rows::Rows& rows, size_t row, size_t sens
   const rows::Scene& scene = rows.scene();
   const rows::Reseeding* const reseeding = rows.columns.reseeding[row].get();
   const bool is_noisy = scene.sensors[sensor].noisy;
-  if (reseeding && reseeding->had_readings && !(is_noisy && IsSeeded(rows, row, sensor)))
+  if (reseeding && reseeding->had_readings[scene.sensors[sensor].rate] &&
+      !(is_noisy && IsSeeded(rows, row, sensor)))
     return reseeding->sensors[sensor];
   if (is_noisy) return rows.columns.noise[row * scene.sensors.size() + sensor];
   return RandomStream(SeedOfNoise(rows, row, sensor));
@@ -66,9 +67,11 @@ void RowBridge::Reseed(rows::Rows* rows, size_t row, uint64_t seed) {
   reseeding->loading_seed = LoadingSeedOf(*rows, row);
   reseeding->models = SeedsOfModels(*rows, row);
   for (uint64_t& of_model : reseeding->models) of_model = MixSeeds(of_model, seed);
-  reseeding->had_readings = rows->HasReadings(row);
-  reseeding->update = c.last_update[row];
-  for (size_t k = 0; reseeding->had_readings && k < scene.sensors.size(); k++)
+  for (uint32_t k = 0; k < scene.rates.size(); k++) {
+    reseeding->had_readings.push_back(rows->HasReadings(row, k));
+    reseeding->update.push_back(rows->LastUpdate(row, k));
+  }
+  for (size_t k = 0; k < scene.sensors.size(); k++)
     reseeding->sensors.push_back(StreamOf(*rows, row, k));
   c.seed[row] = seed;
   c.reseeding[row] = reseeding;
@@ -90,14 +93,15 @@ void RowBridge::ReadReseeding(const World& world, rows::Rows* to, size_t row) {
     reseeding->models.push_back(model->random_.seed());
   if (reseeding->models == SeedsOfModels(*to, row)) return;
   reseeding->loading_seed = scene.prototype->seed();
-  reseeding->had_readings = to->HasReadings(row);
-  reseeding->update = UINT64_MAX;
+  for (uint32_t k = 0; k < scene.rates.size(); k++)
+    reseeding->had_readings.push_back(to->HasReadings(row, k));
+  reseeding->update.assign(scene.rates.size(), UINT64_MAX);
   for (const rows::Sensor& of : scene.sensors) {
     const auto& ranger = static_cast<const ModelRanger&>(*world.FindModel(of.ranger->GetId()));
     if (of.index >= ranger.sensors_.size()) return;  // ReadSensors() refuses such a world
     const ModelRanger::Sensor& sensor = ranger.sensors_[of.index];
     reseeding->sensors.push_back(sensor.random_);
-    if (of.noisy && !sensor.seeded_) reseeding->update = to->columns.last_update[row];
+    if (of.noisy && !sensor.seeded_) reseeding->update[of.rate] = to->LastUpdate(row, of.rate);
   }
   known = std::move(reseeding);
 }

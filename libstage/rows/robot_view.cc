@@ -51,7 +51,8 @@ Pose RobotView::GetSensedPose() const {
 }
 
 usec_t RobotView::GetSensedTime() const {
-  return IsRunning() ? c_.last_update[world_] : mover_.robot->GetSensedTime();
+  return IsRunning() ? rows_.SensedAt(world_, index_ % rows_.scene().movers.size())
+                     : mover_.robot->GetSensedTime();
 }
 
 double RobotView::GetStored() const {

@@ -56,38 +56,47 @@ bool RowBridge::Read(World* world, rows::Rows* to, size_t row, World* spare, Rea
   if (!WhyNotClosed(*world).empty() || !HasModelsOf(*world, to->scene())) return false;
   to->columns.seed[row] = world->seed();
   ReadModels(*world, to, row);
-  const bool lacks_readings = readings == kMayLack && LacksReadings(*world, *to, row);
-  if (lacks_readings) ReadUpdates(*world, to, row);
+  const uint32_t lacking = readings == kMayLack ? LackingRates(*world, *to, row) : 0;
+  if (lacking) ReadUpdates(*world, lacking, to, row);
   ReadGrid(*world, to, row);
   ReadOrder(*world, to, row);
   ReadReseeding(*world, to, row);
-  if (!ReadControls(*world, to, row) || !ReadSensors(*world, to, row, lacks_readings) ||
+  if (!ReadControls(*world, to, row) || !ReadSensors(*world, lacking, to, row) ||
       !Write(*to, row, spare))
     return false;
-  const Snapshot::Keep keep = lacks_readings ? Snapshot::kLean : Snapshot::kFull;
+  const Snapshot::Keep keep = lacking ? Snapshot::kLean : Snapshot::kFull;
   Snapshot of_world, of_row;
   return world->Take(&of_world, keep) && spare->Take(&of_row, keep) &&
          of_world.hash() == of_row.hash();
 }
 
-/// True if the world is in the state of a lean snapshot without the readings of the last update.
-bool RowBridge::LacksReadings(const World& world, const rows::Rows& to, size_t row) {
+/// The groups of rates, as bits, whose readings the world lacks. If there are some, it is in the
+/// state of a lean snapshot.
+uint32_t RowBridge::LackingRates(const World& world, const rows::Rows& to, size_t row) {
   const rows::Scene& scene = to.scene();
-  return !scene.updating.empty() &&
-         to.columns.next_update[row] <= world.sim_time + world.sim_interval &&
-         world.FindModel(scene.updating[0]->GetId())->updated_at_ == 0;
+  uint32_t lacking = 0;
+  for (uint32_t rate = 0; !scene.IsIdle() && rate < scene.rates.size(); rate++)
+    if (to.columns.next_update[to.RateIndex(row, rate)] <= world.sim_time + world.sim_interval &&
+        world.FindModel(scene.rates[rate].models[0]->GetId())->updated_at_ == 0)
+      lacking |= 1u << rate;
+  return lacking;
 }
 
-/// Reads the time of the last update and the poses at that time from a world that lacks readings.
-void RowBridge::ReadUpdates(const World& world, rows::Rows* to, size_t row) {
+/// Reads the times of the last updates and the poses at these times from a world that lacks
+/// readings.
+void RowBridge::ReadUpdates(const World& world, uint32_t lacking, rows::Rows* to, size_t row) {
   const rows::Scene& scene = to->scene();
   rows::Columns& c = to->columns;
-  const usec_t next = c.next_update[row];
-  const bool has_robots = std::ranges::any_of(scene.movers, &rows::Mover::runs);
-  if (!has_robots) c.last_update[row] = next - scene.updating[0]->GetUpdateInterval();
+  for (uint32_t rate = 0; rate < scene.rates.size(); rate++) {
+    const bool has_robots = std::ranges::any_of(
+        scene.movers, [&](const rows::Mover& mover) { return mover.runs && mover.rate == rate; });
+    const size_t i = to->RateIndex(row, rate);
+    if (((lacking >> rate) & 1) && !has_robots)
+      c.last_update[i] = c.next_update[i] - scene.rates[rate].models[0]->GetUpdateInterval();
+  }
   for (size_t k = 0; k < scene.movers.size(); k++) {
     const rows::Mover& mover = scene.movers[k];
-    if (!mover.runs || mover.has_odometry) continue;
+    if (!mover.runs || mover.has_odometry || !((lacking >> mover.rate) & 1)) continue;
     const auto& robot = static_cast<ModelPosition&>(*world.FindModel(mover.model->GetId()));
     c.sensed[row * scene.movers.size() + k] = rows::PlanarOf(robot.est_pose);
   }
@@ -108,16 +117,27 @@ void RowBridge::ForEachUpdate(const World& world, const std::function<void(usec_
 }
 
 std::vector<uint32_t> RowBridge::RunningModels(const World& world) {
+  std::vector<const Model*> models;
+  ForEachUpdate(world, [&](usec_t, const Model* model) { models.push_back(model); });
+  std::ranges::stable_sort(models, {}, &Model::GetUpdateInterval);
   std::vector<uint32_t> ids;
-  ForEachUpdate(world, [&](usec_t, const Model* model) { ids.push_back(model->GetId()); });
+  for (const Model* model : models) ids.push_back(model->GetId());
   return ids;
 }
 
-/// The time of the next update of all running models; the end of time if there are none.
-usec_t RowBridge::NextUpdateOf(const World& world) {
-  usec_t next = std::numeric_limits<usec_t>::max();
-  ForEachUpdate(world, [&](usec_t time, const Model*) { next = std::min(next, time); });
-  return next;
+/// Reads the times of the next updates, and the order of those that are due at the same time.
+void RowBridge::ReadSchedule(const World& world, rows::Rows* to, size_t row) {
+  const rows::Scene& scene = to->scene();
+  rows::Columns& c = to->columns;
+  const auto first = c.next_update.begin() + static_cast<std::ptrdiff_t>(to->RateIndex(row, 0));
+  std::fill_n(first, scene.rates.size(), std::numeric_limits<usec_t>::max());
+  uint64_t number = 0;
+  ForEachUpdate(world, [&](usec_t time, const Model* model) {
+    const size_t i = to->RateIndex(row, scene.RateOf(*model));
+    const bool is_first = c.next_update[i] != time;
+    c.next_update[i] = time;
+    if (!c.scheduled.empty() && is_first) c.scheduled[i] = number++;
+  });
 }
 
 void RowBridge::ReadModels(const World& world, rows::Rows* to, size_t row) {
@@ -125,8 +145,9 @@ void RowBridge::ReadModels(const World& world, rows::Rows* to, size_t row) {
   rows::Columns& c = to->columns;
   c.time[row] = world.sim_time;
   c.steps[row] = world.updates;
-  c.last_update[row] =
-      scene.updating.empty() ? 0 : world.FindModel(scene.updating[0]->GetId())->updated_at_;
+  for (uint32_t rate = 0; rate < scene.rates.size(); rate++)
+    c.last_update[to->RateIndex(row, rate)] =
+        scene.IsIdle() ? 0 : world.FindModel(scene.rates[rate].models[0]->GetId())->updated_at_;
   for (size_t k = 0; k < scene.movers.size(); k++) {
     const Model& model = *world.FindModel(scene.movers[k].model->GetId());
     const size_t i = row * scene.movers.size() + k;
@@ -148,7 +169,7 @@ void RowBridge::ReadModels(const World& world, rows::Rows* to, size_t row) {
     c.energy[row] = world.engine().energy_totals;
   }
   ReadFinders(world, to, row);
-  c.next_update[row] = NextUpdateOf(world);
+  ReadSchedule(world, to, row);
 }
 
 void RowBridge::ReadRobot(const ModelPosition& model, rows::Rows* to, size_t row, size_t i) {
@@ -161,7 +182,8 @@ void RowBridge::ReadRobot(const ModelPosition& model, rows::Rows* to, size_t row
   if (!c.made.empty()) c.made[i] = rows::PlanarOf(model.made_);
   if (!c.steering.empty()) c.steering[i] = model.steering_;
   if (!model.HasSubscribers()) return;
-  c.last_update[row] = model.last_update_;
+  const uint32_t rate = to->scene().movers[i % to->scene().movers.size()].rate;
+  c.last_update[to->RateIndex(row, rate)] = model.last_update_;
   c.sensed[i] = rows::PlanarOf(model.sensed_pose_);
   if (c.estimate.empty()) return;
   c.estimate[i] = rows::PlanarOf(model.est_pose);
@@ -211,7 +233,7 @@ void RowBridge::ReadOrder(const World& world, rows::Rows* to, size_t row) {
   c.stamps[row] = recent.size();
 }
 
-bool RowBridge::ReadSensors(const World& world, rows::Rows* to, size_t row, bool lacks_readings) {
+bool RowBridge::ReadSensors(const World& world, uint32_t lacking, rows::Rows* to, size_t row) {
   const rows::Scene& scene = to->scene();
   for (size_t k = 0; k < scene.sensors.size(); k++) {
     const rows::Sensor& of = scene.sensors[k];
@@ -221,7 +243,9 @@ bool RowBridge::ReadSensors(const World& world, rows::Rows* to, size_t row, bool
     if (of.noisy)
       to->columns.noise[row * scene.sensors.size() + k] =
           sensor.seeded_ ? sensor.random_ : RandomStream(SeedOfNoise(*to, row, k));
-    if (!lacks_readings && !ReadReadings(sensor, of, to, row)) return false;
+    if (((lacking >> of.rate) & 1) == 0 && !ReadReadings(sensor, of, to, row)) return false;
+    if (!to->columns.scan.empty())
+      to->columns.scan[row * scene.sensors.size() + k] = rows::PlanarOf(ranger.GetScanPose());
   }
   return true;
 }
@@ -229,7 +253,7 @@ bool RowBridge::ReadSensors(const World& world, rows::Rows* to, size_t row, bool
 /// Returns false if the sensor has other readings than it can have in rows.
 bool RowBridge::ReadReadings(const ModelRanger::Sensor& sensor, const rows::Sensor& of,
                              rows::Rows* to, size_t row) {
-  if (!to->HasReadings(row)) return true;
+  if (!to->HasReadings(row, of.rate)) return true;
   if (sensor.ranges.size() != of.rays || sensor.intensities.size() != of.rays) return false;
   rows::Columns& c = to->columns;
   const std::vector<double>& known = to->scene().brightness;
@@ -289,9 +313,9 @@ void RowBridge::WriteRobot(const rows::Rows& from, size_t row, size_t k, ModelPo
   model.control_mode = static_cast<ModelPosition::ControlMode>(c.mode[i]);
   model.watts = c.watts[i];
   if (mover.runs) {
-    model.last_update_ = c.last_update[row];
+    model.last_update_ = from.LastUpdate(row, mover.rate);
     model.sensed_pose_ = rows::PoseOf(c.sensed[i], mover.z);
-    model.sensed_at_ = c.last_update[row];
+    model.sensed_at_ = from.SensedAt(row, k);
     if (!mover.has_odometry) model.est_pose = model.sensed_pose_;
   }
   if (!c.hindered.empty()) {
@@ -323,11 +347,13 @@ void RowBridge::WriteEnergy(const rows::Rows& from, size_t row, World* world) {
 void RowBridge::WriteSensors(const rows::Rows& from, size_t row, World* world) {
   const rows::Scene& scene = from.scene();
   const rows::Columns& c = from.columns;
-  if (!from.HasReadings(row)) return;
-  for (const Model* updating : scene.updating)
-    world->FindModel(updating->GetId())->updated_at_ = c.last_update[row];
+  for (uint32_t rate = 0; rate < scene.rates.size(); rate++)
+    if (from.HasReadings(row, rate))
+      for (const Model* updating : scene.rates[rate].models)
+        world->FindModel(updating->GetId())->updated_at_ = from.LastUpdate(row, rate);
   for (size_t k = 0; k < scene.sensors.size(); k++) {
     const rows::Sensor& of = scene.sensors[k];
+    if (!from.HasReadings(row, of.rate)) continue;
     auto& ranger = static_cast<ModelRanger&>(*world->FindModel(of.ranger->GetId()));
     ModelRanger::Sensor& sensor = ranger.sensors_[of.index];
     sensor.Resize();
@@ -338,20 +364,35 @@ void RowBridge::WriteSensors(const rows::Rows& from, size_t row, World* world) {
     }
     sensor.random_ = StreamOf(from, row, k);
     sensor.seeded_ = IsSeeded(from, row, k);
-    const rows::Mover& mover = scene.movers[of.mover];
-    ranger.SetScanPose(mover.GlobalPoseOf(
-        of.node, rows::PoseOf(c.sensed[row * scene.movers.size() + of.mover], mover.z)));
+    ranger.SetScanPose(ScanPose(from, row, k));
   }
 }
 
+/// Global pose of the ranger of a sensor at its last update.
+Pose RowBridge::ScanPose(const rows::Rows& from, size_t row, size_t sensor) {
+  const rows::Scene& scene = from.scene();
+  const rows::Columns& c = from.columns;
+  const rows::Sensor& of = scene.sensors[sensor];
+  const rows::Mover& mover = scene.movers[of.mover];
+  const Pose now = mover.GlobalPoseOf(
+      of.node, rows::PoseOf(c.sensed[row * scene.movers.size() + of.mover], mover.z));
+  return c.scan.empty() ? now : rows::PoseOf(c.scan[row * scene.sensors.size() + sensor], now.z);
+}
+
 void RowBridge::WriteSchedule(const rows::Rows& from, size_t row, World* world) {
+  const rows::Columns& c = from.columns;
   Scheduler& scheduler = world->engine_->scheduler;
   scheduler.Clear();
-  for (const Model* updating : from.scene().updating) {
-    Model* const model = world->FindModel(updating->GetId());
-    scheduler.Add(from.columns.next_update[row],
-                  {model, nullptr, nullptr, model->update_generation_});
-  }
+  std::vector<std::pair<uint64_t, uint32_t>> order;
+  for (uint32_t rate = 0; rate < from.scene().rates.size(); rate++)
+    order.emplace_back(c.scheduled.empty() ? 0 : c.scheduled[from.RateIndex(row, rate)], rate);
+  std::ranges::sort(order);
+  for (const auto& [number, rate] : order)
+    for (const Model* updating : from.scene().rates[rate].models) {
+      Model* const model = world->FindModel(updating->GetId());
+      scheduler.Add(c.next_update[from.RateIndex(row, rate)],
+                    {model, nullptr, nullptr, model->update_generation_});
+    }
 }
 
 /// Rasterizes the robots in the order in which they were last rasterized in the row.

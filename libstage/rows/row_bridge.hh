@@ -46,7 +46,7 @@ class RowBridge {
   /// See World::Reseed().
   static void Reseed(rows::Rows* rows, size_t row, uint64_t seed);
 
-  /// Ids of the running models, in the order of their updates.
+  /// Ids of the running models by update interval, in the order of their updates.
   static std::vector<uint32_t> RunningModels(const World& world);
 
   /// See ModelRanger::Sensor::AddRangeNoise().
@@ -114,13 +114,13 @@ class RowBridge {
   static void WriteRandomNumbers(const rows::Rows& from, size_t row, World* world);
   static void ReadModels(const World& world, rows::Rows* to, size_t row);
   static void ReadRobot(const ModelPosition& model, rows::Rows* to, size_t row, size_t i);
-  static bool ReadSensors(const World& world, rows::Rows* to, size_t row, bool lacks_readings);
+  static bool ReadSensors(const World& world, uint32_t lacking, rows::Rows* to, size_t row);
   static bool ReadReadings(const ModelRanger::Sensor& sensor, const rows::Sensor& of,
                            rows::Rows* to, size_t row);
   static void ReadOrder(const World& world, rows::Rows* to, size_t row);
-  static void ReadUpdates(const World& world, rows::Rows* to, size_t row);
-  static usec_t NextUpdateOf(const World& world);
-  static bool LacksReadings(const World& world, const rows::Rows& to, size_t row);
+  static void ReadUpdates(const World& world, uint32_t lacking, rows::Rows* to, size_t row);
+  static void ReadSchedule(const World& world, rows::Rows* to, size_t row);
+  static uint32_t LackingRates(const World& world, const rows::Rows& to, size_t row);
   /// Calls f(time, model) for the pending updates of running models, in their order.
   static void ForEachUpdate(const World& world, const std::function<void(usec_t, Model*)>& f);
   static bool HasModelsOf(const World& world, const rows::Scene& scene);
@@ -129,6 +129,7 @@ class RowBridge {
   static void WriteRobot(const rows::Rows& from, size_t row, size_t mover, ModelPosition* to);
   static void WriteEnergy(const rows::Rows& from, size_t row, World* world);
   static void WriteSensors(const rows::Rows& from, size_t row, World* world);
+  static Pose ScanPose(const rows::Rows& from, size_t row, size_t sensor);
   static void WriteSchedule(const rows::Rows& from, size_t row, World* world);
   static void WriteGrid(const rows::Rows& from, size_t row, World* world);
 };

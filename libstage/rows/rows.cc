@@ -23,12 +23,13 @@ void ForEachColumn(const Scene& scene, F f, C*... c) {
   const bool noisy = odometry && any([](const Mover& m) { return m.has_noisy_odometry; });
   const bool things = any([](const Mover& m) { return m.is_pushed; });
   const bool steers = any([](const Mover& m) { return m.steers; });
-  const bool noise = scene.HasNoise();
+  const bool noise = scene.HasNoise(), one_rate = scene.HasOneRate();
   f(size_t{1}, &c->seed...);
   f(size_t{1}, &c->reseeding...);
   f(size_t{1}, &c->time...);
-  f(size_t{1}, &c->next_update...);
-  f(size_t{1}, &c->last_update...);
+  f(scene.rates.size(), &c->next_update...);
+  f(scene.rates.size(), &c->last_update...);
+  f(one_rate ? 0 : scene.rates.size(), &c->scheduled...);
   f(size_t{1}, &c->steps...);
   f(size_t{1}, &c->extent...);
   f(size_t{1}, &c->stamps...);
@@ -57,6 +58,8 @@ void ForEachColumn(const Scene& scene, F f, C*... c) {
   f(bodies, &c->stamp...);
   f(size_t{scene.byte_count}, &c->bits...);
   f(noise ? scene.sensors.size() : 0, &c->noise...);
+  f(one_rate ? 0 : scene.sensors.size(), &c->scan...);
+  f(one_rate ? 0 : size_t{scene.finders.target_count}, &c->seen...);
   f(size_t{scene.ray_count}, &c->ranges...);
   f(size_t{scene.ray_count}, &c->brightness...);
   f(scene.finders.bumper_lines.size(), &c->bumps...);
@@ -74,6 +77,14 @@ Rows::Rows(std::shared_ptr<const Scene> scene, std::span<const uint64_t> seeds)
   RowBridge::ReadStart(start_.get());
   Resize(seeds.size());
   for (size_t i = 0; i < seeds.size(); i++) Reset(i, seeds[i]);
+}
+
+usec_t Rows::SensedAt(size_t world, size_t mover) const {
+  usec_t latest = 0;
+  for (uint32_t rate = 0; rate < scene_->rates.size(); rate++)
+    if ((scene_->movers[mover].sensed_at >> rate) & 1)
+      latest = std::max(latest, LastUpdate(world, rate));
+  return latest;
 }
 
 void Rows::Resize(size_t worlds) {

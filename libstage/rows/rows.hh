@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "models/blobfinder.hh"
+#include "models/fiducial.hh"
 #include "models/power_pack.hh"
 #include "motion/odometry.hh"
 #include "random/random.hh"
@@ -41,9 +42,11 @@ struct Bump {
 struct Reseeding {
   uint64_t loading_seed;              ///< the seed of loading
   std::vector<uint64_t> models;       ///< seeds of all models, in the order of creation
-  bool had_readings;                  ///< whether sensors had readings then
-  std::vector<RandomStream> sensors;  ///< if so: streams of the sensors at that time
-  usec_t update;  ///< time of the last update before; noise has its new streams after it
+  std::vector<RandomStream> sensors;  ///< streams of the sensors at that time
+  // By group of rates.
+  std::vector<uint8_t> had_readings;  ///< whether its sensors had readings then
+  std::vector<usec_t>
+      update;  ///< time of the last update before; noise has its new streams after it
 };
 
 /// The columns. All are in the order of the worlds; in a world, of the robots, bodies or rays.
@@ -51,10 +54,14 @@ struct Columns {
   // By world.
   std::vector<uint64_t> seed;
   std::vector<std::shared_ptr<const Reseeding>> reseeding;  ///< null: the seed is that of loading
-  std::vector<usec_t> time, next_update, last_update;
+  std::vector<usec_t> time;
   std::vector<uint64_t> steps;
   std::vector<internal::grid::CellBox> extent;  ///< see Grid::extent()
   std::vector<uint64_t> stamps;                 ///< number of rasterizations of bodies so far
+
+  // By group of rates.
+  std::vector<usec_t> next_update, last_update;
+  std::vector<uint64_t> scheduled;  ///< if there are several: greater numbers update later
 
   // By mover.
   std::vector<Planar> pose, velocity, command, sensed;
@@ -85,6 +92,10 @@ struct Columns {
   // By sensor: streams of noise, if any sensor has noise.
   std::vector<RandomStream> noise;
 
+  // If there are several groups of rates: what was sensed earlier than the poses of movers.
+  std::vector<Planar> scan;                   ///< by sensor: pose of its ranger
+  std::vector<ModelFiducial::Fiducial> seen;  ///< by fiducial finder and target, without a model
+
   // By ray.
   std::vector<double> ranges;       ///< m
   std::vector<uint8_t> brightness;  ///< index in Scene::brightness of what was hit
@@ -110,8 +121,18 @@ class Rows {
     return reinterpret_cast<Word*>(
         &columns.bits[world * scene_->byte_count + scene_->bodies[body].first_byte]);
   }
-  /// True if the world's sensors have readings.
-  bool HasReadings(size_t world) const { return columns.last_update[world] > 0; }
+  /// Place of a group of rates in the columns of these.
+  size_t RateIndex(size_t world, uint32_t rate) const {
+    return world * scene_->rates.size() + rate;
+  }
+  /// Time of the last update of a group of rates.
+  usec_t LastUpdate(size_t world, uint32_t rate) const {
+    return columns.last_update[RateIndex(world, rate)];
+  }
+  /// True if the world's sensors of a group of rates have readings.
+  bool HasReadings(size_t world, uint32_t rate) const { return LastUpdate(world, rate) > 0; }
+  /// Time at which the pose of a running robot was sensed.
+  usec_t SensedAt(size_t world, size_t mover) const;
 
   /// Changes the number of worlds. New ones must be reset, copied or read before they are used.
   void Resize(size_t worlds);

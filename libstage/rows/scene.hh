@@ -18,6 +18,7 @@
 
 #include "geometry/geometry.hh"
 #include "grid/grid.hh"
+#include "messages/assert.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
 #include "motion/columns.hh"
@@ -61,9 +62,21 @@ struct Body {
   std::vector<uint32_t> rivals;  ///< bodies of other robots that it may run into
 };
 
+/// The running models with one update interval, which update together.
+struct RateGroup {
+  static constexpr uint32_t kMost = 32;  ///< groups of a scene: sets of them are bits
+  std::vector<const Model*> models;      ///< of the prototype, in the order of their updates
+
+  /// Time of the next update; never if there are no models.
+  usec_t NextUpdateAfter(usec_t now) const {
+    return models.empty() ? std::numeric_limits<usec_t>::max() : models[0]->NextUpdateAfter(now);
+  }
+};
+
 /// A sensor of a ranger.
 struct Sensor {
   uint32_t mover, node;
+  uint32_t rate;                        ///< in Scene::rates
   const ModelRanger* ranger;            ///< of the prototype
   const ModelRanger::Sensor* settings;  ///< of the prototype
   uint32_t index;                       ///< in the ranger
@@ -87,6 +100,8 @@ struct Mover {
   const Model* model;          ///< of the prototype
   const ModelPosition* robot;  ///< the same model; null: a thing
   bool runs;                   ///< a robot with subscribers; others neither drive nor sense
+  uint32_t rate = 0;           ///< in Scene::rates, if it runs
+  uint32_t sensed_at = ~0u;    ///< groups of rates, as bits, in whose updates its pose is sensed
   double z;                    ///< m
   std::vector<Node> nodes;
   uint32_t first_body, body_count;
@@ -151,7 +166,7 @@ struct Scene {
   std::vector<double> brightness;                           ///< values of ranger_return; 0: nothing
   std::vector<Pack> packs;
   std::vector<Consumer> consumers;
-  std::vector<const Model*> updating;  ///< in the order of their updates
+  std::vector<RateGroup> rates;  ///< by interval; at least one, which may have no models
 
   // If the file has populations.
   std::shared_ptr<const PopulationPlan> populations;  ///< otherwise null
@@ -169,10 +184,15 @@ struct Scene {
   /// A seed with which the members of populations fit.
   uint64_t SomeSeed() const { return prototype->seed(); }
   bool HasNoise() const { return std::ranges::any_of(sensors, &Sensor::noisy); }
-  /// Time of the next update; never if no model is running.
-  usec_t NextUpdateAfter(usec_t now) const {
-    return updating.empty() ? std::numeric_limits<usec_t>::max()
-                            : updating[0]->NextUpdateAfter(now);
+  bool HasOneRate() const { return rates.size() == 1; }
+  bool IsIdle() const { return rates[0].models.empty(); }
+  /// The group of a running model of the prototype.
+  uint32_t RateOf(const Model& model) const {
+    const auto group = std::ranges::find_if(rates, [&](const RateGroup& known) {
+      return known.models[0]->GetUpdateInterval() == model.GetUpdateInterval();
+    });
+    STAGE_ASSERT(group != rates.end());
+    return static_cast<uint32_t>(group - rates.begin());
   }
 };
 

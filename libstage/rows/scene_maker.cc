@@ -101,19 +101,18 @@ std::string RowBridge::WhyNotClosed(const World& world) {
   return WhyNotSchedule(world);
 }
 
-/// All running models must update at the same times.
+/// All running models with the same interval must update at the same times.
 std::string RowBridge::WhyNotSchedule(const World& world) {
-  const Model* first = nullptr;
-  usec_t time_of_first = 0;
+  std::map<usec_t, std::pair<usec_t, const Model*>> first;  // by interval
   std::string reason;
   ForEachUpdate(world, [&](usec_t time, const Model* model) {
-    if (!first) {
-      first = model;
-      time_of_first = time;
-    }
-    if (time != time_of_first || model->GetUpdateInterval() != first->GetUpdateInterval())
-      reason = Named(*first) + " and " + Named(*model) + " update at different times";
+    const auto [known, is_new] = first.try_emplace(model->GetUpdateInterval(), time, model);
+    if (known->second.first != time)
+      reason = Named(*known->second.second) + " and " + Named(*model) +
+               " have the same update interval, but update at different times";
   });
+  if (first.size() > rows::RateGroup::kMost)
+    reason = "there are more than " + std::to_string(rows::RateGroup::kMost) + " update intervals";
   return reason;
 }
 
@@ -128,7 +127,7 @@ class RowBridge::SceneMaker {
   void PlaceBits();
   void AddSensors();
   void AddPacks();
-  void FindUpdating();
+  void FindRates();
   void CopyGrid();
   void MakeMaps();
   void FindNeighbours();
@@ -141,6 +140,7 @@ class RowBridge::SceneMaker {
   static void SetRobot(const ModelPosition& model, rows::Mover* to);
   void AddNode(const Model& model, uint32_t parent, rows::Mover* mover);
   void AddBodies(const Model& model, uint32_t node, rows::Mover* mover);
+  uint32_t RatesOfTree(const Model& model) const;
   void AddSensor(ModelRanger* ranger, rows::InMover at, uint32_t index);
   uint8_t BrightnessOf(const Model& model);
   template <typename F>
@@ -184,6 +184,10 @@ void RowBridge::SceneMaker::AddMover(const Model& model) {
   mover.row = rows::Mover::kNoRow;
   mover.is_pushed = IsPushed(model) && !IsRobot(model);
   if (IsRobot(model)) SetRobot(static_cast<const ModelPosition&>(model), &mover);
+  if (mover.runs) {
+    mover.rate = scene_.RateOf(model);
+    mover.sensed_at = RatesOfTree(model);
+  }
   AddNode(model, 0, &mover);
   mover.body_count = static_cast<uint32_t>(scene_.bodies.size()) - mover.first_body;
   if (mover.body_count > rows::kMaxBodies)
@@ -207,6 +211,13 @@ void RowBridge::SceneMaker::SetRobot(const ModelPosition& model, rows::Mover* to
   mover.wheel_slip = model.wheel_slip_;
   mover.has_origin = model.wf->PropertyExists(model.wf_entity, "localization_origin");
   mover.origin = model.est_origin;
+}
+
+/// The groups of rates of the running models of a tree, as bits.
+uint32_t RowBridge::SceneMaker::RatesOfTree(const Model& model) const {
+  uint32_t rates = IsRunning(model) ? 1u << scene_.RateOf(model) : 0;
+  for (const Model* child : model.GetChildren()) rates |= RatesOfTree(*child);
+  return rates;
 }
 
 /// Adds a model of a mover's tree, with its bodies, and its children.
@@ -287,6 +298,7 @@ void RowBridge::SceneMaker::AddSensor(ModelRanger* ranger, rows::InMover at, uin
   rows::Sensor sensor{};
   sensor.mover = at.mover;
   sensor.node = at.node;
+  sensor.rate = scene_.RateOf(*ranger);
   sensor.ranger = ranger;
   sensor.settings = &settings;
   sensor.index = index;
@@ -327,8 +339,13 @@ void RowBridge::SceneMaker::AddPacks() {
       mover.pack = numbers.at(mover.robot->FindPowerPack());
 }
 
-void RowBridge::SceneMaker::FindUpdating() {
-  ForEachUpdate(world_, [&](usec_t, const Model* model) { scene_.updating.push_back(model); });
+void RowBridge::SceneMaker::FindRates() {
+  std::map<usec_t, rows::RateGroup> groups;  // by interval
+  ForEachUpdate(world_, [&](usec_t, const Model* model) {
+    groups[model->GetUpdateInterval()].models.push_back(model);
+  });
+  for (auto& [interval, group] : groups) scene_.rates.push_back(std::move(group));
+  if (scene_.rates.empty()) scene_.rates.emplace_back();
 }
 
 /// Copies the grid without the robots.
@@ -432,13 +449,13 @@ std::shared_ptr<const rows::Scene> RowBridge::MakeScene(std::unique_ptr<World> p
     return nullptr;
   }
   SceneMaker maker(prototype.get(), scene.get());
+  maker.FindRates();
   maker.AddMovers();
   maker.PlaceBits();
   maker.AddSensors();
   AddFinders(prototype.get(), scene.get());
   AddControls(*prototype, scene.get());
   maker.AddPacks();
-  maker.FindUpdating();
   AddPopulations(prototype.get(), scene.get());
   maker.CopyGrid();
   maker.MakeMaps();

@@ -35,7 +35,11 @@ constexpr double kSecond = 1e6;  // microseconds
 }  // namespace
 
 Rows::Scratch::Scratch(const Scene& scene)
-    : first(scene.grid), exact(scene.grid), control(scene.controls), columns(scene.columns) {
+    : first(scene.grid),
+      exact(scene.grid),
+      control(scene.controls),
+      since_update(scene.rates.size()),
+      columns(scene.columns) {
   MakeFans(scene);
   MakeLooks(scene.finders);
   places.resize(scene.ray_count);
@@ -65,6 +69,7 @@ Rows::Stepper::Stepper(Rows* rows, size_t world, Scratch* scratch)
       c_(rows->columns),
       s_(*scratch),
       world_(world),
+      rate_(world * scene_.rates.size()),
       mover_(world * scene_.movers.size()),
       body_(world * scene_.bodies.size()),
       byte_(world * scene_.byte_count),
@@ -76,29 +81,56 @@ Rows::Stepper::Stepper(Rows* rows, size_t world, Scratch* scratch)
 
 void Rows::Stepper::Step(uint64_t unseen) {
   c_.time[world_] += scene_.step;
-  const usec_t now = c_.time[world_];
-  const bool is_due = c_.next_update[world_] <= now;
-  if (is_due) {
-    const double dt = static_cast<double>(now - c_.last_update[world_]) / kSecond;
-    c_.last_update[world_] = now;
-    c_.next_update[world_] = scene_.NextUpdateAfter(now);
-    for (size_t i = 0; i < scene_.movers.size(); i++) Drive(i, dt);
-    CastRays(IsUpdatedWithin(unseen));
+  BeginUpdates(unseen);
+  if (due_) {
+    for (size_t i = 0; i < scene_.movers.size(); i++)
+      if (IsDue(scene_.movers[i].rate)) Drive(i, s_.since_update[scene_.movers[i].rate]);
+    CastRays();
     if (scene_.finders.any) FindModels();
-    for (size_t i = 0; i < scene_.movers.size(); i++) StoreSensedPose(i);
+    for (size_t i = 0; i < scene_.movers.size(); i++)
+      if (scene_.movers[i].sensed_at & due_) StoreSensedPose(i);
   }
   if (scene_.outlines)
     MoveOutlines();
   else
     for (size_t i = 0; i < scene_.movers.size(); i++) MoveCells(i);
-  if (is_due) RunControls();
+  if (due_) RunControls();
   DrawEnergy();
   c_.steps[world_]++;
 }
 
-/// True if the next update is in one of the next `steps` steps.
-bool Rows::Stepper::IsUpdatedWithin(uint64_t steps) const {
-  return (c_.next_update[world_] - c_.time[world_] - 1) / scene_.step < steps;
+/// Finds the groups of rates that update now, and the times of their next updates. See
+/// GatherPhase::Run().
+void Rows::Stepper::BeginUpdates(uint64_t unseen) {
+  const usec_t now = c_.time[world_];
+  due_ = unseen_ = 0;
+  for (uint32_t k = 0; k < scene_.rates.size(); k++)
+    if (c_.next_update[rate_ + k] <= now) due_ |= 1u << k;
+  if (!due_) return;
+  if (!scene_.HasOneRate()) KeepOrder();
+  for (uint32_t k = 0; k < scene_.rates.size(); k++) {
+    if (!IsDue(k)) continue;
+    const size_t i = rate_ + k;
+    s_.since_update[k] = static_cast<double>(now - c_.last_update[i]) / kSecond;
+    c_.last_update[i] = now;
+    c_.next_update[i] = scene_.rates[k].NextUpdateAfter(now);
+    if (IsUpdatedWithin(unseen, k)) unseen_ |= 1u << k;
+  }
+}
+
+/// Numbers the groups that update now in the order in which they schedule their next updates.
+void Rows::Stepper::KeepOrder() {
+  s_.by_time.clear();
+  for (uint32_t k = 0; k < scene_.rates.size(); k++)
+    if (IsDue(k)) s_.by_time.push_back({{c_.next_update[rate_ + k], c_.scheduled[rate_ + k]}, k});
+  std::ranges::sort(s_.by_time);
+  uint64_t number = (c_.steps[world_] + 1) * scene_.rates.size();
+  for (const auto& [when, k] : s_.by_time) c_.scheduled[rate_ + k] = number++;
+}
+
+/// True if the next update of a group is in one of the next `steps` steps.
+bool Rows::Stepper::IsUpdatedWithin(uint64_t steps, uint32_t rate) const {
+  return (c_.next_update[rate_ + rate] - c_.time[world_] - 1) / scene_.step < steps;
 }
 
 /// See Model::UpdateCharge() and PowerPack::Spend().

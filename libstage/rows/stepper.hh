@@ -7,7 +7,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "motion/contacts.hh"
@@ -80,6 +82,10 @@ class Rows::Scratch {
 
   ControlBuffers control;
 
+  // By group of rates: seconds since the last update, and an order.
+  std::vector<double> since_update;
+  std::vector<std::pair<std::pair<usec_t, uint64_t>, uint32_t>> by_time;
+
   // Moves.
   CornerCells corners[2];
   OutlineBox boxes[kMaxBodies];
@@ -102,6 +108,9 @@ class Rows::Stepper {
 
  private:
   static constexpr uint8_t kAsked = 1, kMoved = 2, kInFloor = 4;
+  void BeginUpdates(uint64_t unseen);
+  void KeepOrder();
+  bool IsDue(uint32_t rate) const { return (due_ >> rate) & 1; }
   void Drive(size_t index, double dt);
   void ObeyVelocity(size_t index);
   void UseVelocity(size_t index, const motion::Driven& driven, bool limits_acceleration);
@@ -110,8 +119,12 @@ class Rows::Stepper {
 
   void DrawEnergy();
 
-  bool IsUpdatedWithin(uint64_t steps) const;
-  void CastRays(bool unseen);
+  bool IsUpdatedWithin(uint64_t steps, uint32_t rate) const;
+  bool Casts(const Sensor& sensor) const {
+    return IsDue(sensor.rate) && (sensor.needed || !((unseen_ >> sensor.rate) & 1));
+  }
+  void CastRays();
+  void KeepScanPoses();
   void PlaceFan(size_t index);
   bool MayHitWalls(uint32_t seen, const internal::sensing::Fan& fan) const;
   RaysOfSensor DirectionsOf(size_t index);
@@ -143,8 +156,12 @@ class Rows::Stepper {
 
   // In controls.cc.
   void RunControls();
-  void GatherForControl(const ControlGroup& group);
-  ControllerBatch BatchOf(const ControlGroup& group, const double* time);
+  void CallForSome(const ControlGroup& group);
+  double* MemoryOf(const ControlGroup& group, size_t i) const;
+  void CallController(const ControlGroup& group, std::span<const uint32_t> robots);
+  void GatherForControl(const ControlGroup& group, std::span<const uint32_t> robots);
+  ControllerBatch BatchOf(const ControlGroup& group, std::span<const uint32_t> robots,
+                          const double* time);
 
   // In finders.cc.
   void FindModels();
@@ -205,8 +222,11 @@ class Rows::Stepper {
   Columns& c_;
   Scratch& s_;
   // The world, and its first elements in the columns.
-  const size_t world_, mover_, body_, byte_, ray_, sensor_, pack_, memory_;
+  const size_t world_, rate_, mover_, body_, byte_, ray_, sensor_, pack_, memory_;
   const double seconds_;  // of a step
+  // Groups of rates as bits: those that update in this step, and those of them that will have
+  // updated again before anybody looks at their readings.
+  uint32_t due_ = 0, unseen_ = 0;
 };
 
 }  // namespace Stg::rows

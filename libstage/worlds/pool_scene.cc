@@ -120,8 +120,9 @@ Subscriptions* PoolScene::Add(std::vector<uint32_t> models) {
 std::string PoolScene::WhyNoRows() { return IsReady() ? loaded()->reason() : "no world is loaded"; }
 
 bool PoolScene::IsRunningAfterLoading(uint32_t model) {
-  return std::ranges::any_of(loaded()->scene()->updating,
-                             [&](const Model* known) { return known->GetId() == model; });
+  return std::ranges::any_of(loaded()->scene()->rates, [&](const rows::RateGroup& group) {
+    return std::ranges::find(group.models, model, &Model::GetId) != group.models.end();
+  });
 }
 
 Subscriptions* PoolScene::SubscriptionsOf(const World& world) {

@@ -31,6 +31,7 @@ RaysOfRanger FindRaysOfRanger(const rows::Scene& scene, const ModelPosition* rob
                               const ModelType& type, size_t index) {
   RaysOfRanger found;
   if (robot) found.model = FindInTree(type, const_cast<ModelPosition*>(robot), &index);
+  if (found.model && found.model->HasSubscribers()) found.rate = scene.RateOf(*found.model);
   for (const rows::Sensor& sensor : scene.sensors) {
     if (sensor.ranger != found.model) continue;
     if (found.count == 0) found.first = sensor.first_ray;
@@ -138,9 +139,10 @@ void SensorArrays::FillFromRays(const ReadingArray& of, const RaysOfRanger& sens
   const bool ranges = name == "ranges", intensities = name == "intensities";
   if (!sensor.model || !(ranges || intensities || of.reading == &kTime))
     return CopyReading(*of.reading, sensor.model, of.space, to);
-  const bool has_readings = row.rows.HasReadings(row.row);
+  const bool has_readings = row.rows.HasReadings(row.row, sensor.rate);
   if (of.reading == &kTime) {
-    *numbers = has_readings ? static_cast<double>(columns.last_update[row.row]) / 1e6 : kNaN;
+    *numbers =
+        has_readings ? static_cast<double>(row.rows.LastUpdate(row.row, sensor.rate)) / 1e6 : kNaN;
     return;
   }
   const size_t first = row.row * row.robots.scene->ray_count + sensor.first;

@@ -89,6 +89,7 @@ struct RowOfCrowd {
 struct RaysOfRanger {
   const Model* model = nullptr;  ///< of the prototype; null: the robot has none
   uint32_t first = 0, count = 0;
+  uint32_t rate = 0;  ///< in Scene::rates
 };
 
 /// Finds ranger number `index` in the tree of a robot of the prototype, which may be null.

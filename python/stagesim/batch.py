@@ -48,8 +48,8 @@ class Batch(Crowd):
     ignored.
 
     With `device`, whole steps are made on an OpenCL device: all worlds, from commands to readings, with the same
-    bits as on the host. All worlds must be closed, see explain(), and have contacts of cells. The arrays are in the
-    memory of the device. If CUDA has the device, they are DeviceArray objects, which PyTorch, JAX and CuPy use in
+    bits as on the host. All worlds must be closed, see explain(), and have contacts of cells and models with one
+    update interval. The arrays are in the memory of the device. If CUDA has the device, they are DeviceArray objects, which PyTorch, JAX and CuPy use in
     place; otherwise they are arrays of NumPy, which are copied after each call. Arrays of positions, commands,
     stalls, energy and rangers are there; ask for those of rangers before the first step, or after a reset of all
     worlds. All other methods work as without a device.

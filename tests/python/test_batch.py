@@ -406,3 +406,28 @@ def test_arrays_of_rows_equal_those_of_worlds(tmp_path: Path) -> None:
         assert both[0].explain() == [None] * 6
         assert got[0]["stalled"].any() or contacts == "outlines"
         assert np.nanmin(got[0]["ranges"]) < 1
+
+
+def test_models_with_different_update_intervals_keep_a_world_closed() -> None:
+    text = ("interval_sim 50\ndefine bot position( alwayson 1 size [.3 .3 .3]\n"
+            " ranger( update_interval 250 sensor( range [0 3] fov 270 samples 9 noise [.01 .01 0] ) ) )\n"
+            "bot( name \"a\" update_interval 150 ) bot( name \"b\" pose [1 0 0 90] )\n"
+            "model( pose [0 1 0 20] size [2 .1 1] )\n")
+    batch = st.Batch.of(st.World.from_text(text), 3)
+    worlds = [st.World.from_text(text, seed=i) for i in range(3)]
+    names = ["ranger.ranges", "ranger.time", "pose", "sensed_pose", "sensed_time"]
+    arrays = [batch.array(name) for name in names]
+    of_worlds = [[world.fleet().array(name) for name in names] for world in worlds]
+    seen: set[tuple[float, ...]] = set()
+    for step in range(30):
+        for i, world in enumerate(worlds):
+            world.fleet().cmd[:, :] = batch.cmd[i] = (.2, 0, .1 * i + .01 * step)
+            world.step()
+        batch.step()
+        for i, world in enumerate(worlds):
+            assert batch.state_hash(i) == world.state_hash()
+            for array, of_world in zip(arrays, of_worlds[i]):
+                np.testing.assert_array_equal(array[i], of_world)
+        seen.add(tuple(np.nan_to_num(arrays[1][0])))
+    assert len(seen) == 7, seen  # no readings yet, and six updates
+    assert batch.explain() == [None] * 3

@@ -70,12 +70,13 @@ struct Events {
   size_t stalls = 0, hits = 0, pushes = 0, empty_packs = 0;
   size_t bumps = 0, fiducials = 0, hidden_fiducials = 0, blobs = 0;
   size_t placed_by_seed = 0, unread_worlds = 0;
-  size_t idle_robots = 0, pushed_idle_robots = 0, idle_worlds = 0;
+  size_t idle_robots = 0, pushed_idle_robots = 0, idle_worlds = 0, several_rates = 0;
 
   /// Counts robots without subscribers, and those that others have pushed in a step.
   void CountIdle(const Stg::rows::Rows& rows) {
     const Stg::rows::Scene& scene = rows.scene();
-    idle_worlds += scene.updating.empty();
+    idle_worlds += scene.IsIdle();
+    several_rates += !scene.HasOneRate();
     for (size_t i = 0; i < rows.columns.pose.size(); i++) {
       const Stg::rows::Mover& mover = scene.movers[i % scene.movers.size()];
       if (!mover.robot || mover.runs) continue;
@@ -149,7 +150,7 @@ class Comparison {
   /// True if something may have been pushed since it sensed. A World knows the pose of a robot
   /// without subscribers now, and that of a thing before the last step as well, but no earlier one.
   bool MayHaveForgottenPoses(size_t i) const {
-    const bool updated_now = rows_->columns.last_update[i] == rows_->columns.time[i];
+    const bool updated_now = rows_->LastUpdate(i, 0) == rows_->columns.time[i];
     return std::ranges::any_of(scene_->movers, [&](const Stg::rows::Mover& m) {
       return m.is_pushed ? !updated_now : m.robot && !m.runs;
     });
@@ -227,7 +228,8 @@ TEST_P(RandomClosedWorlds, RowsHaveTheStatesOfWorldsStepByStep) {
   Events events;
   for (uint64_t seed = 1; seed <= Worlds(); seed++) {
     RandomSource random(seed * 1000 + outlines * 10 + exact);
-    const ClosedWorldKind kind{outlines, exact, random.Int(0, 8), random.Real(1, 6), seed % 3 == 0};
+    const ClosedWorldKind kind{outlines,          exact,         random.Int(0, 8),
+                               random.Real(1, 6), seed % 3 == 0, seed % 5 < 2};
     const std::string text = ClosedWorld(kind, &random);
     Comparison comparison({text, RandomIdle(&random)}, {random.Next(), random.Next()});
     if (!comparison.ready()) continue;
@@ -257,6 +259,7 @@ TEST_P(RandomClosedWorlds, RowsHaveTheStatesOfWorldsStepByStep) {
   EXPECT_GT(events.idle_robots, 1000u);
   EXPECT_LT(events.unread_worlds, outlines ? 20u : 1u);
   EXPECT_GT(events.idle_worlds, 100u);
+  EXPECT_GT(events.several_rates, 100u);
   EXPECT_EQ(events.pushed_idle_robots > 20, outlines) << events.pushed_idle_robots;
 }
 

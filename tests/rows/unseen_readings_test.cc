@@ -68,22 +68,24 @@ class Twins {
 
   /// `unseen`: steps after these before anybody looks at readings.
   void Step(uint64_t steps, uint64_t unseen, Happened* happened) {
-    std::vector<double>& ranges = row_->columns.ranges;
-    const std::vector<double> before = ranges;
-    constexpr double kMark = -7;
-    std::ranges::fill(ranges, kMark);
-    const Stg::usec_t last_update = row_->columns.last_update[0];
+    // Controllers read ranges, but not what was hit.
+    std::vector<uint8_t>& brightness = row_->columns.brightness;
+    const std::vector<uint8_t> before = brightness;
+    constexpr uint8_t kMark = 255;
+    std::ranges::fill(brightness, kMark);
+    const std::vector<Stg::usec_t> last_update = row_->columns.last_update;
     row_->Step(0, steps, scratch_.get(), unseen);
     for (uint64_t i = 0; i < steps; i++) world_->Update();
-    const bool updated = row_->columns.last_update[0] != last_update;
-    for (const Stg::rows::Sensor& sensor : scene_->sensors)
+    for (const Stg::rows::Sensor& sensor : scene_->sensors) {
+      const bool updated = row_->LastUpdate(0, sensor.rate) != last_update[sensor.rate];
       for (size_t ray = sensor.first_ray; ray < sensor.first_ray + sensor.rays; ray++) {
-        const bool cast = ranges[ray] != kMark;
-        if (!cast) ranges[ray] = before[ray];
-        EXPECT_EQ(cast, updated && (sensor.needed || !IsUpdatedWithin(unseen)));
+        const bool cast = brightness[ray] != kMark;
+        if (!cast) brightness[ray] = before[ray];
+        EXPECT_EQ(cast, updated && (sensor.needed || !IsUpdatedWithin(unseen, sensor.rate)));
         if (updated)
           (sensor.needed ? happened->needed : cast ? happened->cast : happened->left_out)++;
       }
+    }
   }
 
   /// Compares the states, for `lean` without readings that the next step replaces.
@@ -95,9 +97,9 @@ class Twins {
   }
 
  private:
-  bool IsUpdatedWithin(uint64_t steps) const {
+  bool IsUpdatedWithin(uint64_t steps, uint32_t rate) const {
     const Stg::rows::Columns& c = row_->columns;
-    return c.next_update[0] <= c.time[0] + steps * scene_->step;
+    return c.next_update[rate] <= c.time[0] + steps * scene_->step;
   }
 
   std::unique_ptr<Stg::World> world_, written_;
@@ -125,7 +127,7 @@ TEST(UnseenReadings, ChangeNothingElse) {
   for (uint64_t seed = 1; seed <= Worlds(); seed++) {
     RandomSource random(seed);
     const ClosedWorldKind kind{random.OneIn(2), random.OneIn(2), random.Int(1, 5), 3,
-                               random.OneIn(3)};
+                               random.OneIn(3), random.OneIn(3)};
     const std::string text = WithAnyStep(ClosedWorld(kind, &random), &random);
     SCOPED_TRACE("seed " + std::to_string(seed) + "\n" + text);
     Twins twins(text, random.OneIn(2) ? 0 : random.Next() & random.Next(), random.Next());

@@ -198,6 +198,24 @@ std::string PopulationsText(const ClosedWorldKind& kind, RandomSource* random) {
          (random->OneIn(2) ? " seed 7" : "") + area;
 }
 
+/// The text, with other update intervals for some robots and sensors.
+std::string WithRates(const std::string& text, RandomSource* random) {
+  std::string result;
+  size_t begin = 0;
+  for (size_t i = 0; i < text.size(); i++) {
+    const auto opens = [&](const std::string& type) {
+      return i + 1 >= type.size() && text.compare(i + 1 - type.size(), type.size(), type) == 0;
+    };
+    const bool updates = opens("position(") || opens("ranger(") || opens("bumper(") ||
+                         opens("fiducial(") || opens("blobfinder(");
+    if (!updates || random->OneIn(2)) continue;
+    result += text.substr(begin, i + 1 - begin) + " update_interval " +
+              std::to_string(random->Pick<int>({0, 50, 130, 200, 200, 300}));
+    begin = i + 1;
+  }
+  return result + text.substr(begin);
+}
+
 }  // namespace
 
 std::string ClosedWorld(const ClosedWorldKind& kind, RandomSource* random) {
@@ -210,7 +228,7 @@ std::string ClosedWorld(const ClosedWorldKind& kind, RandomSource* random) {
     text += RobotText(kind.controlled, random, random->Real(-kind.room / 2, kind.room / 2),
                       random->Real(-kind.room / 2, kind.room / 2));
   if (random->OneIn(3)) text += PopulationsText(kind, random);
-  return text;
+  return kind.several_rates ? WithRates(text, random) : text;
 }
 
 void SubscribeToMost(World* world, uint64_t idle) {

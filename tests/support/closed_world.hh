@@ -21,8 +21,9 @@ struct ClosedWorldKind {
   bool outlines = true;
   bool exact = false;
   int robots = 4;
-  double room = 4.0;        ///< m: side of the square in which robots start
-  bool controlled = false;  ///< some robots have built-in controllers
+  double room = 4.0;           ///< m: side of the square in which robots start
+  bool controlled = false;     ///< some robots have built-in controllers
+  bool several_rates = false;  ///< models have different update intervals
 };
 
 /// A world file with robots of several kinds, scenery and sensors.

@@ -270,7 +270,7 @@ TEST(BranchesInRows, EqualThoseWithWorlds) {
   for (uint64_t seed = 1; seed <= Worlds(); seed++) {
     RandomSource random(seed);
     const ClosedWorldKind kind{random.OneIn(2), random.OneIn(3), random.Int(1, 5), 3,
-                               random.OneIn(3)};
+                               random.OneIn(3), random.OneIn(3)};
     const std::string text = ClosedWorld(kind, &random);
     SCOPED_TRACE("seed " + std::to_string(seed) + "\n" + text);
     const std::unique_ptr<World> world = LoadEndless(text, random.Next());

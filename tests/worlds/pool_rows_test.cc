@@ -289,9 +289,10 @@ TEST_P(PoolRows, WorldsEqualThoseAloneWhateverIsDoneWithThem) {
   Happened happened;
   for (uint64_t seed = 1; seed <= Worlds(); seed++) {
     RandomSource random(seed * 100 + GetParam());
-    // Devices do not know contacts of outlines.
+    // Devices do not know contacts of outlines and several update intervals.
     const bool outlines = random.OneIn(on_device ? 6 : 2);
-    const ClosedWorldKind kind{outlines, random.OneIn(2), random.Int(1, 5), 3, random.OneIn(2)};
+    const ClosedWorldKind kind{outlines, random.OneIn(2), random.Int(1, 5),
+                               3,        random.OneIn(2), random.OneIn(on_device ? 6 : 3)};
     const std::string text = ClosedWorld(kind, &random);
     SCOPED_TRACE("seed " + std::to_string(seed) + "\n" + text);
     std::vector<uint64_t> seeds(static_cast<size_t>(random.Int(1, 9)));
@@ -325,7 +326,7 @@ TEST_P(PoolVariants, WorldsEqualThoseAloneWhateverIsDoneWithThem) {
     std::vector<std::string> texts;
     for (int i = random.Int(2, 5); i > 0; i--) {
       const ClosedWorldKind kind{random.OneIn(2), random.OneIn(2), random.Int(1, 5), 3,
-                                 random.OneIn(2)};
+                                 random.OneIn(2), random.OneIn(3)};
       texts.push_back(ClosedWorld(kind, &random));
       if (random.OneIn(4)) texts.back() += "position( pose [3 3 0 0] gripper() )\n";  // not closed
     }
@@ -498,7 +499,8 @@ TEST(PoolRowsOfObservers, StepsMadeAtOnceHaveTheResultsOfSingleOnes) {
   InitLibrary();
   for (uint64_t seed = 1; seed <= 2 * Worlds(); seed++) {
     RandomSource random(seed);
-    const ClosedWorldKind kind{random.OneIn(2), random.OneIn(2), 4, 3, random.OneIn(3)};
+    const ClosedWorldKind kind{random.OneIn(2), random.OneIn(2), 4, 3,
+                               random.OneIn(3), random.OneIn(3)};
     const std::string text = ClosedWorld(kind, &random);
     SCOPED_TRACE("seed " + std::to_string(seed) + "\n" + text);
     const std::vector<uint64_t> seeds = {1, 2, 3};
