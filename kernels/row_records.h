@@ -341,6 +341,9 @@ enum {
   ROW_COMMANDS        /* doubles, three by mover, which are written to the column */
 };
 
+/* Worlds that a kernel of arrays concerns. */
+enum { ROW_ALL_WORLDS, ROW_LISTED_WORLDS, ROW_FLAGGED_WORLDS };
+
 /* An element of a world's part of an array, and the place of its number in the world's part of the
  * column. Commands: number of the robot, and of the mover. */
 typedef struct {

@@ -49,40 +49,53 @@ row_array_t array_of(const uint kind, const uint column, const uint elements,
   return array;
 }
 
-/* Each work-group writes the `count` entries of one world to an array. */
-__kernel void gather_rows(__global const ulong* image, __global ulong* state,
-                          __global const row_entry_t* entries, const uint count,
-                          __global const ulong* values, const uint kind, const uint column,
-                          const uint elements, const uint of_readings, __global uchar* to) {
-  const row_world_t w = world_number(image, state, state, get_group_id(0));
+/* Kernels of arrays have a work-item for each of the `count` entries of each chosen world: of all
+ * worlds, those of a list, or those with a flag. `first` is the number of the first one of this
+ * launch, `worlds` that of all. A work-item without a world gets the number NO_WORLD. */
+#define NO_WORLD (~(ulong)0)
+
+ulong chosen_world(__global const uint* list, __global const uchar* flags, const uint choice,
+                   const uint first, const uint worlds, const uint count) {
+  const uint number = first + (uint)get_global_id(0) / count;
+  if (number >= worlds || (choice == ROW_FLAGGED_WORLDS && !flags[number])) return NO_WORLD;
+  return choice == ROW_LISTED_WORLDS ? list[number] : number;
+}
+
+/* Writes entries of worlds to an array. */
+__kernel void gather_rows(__global const uint* list, __global const uchar* flags, const uint choice,
+                          const uint first, const uint worlds, const uint count,
+                          __global const ulong* image, __global ulong* state,
+                          __global const row_entry_t* entries, __global const ulong* values,
+                          const uint kind, const uint column, const uint elements,
+                          const uint of_readings, __global uchar* to) {
+  const ulong world = chosen_world(list, flags, choice, first, worlds, count);
   const row_array_t array = array_of(kind, column, elements, of_readings);
-  uint i;
-  for (i = ROW_ITEM; i < count; i += ROW_ITEMS) row_gather(&w, &array, entries[i], values, to);
+  if (world != NO_WORLD) {
+    const row_world_t w = world_number(image, state, state, world);
+    row_gather(&w, &array, entries[(uint)get_global_id(0) % count], values, to);
+  }
 }
 
-/* The world of the work-group: that of its place in the list. If is_list is 0, all worlds are
- * meant. */
-ulong listed_world(__global const uint* list, const uint is_list) {
-  return is_list ? list[get_group_id(0)] : get_group_id(0);
-}
-
-/* Each work-group gives `count` robots of one world their commands. */
-__kernel void command_rows(__global const ulong* image, __global ulong* state,
-                           __global const uint* list, const uint is_list,
-                           __global const row_entry_t* entries, const uint count,
-                           const uint elements, __global const ulong* from) {
-  const row_world_t w = world_number(image, state, state, listed_world(list, is_list));
+/* Gives robots of worlds their commands. */
+__kernel void command_rows(__global const uint* list, __global const uchar* flags,
+                           const uint choice, const uint first, const uint worlds, const uint count,
+                           __global const ulong* image, __global ulong* state,
+                           __global const row_entry_t* entries, const uint elements,
+                           __global const ulong* from) {
+  const ulong world = chosen_world(list, flags, choice, first, worlds, count);
   const row_array_t array = array_of(ROW_COMMANDS, ROW_COMMAND, elements, 0);
-  uint i;
-  for (i = ROW_ITEM; i < count; i += ROW_ITEMS) row_command(&w, &array, entries[i], from);
+  if (world != NO_WORLD) {
+    const row_world_t w = world_number(image, state, state, world);
+    row_command(&w, &array, entries[(uint)get_global_id(0) % count], from);
+  }
 }
 
-/* Each work-group sets the `count` words of one world to 0. */
-__kernel void clear_rows(__global const uint* list, const uint is_list, const uint count,
+/* Sets the words of worlds to 0, `count` for each. */
+__kernel void clear_rows(__global const uint* list, __global const uchar* flags, const uint choice,
+                         const uint first, const uint worlds, const uint count,
                          __global ulong* words) {
-  const ulong world = listed_world(list, is_list);
-  uint i;
-  for (i = ROW_ITEM; i < count; i += ROW_ITEMS) words[world * count + i] = 0;
+  const ulong world = chosen_world(list, flags, choice, first, worlds, count);
+  if (world != NO_WORLD) words[world * count + (uint)get_global_id(0) % count] = 0;
 }
 
 /* Each work-group moves robots of one world, see row_place(). */
@@ -100,12 +113,4 @@ __kernel void reset_flagged_rows(__global const ulong* image, __global ulong* st
                                  __global const uchar* flags) {
   const row_world_t w = world_number(image, state, state, get_group_id(0));
   if (flags[w.world]) row_reset(&w, ROW_COLUMN(&w, row_byte, ROW_SEED), (uint)1 << ROW_SEED);
-}
-
-/* Each work-group sets the `count` words of one world that has a flag to 0. */
-__kernel void clear_flagged_rows(__global const uchar* flags, const uint count,
-                                 __global ulong* words) {
-  const ulong world = get_group_id(0);
-  uint i;
-  for (i = ROW_ITEM; flags[world] && i < count; i += ROW_ITEMS) words[world * count + i] = 0;
 }

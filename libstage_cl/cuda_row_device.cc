@@ -72,7 +72,6 @@ CudaRowDevice::CudaRowDevice(std::shared_ptr<CudaDevice> device, const std::stri
   clear_ = FindKernel("clear_rows");
   place_ = FindKernel("place_rows");
   reset_flagged_ = FindKernel("reset_flagged_rows");
-  clear_flagged_ = FindKernel("clear_flagged_rows");
 }
 
 CudaRowDevice::~CudaRowDevice() {
@@ -106,14 +105,34 @@ void CudaRowDevice::Call(F f) {
   f();
 }
 
-/// Starts a kernel with a work-group for each world.
 template <typename... Arguments>
-void CudaRowDevice::Launch(cuda::Function kernel, size_t groups, Arguments... arguments) {
+void CudaRowDevice::Launch(cuda::Function kernel, size_t groups, unsigned items_of_group,
+                           Arguments... arguments) {
   if (groups == 0) return;
   void* addresses[] = {&arguments...};
-  Check(device_->functions().launch(kernel, static_cast<unsigned>(groups), 1, 1, work_items_, 1, 1,
-                                    0, nullptr, addresses, nullptr),
+  Check(device_->functions().launch(kernel, static_cast<unsigned>(groups), 1, 1, items_of_group, 1,
+                                    1, 0, nullptr, addresses, nullptr),
         "a kernel");
+}
+
+/// Starts a kernel with a work-group for each world.
+template <typename... Arguments>
+void CudaRowDevice::LaunchForWorlds(cuda::Function kernel, size_t worlds, Arguments... arguments) {
+  Launch(kernel, worlds, work_items_, arguments...);
+}
+
+/// Starts a kernel with a work-item for each of `count` entries of each world.
+template <typename... Arguments>
+void CudaRowDevice::LaunchForEntries(cuda::Function kernel, const rows::RowChoice& worlds,
+                                     uint32_t count, Arguments... arguments) {
+  constexpr unsigned kItems = 128;
+  const cuda::Address list = SendList(worlds.list);
+  const cuda::Address flags = Send(worlds.flags, "flags", &flags_);
+  rows::ForEachPartOfEntries(worlds_, worlds, count,
+                             [&](uint32_t first, uint32_t all, size_t items) {
+                               Launch(kernel, (items + kItems - 1) / kItems, kItems, list, flags,
+                                      worlds.kind, first, all, count, arguments...);
+                             });
 }
 
 template <typename T>
@@ -135,10 +154,12 @@ cuda::Address CudaRowDevice::Send(std::span<const std::byte> data, const std::st
   return to->address();
 }
 
-/// Sends the list of worlds, unless it has all of them.
+/// Sends the list of worlds, unless it has been sent before.
 cuda::Address CudaRowDevice::SendList(std::span<const uint32_t> worlds) {
-  return Send(std::as_bytes(worlds.size() == worlds_ ? std::span<const uint32_t>() : worlds),
-              "the numbers of worlds", &list_);
+  if (list_.size() > 0 && (worlds.empty() || std::ranges::equal(worlds, list_on_device_)))
+    return list_.address();
+  list_on_device_.assign(worlds.begin(), worlds.end());
+  return Send(std::as_bytes(worlds), "the numbers of worlds", &list_);
 }
 
 void CudaRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffers& buffers) {
@@ -166,16 +187,16 @@ void CudaRowDevice::Read(size_t offset, void* to, size_t bytes) {
 void CudaRowDevice::Step(uint32_t steps) {
   if (steps == 0) return;
   Call([&] {
-    Launch(step_, worlds_, image_.address(), state_.address(), scratch_.address(), steps);
+    LaunchForWorlds(step_, worlds_, image_.address(), state_.address(), scratch_.address(), steps);
   });
 }
 
 void CudaRowDevice::StepSome(std::span<const uint32_t> worlds, uint32_t steps) {
   if (steps == 0) return;
   Call([&] {
-    const cuda::Address list = Send(std::as_bytes(worlds), "the numbers of worlds", &list_);
-    Launch(step_some_, worlds.size(), image_.address(), state_.address(), scratch_.address(), list,
-           steps);
+    const cuda::Address list = SendList(worlds);
+    LaunchForWorlds(step_some_, worlds.size(), image_.address(), state_.address(),
+                    scratch_.address(), list, steps);
   });
 }
 
@@ -183,10 +204,10 @@ void CudaRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std:
                           uint32_t columns) {
   if (worlds.empty()) return;
   Call([&] {
-    const cuda::Address list = Send(std::as_bytes(worlds), "the numbers of worlds", &list_);
+    const cuda::Address list = SendList(worlds);
     const cuda::Address of_worlds = Send(given, "the columns of worlds", &given_);
-    Launch(reset_, worlds.size(), image_.address(), state_.address(), list, of_worlds, columns,
-           static_cast<uint32_t>(given.size() / worlds.size()));
+    LaunchForWorlds(reset_, worlds.size(), image_.address(), state_.address(), list, of_worlds,
+                    columns, static_cast<uint32_t>(given.size() / worlds.size()));
   });
 }
 
@@ -213,33 +234,31 @@ void CudaRowDevice::SetParts(rows::RowMemory* memory, const std::vector<rows::Ro
   });
 }
 
-void CudaRowDevice::Gather(rows::RowMemory* memory) {
+void CudaRowDevice::Gather(rows::RowMemory* memory, const rows::RowChoice& worlds) {
   Call([&] {
     const auto& to = static_cast<const CudaRowMemory&>(*memory);
     for (const CudaRowMemory::Part& part : to.parts_)
-      Launch(gather_, worlds_, image_.address(), state_.address(), part.entries.address(),
-             part.count, part.values.address(), part.array.kind, part.array.column,
-             part.array.elements, part.array.of_readings, to.bytes_.address());
+      LaunchForEntries(gather_, worlds, part.count, image_.address(), state_.address(),
+                       part.entries.address(), part.values.address(), part.array.kind,
+                       part.array.column, part.array.elements, part.array.of_readings,
+                       to.bytes_.address());
   });
 }
 
-void CudaRowDevice::GiveCommands(rows::RowMemory* memory, std::span<const uint32_t> worlds) {
+void CudaRowDevice::GiveCommands(rows::RowMemory* memory, const rows::RowChoice& worlds) {
   Call([&] {
     const auto& from = static_cast<const CudaRowMemory&>(*memory);
-    const cuda::Address list = SendList(worlds);
-    const auto is_list = static_cast<uint32_t>(worlds.size() != worlds_);
     for (const CudaRowMemory::Part& part : from.parts_)
-      Launch(command_, worlds.size(), image_.address(), state_.address(), list, is_list,
-             part.entries.address(), part.count, part.array.elements, from.bytes_.address());
+      LaunchForEntries(command_, worlds, part.count, image_.address(), state_.address(),
+                       part.entries.address(), part.array.elements, from.bytes_.address());
   });
 }
 
-void CudaRowDevice::Clear(rows::RowMemory* memory, std::span<const uint32_t> worlds,
-                          size_t words_per_world) {
+void CudaRowDevice::Clear(rows::RowMemory* memory, const rows::RowChoice& worlds,
+                          uint32_t words_per_world) {
   Call([&] {
-    Launch(clear_, worlds.size(), SendList(worlds), static_cast<uint32_t>(worlds.size() != worlds_),
-           static_cast<uint32_t>(words_per_world),
-           static_cast<const CudaRowMemory&>(*memory).bytes_.address());
+    LaunchForEntries(clear_, worlds, words_per_world,
+                     static_cast<const CudaRowMemory&>(*memory).bytes_.address());
   });
 }
 
@@ -253,26 +272,17 @@ cuda::Address CudaRowDevice::Send(const rows::RowInput& input, const std::string
 void CudaRowDevice::Place(const std::vector<row_entry_t>& entries, uint32_t robots,
                           const rows::RowInput& poses, const rows::RowInput& chosen) {
   Call([&] {
-    Launch(place_, worlds_, image_.address(), state_.address(), scratch_.address(),
-           Send(std::as_bytes(std::span(entries)), "the entries of poses", &entries_),
-           static_cast<uint32_t>(entries.size()), robots, Send(poses, "poses", &poses_),
-           Send(chosen, "flags", &flags_));
+    LaunchForWorlds(place_, worlds_, image_.address(), state_.address(), scratch_.address(),
+                    Send(std::as_bytes(std::span(entries)), "the entries of poses", &entries_),
+                    static_cast<uint32_t>(entries.size()), robots, Send(poses, "poses", &poses_),
+                    Send(chosen, "flags", &flags_));
   });
 }
 
 void CudaRowDevice::ResetFlagged(const rows::RowInput& flags) {
   Call([&] {
-    Launch(reset_flagged_, worlds_, image_.address(), state_.address(),
-           Send(flags, "flags", &flags_));
-  });
-}
-
-void CudaRowDevice::ClearFlagged(rows::RowMemory* memory, const rows::RowInput& flags,
-                                 size_t words_per_world) {
-  Call([&] {
-    Launch(clear_flagged_, worlds_, Send(flags, "flags", &flags_),
-           static_cast<uint32_t>(words_per_world),
-           static_cast<const CudaRowMemory&>(*memory).bytes_.address());
+    LaunchForWorlds(reset_flagged_, worlds_, image_.address(), state_.address(),
+                    Send(flags, "flags", &flags_));
   });
 }
 

@@ -75,15 +75,13 @@ class CudaRowDevice final : public rows::RowDevice {
   void Finish() override;
   std::shared_ptr<rows::RowMemory> MakeMemory(size_t bytes) override;
   void SetParts(rows::RowMemory* memory, const std::vector<rows::RowPart>& parts) override;
-  void Gather(rows::RowMemory* memory) override;
-  void GiveCommands(rows::RowMemory* memory, std::span<const uint32_t> worlds) override;
-  void Clear(rows::RowMemory* memory, std::span<const uint32_t> worlds,
-             size_t words_per_world) override;
+  void Gather(rows::RowMemory* memory, const rows::RowChoice& worlds) override;
+  void GiveCommands(rows::RowMemory* memory, const rows::RowChoice& worlds) override;
+  void Clear(rows::RowMemory* memory, const rows::RowChoice& worlds,
+             uint32_t words_per_world) override;
   void Place(const std::vector<row_entry_t>& entries, uint32_t robots, const rows::RowInput& poses,
              const rows::RowInput& chosen) override;
   void ResetFlagged(const rows::RowInput& flags) override;
-  void ClearFlagged(rows::RowMemory* memory, const rows::RowInput& flags,
-                    size_t words_per_world) override;
   void WriteMemory(rows::RowMemory* memory, const void* from) override;
   void ReadMemory(rows::RowMemory* memory, void* to) override;
   void WaitForCuda() override;
@@ -100,17 +98,23 @@ class CudaRowDevice final : public rows::RowDevice {
   cuda::Address Send(const rows::RowInput& input, const std::string& name, CudaBytes* to);
   cuda::Address SendList(std::span<const uint32_t> worlds);
   template <typename... Arguments>
-  void Launch(cuda::Function kernel, size_t groups, Arguments... arguments);
+  void Launch(cuda::Function kernel, size_t groups, unsigned items_of_group,
+              Arguments... arguments);
+  template <typename... Arguments>
+  void LaunchForWorlds(cuda::Function kernel, size_t worlds, Arguments... arguments);
+  template <typename... Arguments>
+  void LaunchForEntries(cuda::Function kernel, const rows::RowChoice& worlds, uint32_t count,
+                        Arguments... arguments);
 
   const std::shared_ptr<CudaDevice> device_;
   const std::string name_;
   const pid_t process_ = getpid();
   cuda::Module module_ = nullptr;
-  cuda::Function step_, step_some_, reset_, gather_, command_, clear_, place_, reset_flagged_,
-      clear_flagged_;
+  cuda::Function step_, step_some_, reset_, gather_, command_, clear_, place_, reset_flagged_;
   unsigned work_items_;
   size_t worlds_ = 0;
   CudaBytes image_, state_, scratch_, list_, given_, poses_, flags_, entries_;
+  std::vector<uint32_t> list_on_device_;
 };
 
 }  // namespace Stg::cl

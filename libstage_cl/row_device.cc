@@ -18,6 +18,8 @@ using rows::RowDeviceError;
 
 // Work-items for a world. A CPU runs the work-items of a group one after the other.
 constexpr size_t kWorkItemsOfCpu = 1, kWorkItemsOfGpu = 32;
+// Work-items of a group in kernels of arrays.
+constexpr size_t kItemsOfEntries = 128;
 
 }  // namespace
 
@@ -33,16 +35,19 @@ ClRowDevice::ClRowDevice(const FoundDevice& device, std::unique_ptr<DriverWatch>
       clear_(device_.program, "clear_rows"),
       place_(device_.program, "place_rows"),
       reset_flagged_(device_.program, "reset_flagged_rows"),
-      clear_flagged_(device_.program, "clear_flagged_rows"),
       work_items_(work_items > 0         ? work_items
                   : device.kind == "cpu" ? kWorkItemsOfCpu
                                          : kWorkItemsOfGpu),
+      items_of_entries_(kItemsOfEntries),
       cuda_(FromEnvironment("STAGE_CL_CUDA") == "off" ? nullptr
                                                       : CudaDevice::Find(device_.found.device)) {
-  for (const ::cl::Kernel* const kernel : {&step_, &step_some_, &reset_, &gather_, &command_,
-                                           &clear_, &place_, &reset_flagged_, &clear_flagged_})
-    work_items_ = std::min<size_t>(
-        work_items_, kernel->getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_.found.device));
+  const auto limit = [&](std::initializer_list<const ::cl::Kernel*> kernels, size_t* items) {
+    for (const ::cl::Kernel* const kernel : kernels)
+      *items = std::min<size_t>(
+          *items, kernel->getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_.found.device));
+  };
+  limit({&step_, &step_some_, &reset_, &place_, &reset_flagged_}, &work_items_);
+  limit({&gather_, &command_, &clear_}, &items_of_entries_);
 }
 
 std::unique_ptr<rows::RowDevice> ClRowDevice::ForCuda(uint32_t work_items) const {
@@ -122,27 +127,48 @@ void ClRowDevice::Read(size_t offset, void* to, size_t bytes) {
   Call([&] { queue_.enqueueReadBuffer(state_, CL_TRUE, offset, bytes, to); });
 }
 
-/// Starts a kernel with a work-group for each world.
 template <typename... Arguments>
-void ClRowDevice::Launch(::cl::Kernel* kernel, size_t worlds, const Arguments&... arguments) {
-  if (worlds == 0) return;
+void ClRowDevice::Launch(::cl::Kernel* kernel, size_t groups, size_t items_of_group,
+                         const Arguments&... arguments) {
+  if (groups == 0) return;
   cl_uint index = 0;
   (kernel->setArg(index++, arguments), ...);
-  queue_.enqueueNDRangeKernel(*kernel, ::cl::NullRange, ::cl::NDRange(worlds * work_items_),
-                              ::cl::NDRange(work_items_));
+  queue_.enqueueNDRangeKernel(*kernel, ::cl::NullRange, ::cl::NDRange(groups * items_of_group),
+                              ::cl::NDRange(items_of_group));
   queue_.flush();
+}
+
+/// Starts a kernel with a work-group for each world.
+template <typename... Arguments>
+void ClRowDevice::LaunchForWorlds(::cl::Kernel* kernel, size_t worlds,
+                                  const Arguments&... arguments) {
+  Launch(kernel, worlds, work_items_, arguments...);
+}
+
+/// Starts a kernel with a work-item for each of `count` entries of each world.
+template <typename... Arguments>
+void ClRowDevice::LaunchForEntries(::cl::Kernel* kernel, const rows::RowChoice& worlds,
+                                   uint32_t count, const Arguments&... arguments) {
+  const ::cl::Buffer& list = SendList(worlds.list);
+  const ::cl::Buffer& flags = Send(worlds.flags, &flags_);
+  rows::ForEachPartOfEntries(worlds_, worlds, count,
+                             [&](uint32_t first, uint32_t all, size_t items) {
+                               Launch(kernel, (items + items_of_entries_ - 1) / items_of_entries_,
+                                      items_of_entries_, list, flags, cl_uint{worlds.kind},
+                                      cl_uint{first}, cl_uint{all}, cl_uint{count}, arguments...);
+                             });
 }
 
 void ClRowDevice::Step(uint32_t steps) {
   if (steps == 0) return;
-  Call([&] { Launch(&step_, worlds_, image_, state_, scratch_, cl_uint{steps}); });
+  Call([&] { LaunchForWorlds(&step_, worlds_, image_, state_, scratch_, cl_uint{steps}); });
 }
 
 void ClRowDevice::StepSome(std::span<const uint32_t> worlds, uint32_t steps) {
   if (worlds.empty() || steps == 0) return;
   Call([&] {
-    Launch(&step_some_, worlds.size(), image_, state_, scratch_,
-           Send(std::as_bytes(worlds), &list_), cl_uint{steps});
+    LaunchForWorlds(&step_some_, worlds.size(), image_, state_, scratch_, SendList(worlds),
+                    cl_uint{steps});
   });
 }
 
@@ -150,9 +176,8 @@ void ClRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std::b
                         uint32_t columns) {
   if (worlds.empty()) return;
   Call([&] {
-    Launch(&reset_, worlds.size(), image_, state_, Send(std::as_bytes(worlds), &list_),
-           Send(given, &given_), cl_uint{columns},
-           static_cast<cl_uint>(given.size() / worlds.size()));
+    LaunchForWorlds(&reset_, worlds.size(), image_, state_, SendList(worlds), Send(given, &given_),
+                    cl_uint{columns}, static_cast<cl_uint>(given.size() / worlds.size()));
   });
 }
 
@@ -194,36 +219,37 @@ void ClRowDevice::SetParts(rows::RowMemory* memory, const std::vector<rows::RowP
   });
 }
 
-/// Sends the list of worlds, unless it has all of them.
+/// Sends the list of worlds, unless it has been sent before.
 const ::cl::Buffer& ClRowDevice::SendList(std::span<const uint32_t> worlds) {
-  return Send(std::as_bytes(IsList(worlds) ? worlds : std::span<const uint32_t>()), &list_);
+  if (list_.bytes > 0 && (worlds.empty() || std::ranges::equal(worlds, list_on_device_)))
+    return list_.buffer;
+  list_on_device_.assign(worlds.begin(), worlds.end());
+  return Send(std::as_bytes(worlds), &list_);
 }
 
-void ClRowDevice::Gather(rows::RowMemory* memory) {
+void ClRowDevice::Gather(rows::RowMemory* memory, const rows::RowChoice& worlds) {
   Call([&] {
     const auto& to = static_cast<const ClRowMemory&>(*memory);
     for (const ClRowMemory::Part& part : to.parts_)
-      Launch(&gather_, worlds_, image_, state_, part.entries, part.count, part.values,
-             part.array.kind, part.array.column, part.array.elements, part.array.of_readings,
-             to.buffer_);
+      LaunchForEntries(&gather_, worlds, part.count, image_, state_, part.entries, part.values,
+                       part.array.kind, part.array.column, part.array.elements,
+                       part.array.of_readings, to.buffer_);
   });
 }
 
-void ClRowDevice::GiveCommands(rows::RowMemory* memory, std::span<const uint32_t> worlds) {
+void ClRowDevice::GiveCommands(rows::RowMemory* memory, const rows::RowChoice& worlds) {
   Call([&] {
     const auto& from = static_cast<const ClRowMemory&>(*memory);
-    const ::cl::Buffer& list = SendList(worlds);
     for (const ClRowMemory::Part& part : from.parts_)
-      Launch(&command_, worlds.size(), image_, state_, list, IsList(worlds), part.entries,
-             part.count, part.array.elements, from.buffer_);
+      LaunchForEntries(&command_, worlds, part.count, image_, state_, part.entries,
+                       part.array.elements, from.buffer_);
   });
 }
 
-void ClRowDevice::Clear(rows::RowMemory* memory, std::span<const uint32_t> worlds,
-                        size_t words_per_world) {
+void ClRowDevice::Clear(rows::RowMemory* memory, const rows::RowChoice& worlds,
+                        uint32_t words_per_world) {
   Call([&] {
-    Launch(&clear_, worlds.size(), SendList(worlds), IsList(worlds),
-           static_cast<cl_uint>(words_per_world), static_cast<ClRowMemory*>(memory)->buffer_);
+    LaunchForEntries(&clear_, worlds, words_per_world, static_cast<ClRowMemory*>(memory)->buffer_);
   });
 }
 
@@ -235,22 +261,15 @@ const ::cl::Buffer& ClRowDevice::Send(const rows::RowInput& input, Transfer* to)
 void ClRowDevice::Place(const std::vector<row_entry_t>& entries, uint32_t robots,
                         const rows::RowInput& poses, const rows::RowInput& chosen) {
   Call([&] {
-    Launch(&place_, worlds_, image_, state_, scratch_,
-           Send(std::as_bytes(std::span(entries)), &entries_), static_cast<cl_uint>(entries.size()),
-           cl_uint{robots}, Send(poses, &poses_), Send(chosen, &flags_));
+    LaunchForWorlds(&place_, worlds_, image_, state_, scratch_,
+                    Send(std::as_bytes(std::span(entries)), &entries_),
+                    static_cast<cl_uint>(entries.size()), cl_uint{robots}, Send(poses, &poses_),
+                    Send(chosen, &flags_));
   });
 }
 
 void ClRowDevice::ResetFlagged(const rows::RowInput& flags) {
-  Call([&] { Launch(&reset_flagged_, worlds_, image_, state_, Send(flags, &flags_)); });
-}
-
-void ClRowDevice::ClearFlagged(rows::RowMemory* memory, const rows::RowInput& flags,
-                               size_t words_per_world) {
-  Call([&] {
-    Launch(&clear_flagged_, worlds_, Send(flags, &flags_), static_cast<cl_uint>(words_per_world),
-           static_cast<ClRowMemory*>(memory)->buffer_);
-  });
+  Call([&] { LaunchForWorlds(&reset_flagged_, worlds_, image_, state_, Send(flags, &flags_)); });
 }
 
 void ClRowDevice::WriteMemory(rows::RowMemory* memory, const void* from) {

@@ -56,15 +56,13 @@ class ClRowDevice final : public rows::RowDevice {
   void Finish() override;
   std::shared_ptr<rows::RowMemory> MakeMemory(size_t bytes) override;
   void SetParts(rows::RowMemory* memory, const std::vector<rows::RowPart>& parts) override;
-  void Gather(rows::RowMemory* memory) override;
-  void GiveCommands(rows::RowMemory* memory, std::span<const uint32_t> worlds) override;
-  void Clear(rows::RowMemory* memory, std::span<const uint32_t> worlds,
-             size_t words_per_world) override;
+  void Gather(rows::RowMemory* memory, const rows::RowChoice& worlds) override;
+  void GiveCommands(rows::RowMemory* memory, const rows::RowChoice& worlds) override;
+  void Clear(rows::RowMemory* memory, const rows::RowChoice& worlds,
+             uint32_t words_per_world) override;
   void Place(const std::vector<row_entry_t>& entries, uint32_t robots, const rows::RowInput& poses,
              const rows::RowInput& chosen) override;
   void ResetFlagged(const rows::RowInput& flags) override;
-  void ClearFlagged(rows::RowMemory* memory, const rows::RowInput& flags,
-                    size_t words_per_world) override;
   void WriteMemory(rows::RowMemory* memory, const void* from) override;
   void ReadMemory(rows::RowMemory* memory, void* to) override;
   void WaitForCuda() override;
@@ -84,19 +82,24 @@ class ClRowDevice final : public rows::RowDevice {
   const ::cl::Buffer& Send(std::span<const std::byte> data, Transfer* to);
   const ::cl::Buffer& Send(const rows::RowInput& input, Transfer* to);
   template <typename... Arguments>
-  void Launch(::cl::Kernel* kernel, size_t worlds, const Arguments&... arguments);
+  void Launch(::cl::Kernel* kernel, size_t groups, size_t items_of_group,
+              const Arguments&... arguments);
+  template <typename... Arguments>
+  void LaunchForWorlds(::cl::Kernel* kernel, size_t worlds, const Arguments&... arguments);
+  template <typename... Arguments>
+  void LaunchForEntries(::cl::Kernel* kernel, const rows::RowChoice& worlds, uint32_t count,
+                        const Arguments&... arguments);
   const ::cl::Buffer& SendList(std::span<const uint32_t> worlds);
-  cl_uint IsList(std::span<const uint32_t> worlds) const { return worlds.size() != worlds_; }
 
   const OpenDevice device_;  // destroyed last
   const pid_t process_ = getpid();
   ::cl::CommandQueue queue_;
-  ::cl::Kernel step_, step_some_, reset_, gather_, command_, clear_, place_, reset_flagged_,
-      clear_flagged_;
-  size_t work_items_, worlds_ = 0;
+  ::cl::Kernel step_, step_some_, reset_, gather_, command_, clear_, place_, reset_flagged_;
+  size_t work_items_, items_of_entries_, worlds_ = 0;
   ::cl::Buffer image_, state_, scratch_;
   Transfer list_{"the numbers of worlds"}, given_{"the columns of worlds"}, poses_{"poses"},
       flags_{"flags"}, entries_{"the entries of poses"};
+  std::vector<uint32_t> list_on_device_;
   const std::shared_ptr<CudaDevice> cuda_;  // null: CUDA does not have this device
 };
 

@@ -7,6 +7,7 @@
 #ifndef STAGE_ROWS_ROW_BACKEND_HH
 #define STAGE_ROWS_ROW_BACKEND_HH
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -46,6 +47,29 @@ struct RowInput {
   size_t bytes;
   bool is_in_cuda = false;
 };
+
+/// Worlds that a call concerns: all, those of a list, or those whose byte in `flags` is not 0.
+struct RowChoice {
+  RowChoice() = default;
+  explicit RowChoice(std::span<const uint32_t> worlds) : kind(ROW_LISTED_WORLDS), list(worlds) {}
+  explicit RowChoice(const RowInput& given) : kind(ROW_FLAGGED_WORLDS), flags(given) {}
+
+  uint32_t kind = ROW_ALL_WORLDS;
+  std::span<const uint32_t> list{};
+  RowInput flags{nullptr, 0};
+};
+
+/// Calls f(first, all, items) for parts of the chosen ones of `worlds` worlds that have at most
+/// 2^31 entries, if each has `count`: the number of the part's first world, of all chosen or
+/// flagged worlds, and of the part's entries.
+template <typename F>
+void ForEachPartOfEntries(size_t worlds, const RowChoice& choice, uint32_t count, F f) {
+  const size_t all = choice.kind == ROW_LISTED_WORLDS ? choice.list.size() : worlds;
+  const size_t most = std::max<size_t>(1, (size_t{1} << 31) / std::max(1u, count));
+  for (size_t first = 0; count > 0 && first < all; first += most)
+    f(static_cast<uint32_t>(first), static_cast<uint32_t>(all),
+      std::min(most, all - first) * count);
+}
 
 /// Memory on a device for an array of all worlds. It stays valid without the device.
 class RowMemory {
@@ -95,13 +119,12 @@ class RowDevice {
   virtual std::shared_ptr<RowMemory> MakeMemory(size_t bytes) = 0;
   /// Sets what Gather() and GiveCommands() do. The parts belong to the scene of Begin().
   virtual void SetParts(RowMemory* memory, const std::vector<RowPart>& parts) = 0;
-  /// Starts to copy elements of the state of all worlds to the memory.
-  virtual void Gather(RowMemory* memory) = 0;
-  /// Starts to copy commands of these worlds from the memory.
-  virtual void GiveCommands(RowMemory* memory, std::span<const uint32_t> worlds) = 0;
-  /// Starts to set the bytes of these worlds in the memory to 0. They are words of 8 bytes.
-  virtual void Clear(RowMemory* memory, std::span<const uint32_t> worlds,
-                     size_t words_per_world) = 0;
+  /// Starts to copy elements of the state of worlds to the memory.
+  virtual void Gather(RowMemory* memory, const RowChoice& worlds) = 0;
+  /// Starts to copy commands of worlds from the memory.
+  virtual void GiveCommands(RowMemory* memory, const RowChoice& worlds) = 0;
+  /// Starts to set the bytes of worlds in the memory to 0. They are words of 8 bytes.
+  virtual void Clear(RowMemory* memory, const RowChoice& worlds, uint32_t words_per_world) = 0;
   /// Starts to move robots of all worlds to other poses, without collision tests. `entries`: number
   /// of the robot and index of the mover. `poses`: x, y and heading by robot of each world;
   /// `chosen`: a byte for each, 0 if it stays.
@@ -110,8 +133,6 @@ class RowDevice {
   /// Starts to reset those worlds whose byte in `flags` is not 0. They keep their seeds, on which
   /// their states must not depend.
   virtual void ResetFlagged(const RowInput& flags) = 0;
-  /// Like Clear(), for worlds with flags.
-  virtual void ClearFlagged(RowMemory* memory, const RowInput& flags, size_t words_per_world) = 0;
   /// Writes and reads the whole memory. Both wait until they are done.
   virtual void WriteMemory(RowMemory* memory, const void* from) = 0;
   virtual void ReadMemory(RowMemory* memory, void* to) = 0;
@@ -123,7 +144,7 @@ class RowDevice {
 };
 
 /// Raise it whenever the meaning of the interface or of an image changes.
-inline constexpr uint32_t kRowBackendVersion = 3;
+inline constexpr uint32_t kRowBackendVersion = 4;
 
 /// A hash that differs if the layout of shared objects or of records differs.
 constexpr uint64_t RowBackendLayout() {

@@ -203,14 +203,19 @@ void DeviceCrowd::WaitForClients() {
   if (waits_) Rows()->device().WaitForCuda();
 }
 
-/// Updates these arrays.
-void DeviceCrowd::Gather(std::span<const std::shared_ptr<Member>> members) {
+rows::RowChoice DeviceCrowd::ChoiceOf(std::span<const uint32_t> worlds) const {
+  return worlds.size() == pool_.size() ? rows::RowChoice() : rows::RowChoice(worlds);
+}
+
+/// Updates these arrays of the worlds whose state has changed.
+void DeviceCrowd::Gather(std::span<const std::shared_ptr<Member>> members,
+                         const rows::RowChoice& worlds) {
   if (members.empty()) return;
   rows::RowDevice& device = Rows()->device();
   WithDevice([&] {
     WaitForClients();
     for (const auto& member : members)
-      if (!member->IsCommands()) device.Gather(member->memory.get());
+      if (!member->IsCommands()) device.Gather(member->memory.get(), worlds);
     if (waits_) device.Finish();
     for (const auto& member : members)
       if (member->host.exists() && !member->IsCommands())
@@ -232,7 +237,7 @@ void DeviceCrowd::GiveCommands(std::span<const uint32_t> worlds) {
     device.WriteMemory(commands->memory.get(), commands->host.data());
   else
     WaitForClients();
-  device.GiveCommands(commands->memory.get(), worlds);
+  device.GiveCommands(commands->memory.get(), ChoiceOf(worlds));
   PoolAccess::NoteDeviceSteps(pool_);
 }
 
@@ -265,7 +270,7 @@ void DeviceCrowd::Step(std::span<const uint32_t> worlds, uint64_t steps) {
       signals.Poll();
     }
   });
-  Gather(members_);
+  Gather(members_, ChoiceOf(worlds));
 }
 
 void DeviceCrowd::Reset(std::span<const uint32_t> worlds, std::span<const uint64_t> seeds) {
@@ -274,15 +279,15 @@ void DeviceCrowd::Reset(std::span<const uint32_t> worlds, std::span<const uint64
     PoolAccess::ResetOnDevice(pool_, worlds, seeds);
     if (Member* const commands = Commands()) {
       WaitForClients();
-      const size_t words = 3 * size();
-      device.Clear(commands->memory.get(), worlds, words);
+      const auto words = static_cast<uint32_t>(3 * size());
+      device.Clear(commands->memory.get(), ChoiceOf(worlds), words);
       if (commands->host.exists())
         for (const uint32_t world : worlds)
           std::fill_n(static_cast<double*>(commands->host.data()) + world * words, words, 0.0);
     }
   });
   if (worlds.size() == pool_.size()) has_stepped_ = false;
-  Gather(members_);
+  Gather(members_, ChoiceOf(worlds));
 }
 
 void DeviceCrowd::ResetFlagged(const rows::RowInput& flags) {
@@ -292,9 +297,10 @@ void DeviceCrowd::ResetFlagged(const rows::RowInput& flags) {
     device.ResetFlagged(flags);
     PoolAccess::NoteDeviceSteps(pool_);
     if (Member* const commands = Commands())
-      device.ClearFlagged(commands->memory.get(), flags, 3 * size());
+      device.Clear(commands->memory.get(), rows::RowChoice(flags),
+                   static_cast<uint32_t>(3 * size()));
   });
-  Gather(members_);
+  Gather(members_, rows::RowChoice(flags));
 }
 
 void DeviceCrowd::Teleport(const rows::RowInput& poses, const rows::RowInput& which) {

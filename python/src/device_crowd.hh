@@ -80,7 +80,9 @@ class DeviceCrowd : public std::enable_shared_from_this<DeviceCrowd> {
   Member* Commands();
   void WaitForClients();
   void SetParts(Member* member, bool is_new);
-  void Gather(std::span<const std::shared_ptr<Member>> members);
+  rows::RowChoice ChoiceOf(std::span<const uint32_t> worlds) const;
+  void Gather(std::span<const std::shared_ptr<Member>> members,
+              const rows::RowChoice& worlds = rows::RowChoice());
   void GiveCommands(std::span<const uint32_t> worlds);
   uint32_t StepsOfLaunch(uint64_t left);
 

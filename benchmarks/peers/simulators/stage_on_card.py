@@ -13,6 +13,8 @@ import torch
 from ..task import FINAL_REWARD, GAP, GOAL_RADIUS, PENALTY, RADIUS, TOP_SPEED, Floats, Task
 from .simulation import Facts, Result, Simulation
 
+TRIES = 8  #: places that are drawn at once
+
 
 def places(which: torch.Tensor, count: int, half_width: float) -> torch.Tensor:
     """Draws random places that are at least GAP apart, as VMAS does.
@@ -29,10 +31,13 @@ def places(which: torch.Tensor, count: int, half_width: float) -> torch.Tensor:
     for i in range(count):
         todo = torch.arange(len(which), device=which.device)
         while len(todo):
-            found[todo, i] = torch.empty((len(todo), 2), dtype=torch.float64,
-                                         device=which.device).uniform_(-half_width, half_width)
-            apart = found[todo, :i] - found[todo, i, None]
-            todo = todo[((apart ** 2).sum(-1) < (2 * RADIUS + GAP) ** 2).any(1)]
+            tried = torch.empty((len(todo), TRIES, 2), dtype=torch.float64,
+                                device=which.device).uniform_(-half_width, half_width)
+            apart = found[todo, None, :i] - tried[:, :, None]
+            is_free = ((apart ** 2).sum(-1) >= (2 * RADIUS + GAP) ** 2).all(-1)
+            first = is_free.to(torch.int8).argmax(1)  # the first free one
+            found[todo, i] = tried[torch.arange(len(todo), device=which.device), first]
+            todo = todo[~is_free.any(1)]
     return found
 
 
@@ -87,8 +92,12 @@ class CardSimulation(Simulation):
         shared = (self._distance - distance).sum(1) + FINAL_REWARD * (farthest < GOAL_RADIUS)
         rewards = (shared[:, None] - PENALTY * self._stalled).float()
         self._distance = distance
-        seen = torch.cat((self._pose[..., :2], self._velocity[..., :2], gap, self._task.reach - self._ranges), -1)
-        return seen.float(), rewards, farthest < RADIUS
+        seen = torch.empty((*distance.shape, 6 + self._task.rays), dtype=torch.float32, device=gap.device)
+        seen[..., 0:2] = self._pose[..., :2]
+        seen[..., 2:4] = self._velocity[..., :2]
+        seen[..., 4:6] = gap
+        seen[..., 6:] = self._task.reach - self._ranges
+        return seen, rewards, farthest < RADIUS
 
     def poses(self) -> Floats:
         """Returns the poses."""
