@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
  * The kernels that step closed worlds, in OpenCL C 1.1. They are compiled after ray_walk.h,
- * records.h and the headers row_*.h. A work-group steps a world.
+ * records.h and the headers row_*.h. A work-group steps one world or a few: dimension 0 has the
+ * work-items of a world, dimension 1 the worlds. `first` is the number of a launch's first world, or
+ * its place in a list.
  *
  * image: the scene, see row_scene_t. state: the columns of all worlds. scratch: memory of worlds
  * during a step.
@@ -17,26 +19,31 @@ row_world_t world_number(__global const ulong* image, __global ulong* state,
   return w;
 }
 
-__kernel void step_rows(__global const ulong* image, __global ulong* state, __global ulong* scratch,
-                        const uint steps) {
-  const row_world_t w = world_number(image, state, scratch, get_group_id(0));
+/* The number or place of the work-item's world. */
+uint world_of_item(const uint first) {
+  return first + (uint)(get_group_id(0) * get_local_size(1) + get_local_id(1));
+}
+
+__kernel void step_rows(const uint first, __global const ulong* image, __global ulong* state,
+                        __global ulong* scratch, const uint steps) {
+  const row_world_t w = world_number(image, state, scratch, world_of_item(first));
   row_step(&w, steps);
 }
 
 /* Steps only the worlds of a list. */
-__kernel void step_some_rows(__global const ulong* image, __global ulong* state,
+__kernel void step_some_rows(const uint first, __global const ulong* image, __global ulong* state,
                              __global ulong* scratch, __global const uint* worlds,
                              const uint steps) {
-  const row_world_t w = world_number(image, state, scratch, worlds[get_group_id(0)]);
+  const row_world_t w = world_number(image, state, scratch, worlds[world_of_item(first)]);
   row_step(&w, steps);
 }
 
-/* Each work-group resets one world: worlds[i], with given_bytes bytes of its own. */
-__kernel void reset_rows(__global const ulong* image, __global ulong* state,
+/* Resets the worlds of a list, each with given_bytes bytes of its own. */
+__kernel void reset_rows(const uint first, __global const ulong* image, __global ulong* state,
                          __global const uint* worlds, __global const uchar* given,
                          const uint columns, const uint given_bytes) {
-  const row_world_t w = world_number(image, state, state, worlds[get_group_id(0)]);
-  row_reset(&w, given + (size_t)get_group_id(0) * given_bytes, columns);
+  const row_world_t w = world_number(image, state, state, worlds[world_of_item(first)]);
+  row_reset(&w, given + (size_t)world_of_item(first) * given_bytes, columns);
 }
 
 row_array_t array_of(const uint kind, const uint column, const uint elements,
@@ -98,19 +105,18 @@ __kernel void clear_rows(__global const uint* list, __global const uchar* flags,
   if (world != NO_WORLD) words[world * count + (uint)get_global_id(0) % count] = 0;
 }
 
-/* Each work-group moves robots of one world, see row_place(). */
-__kernel void place_rows(__global const ulong* image, __global ulong* state,
+/* Moves robots of all worlds, see row_place(). */
+__kernel void place_rows(const uint first, __global const ulong* image, __global ulong* state,
                          __global ulong* scratch, __global const row_entry_t* entries,
                          const uint count, const uint robots, __global const ulong* poses,
                          __global const uchar* chosen) {
-  const row_world_t w = world_number(image, state, scratch, get_group_id(0));
+  const row_world_t w = world_number(image, state, scratch, world_of_item(first));
   row_place(&w, entries, count, robots, poses, chosen);
 }
 
-/* Each work-group resets one world that has a flag; it keeps its seed, on which nothing else
- * depends. */
-__kernel void reset_flagged_rows(__global const ulong* image, __global ulong* state,
+/* Resets the worlds that have a flag. They keep their seeds, on which nothing else depends. */
+__kernel void reset_flagged_rows(const uint first, __global const ulong* image, __global ulong* state,
                                  __global const uchar* flags) {
-  const row_world_t w = world_number(image, state, state, get_group_id(0));
+  const row_world_t w = world_number(image, state, state, world_of_item(first));
   if (flags[w.world]) row_reset(&w, ROW_COLUMN(&w, row_byte, ROW_SEED), (uint)1 << ROW_SEED);
 }

@@ -12,8 +12,6 @@ namespace {
 
 using rows::RowDeviceError;
 
-constexpr unsigned kWorkItems = 32;
-
 /// Adapts kernels of OpenCL to CUDA. Registers 0 to 5 of the environment hold offsets of
 /// work-groups and work-items, which are 0; CUDA does not set them.
 std::string AdaptToCuda(const std::string& ptx) {
@@ -59,9 +57,7 @@ CudaRowMemory::CudaRowMemory(const std::shared_ptr<CudaDevice>& device, size_t b
 
 CudaRowDevice::CudaRowDevice(std::shared_ptr<CudaDevice> device, const std::string& name,
                              const std::string& ptx, uint32_t work_items)
-    : device_(std::move(device)),
-      name_(name),
-      work_items_(work_items > 0 ? work_items : kWorkItems) {
+    : device_(std::move(device)), name_(name), wanted_items_(work_items) {
   const CudaDevice::Current current(*device_);
   Check(device_->functions().load_module(&module_, AdaptToCuda(ptx).c_str()), "the kernels");
   step_ = FindKernel("step_rows");
@@ -92,7 +88,7 @@ cuda::Function CudaRowDevice::FindKernel(const char* name) {
   Check(device_->functions().get_function(&found, module_, name), name);
   int most = 0;
   Check(device_->functions().get_attribute(&most, cuda::kMaxThreadsPerBlock, found), name);
-  work_items_ = std::min(work_items_, static_cast<unsigned>(most));
+  most_items_ = std::min(most_items_, static_cast<unsigned>(most));
   return found;
 }
 
@@ -106,19 +102,20 @@ void CudaRowDevice::Call(F f) {
 }
 
 template <typename... Arguments>
-void CudaRowDevice::Launch(cuda::Function kernel, size_t groups, unsigned items_of_group,
+void CudaRowDevice::Launch(cuda::Function kernel, size_t groups, unsigned items, unsigned worlds,
                            Arguments... arguments) {
-  if (groups == 0) return;
   void* addresses[] = {&arguments...};
-  Check(device_->functions().launch(kernel, static_cast<unsigned>(groups), 1, 1, items_of_group, 1,
-                                    1, 0, nullptr, addresses, nullptr),
+  Check(device_->functions().launch(kernel, static_cast<unsigned>(groups), 1, 1, items, worlds, 1,
+                                    0, nullptr, addresses, nullptr),
         "a kernel");
 }
 
-/// Starts a kernel with a work-group for each world.
+/// Starts a kernel with work-groups of worlds.
 template <typename... Arguments>
 void CudaRowDevice::LaunchForWorlds(cuda::Function kernel, size_t worlds, Arguments... arguments) {
-  Launch(kernel, worlds, work_items_, arguments...);
+  ForEachRowLaunch(worlds, groups_, [&](uint32_t first, size_t groups, unsigned of_group) {
+    Launch(kernel, groups, groups_.items, of_group, first, arguments...);
+  });
 }
 
 /// Starts a kernel with a work-item for each of `count` entries of each world.
@@ -130,7 +127,7 @@ void CudaRowDevice::LaunchForEntries(cuda::Function kernel, const rows::RowChoic
   const cuda::Address flags = Send(worlds.flags, "flags", &flags_);
   rows::ForEachPartOfEntries(worlds_, worlds, count,
                              [&](uint32_t first, uint32_t all, size_t items) {
-                               Launch(kernel, (items + kItems - 1) / kItems, kItems, list, flags,
+                               Launch(kernel, (items + kItems - 1) / kItems, kItems, 1, list, flags,
                                       worlds.kind, first, all, count, arguments...);
                              });
 }
@@ -166,6 +163,7 @@ void CudaRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffer
   Call([&] {
     Check(device_->functions().synchronize(), "earlier work");
     worlds_ = buffers.worlds;
+    groups_ = ChooseRowGroups(buffers, wanted_items_, most_items_);
     image_ = BytesOf(image, "the scene");
     state_ = CudaBytes(device_, buffers.state_bytes, "the state of all worlds");
     scratch_ = CudaBytes(device_, buffers.scratch_bytes, "steps of all worlds");

@@ -10,12 +10,14 @@
 
 #include <unistd.h>
 
+#include <climits>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "libstage_cl/cuda.hh"
+#include "libstage_cl/row_groups.hh"
 #include "rows/row_backend.hh"
 
 namespace Stg::cl {
@@ -98,7 +100,7 @@ class CudaRowDevice final : public rows::RowDevice {
   cuda::Address Send(const rows::RowInput& input, const std::string& name, CudaBytes* to);
   cuda::Address SendList(std::span<const uint32_t> worlds);
   template <typename... Arguments>
-  void Launch(cuda::Function kernel, size_t groups, unsigned items_of_group,
+  void Launch(cuda::Function kernel, size_t groups, unsigned items, unsigned worlds,
               Arguments... arguments);
   template <typename... Arguments>
   void LaunchForWorlds(cuda::Function kernel, size_t worlds, Arguments... arguments);
@@ -111,7 +113,9 @@ class CudaRowDevice final : public rows::RowDevice {
   const pid_t process_ = getpid();
   cuda::Module module_ = nullptr;
   cuda::Function step_, step_some_, reset_, gather_, command_, clear_, place_, reset_flagged_;
-  unsigned work_items_;
+  const unsigned wanted_items_;
+  unsigned most_items_ = UINT_MAX;
+  RowGroups groups_{1, 1};
   size_t worlds_ = 0;
   CudaBytes image_, state_, scratch_, list_, given_, poses_, flags_, entries_;
   std::vector<uint32_t> list_on_device_;

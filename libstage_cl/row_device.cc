@@ -16,8 +16,6 @@ namespace {
 
 using rows::RowDeviceError;
 
-// Work-items for a world. A CPU runs the work-items of a group one after the other.
-constexpr size_t kWorkItemsOfCpu = 1, kWorkItemsOfGpu = 32;
 // Work-items of a group in kernels of arrays.
 constexpr size_t kItemsOfEntries = 128;
 
@@ -35,9 +33,7 @@ ClRowDevice::ClRowDevice(const FoundDevice& device, std::unique_ptr<DriverWatch>
       clear_(device_.program, "clear_rows"),
       place_(device_.program, "place_rows"),
       reset_flagged_(device_.program, "reset_flagged_rows"),
-      work_items_(work_items > 0         ? work_items
-                  : device.kind == "cpu" ? kWorkItemsOfCpu
-                                         : kWorkItemsOfGpu),
+      wanted_items_(work_items),
       items_of_entries_(kItemsOfEntries),
       cuda_(FromEnvironment("STAGE_CL_CUDA") == "off" ? nullptr
                                                       : CudaDevice::Find(device_.found.device)) {
@@ -46,7 +42,7 @@ ClRowDevice::ClRowDevice(const FoundDevice& device, std::unique_ptr<DriverWatch>
       *items = std::min<size_t>(
           *items, kernel->getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_.found.device));
   };
-  limit({&step_, &step_some_, &reset_, &place_, &reset_flagged_}, &work_items_);
+  limit({&step_, &step_some_, &reset_, &place_, &reset_flagged_}, &most_items_);
   limit({&gather_, &command_, &clear_}, &items_of_entries_);
 }
 
@@ -112,6 +108,10 @@ void ClRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffers&
   Call([&] {
     queue_.finish();
     worlds_ = buffers.worlds;
+    // A CPU runs the work-items of a group one after the other.
+    const bool is_alone =
+        device_.found.kind == "cpu" && wanted_items_ == 0 && buffers.work_items == 0;
+    groups_ = is_alone ? RowGroups{1, 1} : ChooseRowGroups(buffers, wanted_items_, most_items_);
     image_ = MakeBuffer(image.size_bytes(), "the scene");
     state_ = MakeBuffer(buffers.state_bytes, "the state of all worlds");
     scratch_ = MakeBuffer(buffers.scratch_bytes, "memory for steps of all worlds");
@@ -127,22 +127,24 @@ void ClRowDevice::Read(size_t offset, void* to, size_t bytes) {
   Call([&] { queue_.enqueueReadBuffer(state_, CL_TRUE, offset, bytes, to); });
 }
 
+/// Starts groups of the size items * worlds.
 template <typename... Arguments>
-void ClRowDevice::Launch(::cl::Kernel* kernel, size_t groups, size_t items_of_group,
+void ClRowDevice::Launch(::cl::Kernel* kernel, size_t groups, size_t items, size_t worlds,
                          const Arguments&... arguments) {
-  if (groups == 0) return;
   cl_uint index = 0;
   (kernel->setArg(index++, arguments), ...);
-  queue_.enqueueNDRangeKernel(*kernel, ::cl::NullRange, ::cl::NDRange(groups * items_of_group),
-                              ::cl::NDRange(items_of_group));
+  queue_.enqueueNDRangeKernel(*kernel, ::cl::NullRange, ::cl::NDRange(groups * items, worlds),
+                              ::cl::NDRange(items, worlds));
   queue_.flush();
 }
 
-/// Starts a kernel with a work-group for each world.
+/// Starts a kernel with work-groups of worlds.
 template <typename... Arguments>
 void ClRowDevice::LaunchForWorlds(::cl::Kernel* kernel, size_t worlds,
                                   const Arguments&... arguments) {
-  Launch(kernel, worlds, work_items_, arguments...);
+  ForEachRowLaunch(worlds, groups_, [&](uint32_t first, size_t groups, unsigned of_group) {
+    Launch(kernel, groups, groups_.items, of_group, cl_uint{first}, arguments...);
+  });
 }
 
 /// Starts a kernel with a work-item for each of `count` entries of each world.
@@ -154,7 +156,7 @@ void ClRowDevice::LaunchForEntries(::cl::Kernel* kernel, const rows::RowChoice& 
   rows::ForEachPartOfEntries(worlds_, worlds, count,
                              [&](uint32_t first, uint32_t all, size_t items) {
                                Launch(kernel, (items + items_of_entries_ - 1) / items_of_entries_,
-                                      items_of_entries_, list, flags, cl_uint{worlds.kind},
+                                      items_of_entries_, 1, list, flags, cl_uint{worlds.kind},
                                       cl_uint{first}, cl_uint{all}, cl_uint{count}, arguments...);
                              });
 }

@@ -14,6 +14,7 @@
 
 #include "libstage_cl/cuda_memory.hh"
 #include "libstage_cl/open_device.hh"
+#include "libstage_cl/row_groups.hh"
 #include "rows/row_backend.hh"
 
 namespace Stg::cl {
@@ -82,7 +83,7 @@ class ClRowDevice final : public rows::RowDevice {
   const ::cl::Buffer& Send(std::span<const std::byte> data, Transfer* to);
   const ::cl::Buffer& Send(const rows::RowInput& input, Transfer* to);
   template <typename... Arguments>
-  void Launch(::cl::Kernel* kernel, size_t groups, size_t items_of_group,
+  void Launch(::cl::Kernel* kernel, size_t groups, size_t items, size_t worlds,
               const Arguments&... arguments);
   template <typename... Arguments>
   void LaunchForWorlds(::cl::Kernel* kernel, size_t worlds, const Arguments&... arguments);
@@ -95,7 +96,9 @@ class ClRowDevice final : public rows::RowDevice {
   const pid_t process_ = getpid();
   ::cl::CommandQueue queue_;
   ::cl::Kernel step_, step_some_, reset_, gather_, command_, clear_, place_, reset_flagged_;
-  size_t work_items_, items_of_entries_, worlds_ = 0;
+  const unsigned wanted_items_;
+  size_t most_items_ = SIZE_MAX, items_of_entries_, worlds_ = 0;
+  RowGroups groups_{1, 1};
   ::cl::Buffer image_, state_, scratch_;
   Transfer list_{"the numbers of worlds"}, given_{"the columns of worlds"}, poses_{"poses"},
       flags_{"flags"}, entries_{"the entries of poses"};

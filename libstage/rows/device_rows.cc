@@ -49,7 +49,7 @@ std::string WhyUnfit(RowDevice* device) {
 }
 
 DeviceRows::DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds,
-                       std::shared_ptr<RowDevice> device)
+                       std::shared_ptr<RowDevice> device, uint32_t work_items)
     : scene_(std::move(scene)),
       worlds_(worlds),
       image_(MakeDeviceImage(scene_, worlds)),
@@ -62,8 +62,12 @@ DeviceRows::DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds,
   add({ROW_SEED, ROW_ERROR, ROW_RANDOM, ROW_NOISE});
   if (scene_->populations)
     add({ROW_EXTENT, ROW_POSE, ROW_TURN, ROW_SENSED, ROW_ESTIMATE, ROW_BOX, ROW_BITS});
-  device_->Begin(image_.words, {worlds, image_.state_bytes,
-                                worlds * static_cast<size_t>(image_.scene().scratch_bytes)});
+  device_->Begin(image_.words,
+                 {.movers = scene_->movers.size(),
+                  .work_items = work_items,
+                  .worlds = worlds,
+                  .state_bytes = image_.state_bytes,
+                  .scratch_bytes = worlds * static_cast<size_t>(image_.scene().scratch_bytes)});
 }
 
 void DeviceRows::Write(const Rows& from, ColumnSet columns) {

@@ -40,8 +40,9 @@ inline constexpr ColumnSet kAllColumns = (ColumnSet{1} << ROW_COLUMNS) - 1;
 class DeviceRows {
  public:
   /// Worlds in an unspecified state: call Write() or Reset() first. The scene can be stepped on a
-  /// device, see WhyNotOnDevice().
-  DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds, std::shared_ptr<RowDevice> device);
+  /// device, see WhyNotOnDevice(). `work_items` of a world; 0: the device's choice.
+  DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds, std::shared_ptr<RowDevice> device,
+             uint32_t work_items = 0);
 
   size_t size() const { return worlds_; }
   RowDevice& device() { return *device_; }

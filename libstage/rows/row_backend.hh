@@ -29,6 +29,8 @@ struct RowDeviceError : std::runtime_error {
 
 /// Sizes of the buffers of a device.
 struct RowBuffers {
+  size_t movers = 0;        ///< of a world
+  uint32_t work_items = 0;  ///< for a world; 0: the device's choice
   size_t worlds = 0;
   size_t state_bytes = 0;    ///< columns of all worlds
   size_t scratch_bytes = 0;  ///< memory of all worlds during a step

@@ -72,30 +72,30 @@ class HostRowDevice : public rows::RowDevice {
   void SetParts(rows::RowMemory* memory, const std::vector<rows::RowPart>& parts) override {
     static_cast<HostRowMemory*>(memory)->parts = parts;
   }
-  void Gather(rows::RowMemory* memory) override {
+  void Gather(rows::RowMemory* memory, const rows::RowChoice& worlds) override {
     auto* const to = static_cast<HostRowMemory*>(memory);
     for (const rows::RowPart& part : to->parts)
-      for (size_t i = 0; i < worlds_; i++)
+      for (const uint32_t i : Chosen(worlds))
         for (const row_entry_t& entry : part.entries) {
           const row_world_t world = WorldAt(i);
           row_gather(&world, &part.array, entry,
                      reinterpret_cast<const uint64_t*>(part.values.data()), to->data());
         }
   }
-  void GiveCommands(rows::RowMemory* memory, std::span<const uint32_t> worlds) override {
+  void GiveCommands(rows::RowMemory* memory, const rows::RowChoice& worlds) override {
     auto* const from = static_cast<HostRowMemory*>(memory);
     for (const rows::RowPart& part : from->parts)
-      for (const uint32_t i : worlds)
+      for (const uint32_t i : Chosen(worlds))
         for (const row_entry_t& entry : part.entries) {
           const row_world_t world = WorldAt(i);
           row_command(&world, &part.array, entry, from->words.data());
         }
   }
-  void Clear(rows::RowMemory* memory, std::span<const uint32_t> worlds,
-             size_t words_per_world) override {
-    for (const uint32_t i : worlds)
-      std::fill_n(&static_cast<HostRowMemory*>(memory)->words[i * words_per_world], words_per_world,
-                  uint64_t{0});
+  void Clear(rows::RowMemory* memory, const rows::RowChoice& worlds,
+             uint32_t words_per_world) override {
+    for (const uint32_t i : Chosen(worlds))
+      std::fill_n(&static_cast<HostRowMemory*>(memory)->words[size_t{i} * words_per_world],
+                  words_per_world, uint64_t{0});
   }
   void Place(const std::vector<row_entry_t>& entries, uint32_t robots, const rows::RowInput& poses,
              const rows::RowInput& chosen) override {
@@ -113,12 +113,6 @@ class HostRowDevice : public rows::RowDevice {
         row_reset(&world, ROW_COLUMN(&world, row_byte, ROW_SEED), 1u << ROW_SEED);
     }
   }
-  void ClearFlagged(rows::RowMemory* memory, const rows::RowInput& flags,
-                    size_t words_per_world) override {
-    for (uint32_t i = 0; i < worlds_; i++)
-      if (static_cast<const row_byte*>(flags.data)[i])
-        Clear(memory, std::span(&i, 1), words_per_world);
-  }
   void WriteMemory(rows::RowMemory* memory, const void* from) override {
     std::memcpy(static_cast<HostRowMemory*>(memory)->data(), from, memory->bytes());
   }
@@ -129,6 +123,13 @@ class HostRowDevice : public rows::RowDevice {
 
  private:
   row_byte* state() { return reinterpret_cast<row_byte*>(state_.data()); }
+  std::vector<uint32_t> Chosen(const rows::RowChoice& worlds) const {
+    std::vector<uint32_t> chosen(worlds.list.begin(), worlds.list.end());
+    for (uint32_t i = 0; worlds.kind != ROW_LISTED_WORLDS && i < worlds_; i++)
+      if (worlds.kind == ROW_ALL_WORLDS || static_cast<const row_byte*>(worlds.flags.data)[i])
+        chosen.push_back(i);
+    return chosen;
+  }
   row_world_t WorldAt(size_t i) {
     const auto* const image = reinterpret_cast<const row_byte*>(image_.data());
     const auto* const scene = reinterpret_cast<const row_scene_t*>(image);
