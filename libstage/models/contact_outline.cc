@@ -126,6 +126,25 @@ uint32_t ContactOutline::AddTo(motion::Shapes* shapes) const {
   return shapes->Add(polygons, discs);
 }
 
+void ContactOutline::AddTo(motion::Walls* walls, uint32_t group) const {
+  for (const Part& part : parts) {
+    const double friction = part.model->GetFriction();
+    const std::span<const Vector> polygon = CornersOf(part);
+    if (part.radius > 0) {
+      // A wall consists of edges, so a disc is drawn with many.
+      constexpr int kSides = 64;
+      Vector circle[kSides];
+      for (int i = 0; i < kSides; i++) {
+        const SineCosine at = SinCos(i * (2.0 * M_PI / kSides));
+        circle[i] = polygon[0] + part.radius * Vector{at.cosine, at.sine};
+      }
+      walls->Add(circle, true, part.height, friction, group);
+    } else {
+      walls->Add(polygon, true, part.height, friction, group);
+    }
+  }
+}
+
 std::string ContactOutline::Key() const {
   std::string key;
   for (const Part& part : parts) {

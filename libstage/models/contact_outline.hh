@@ -14,6 +14,7 @@
 
 #include "geometry/geometry.hh"
 #include "motion/shape.hh"
+#include "motion/walls.hh"
 
 namespace Stg {
 
@@ -36,6 +37,9 @@ struct ContactOutline {
   }
   /// Adds the outline to a table of shapes. Returns its number there.
   uint32_t AddTo(motion::Shapes* shapes) const;
+  /// Adds the outline of something that stands to walls: an outline there for each part. `group` is
+  /// the id of the root.
+  void AddTo(motion::Walls* walls, uint32_t group) const;
   /// Two outlines with equal keys have equal shapes.
   std::string Key() const;
 

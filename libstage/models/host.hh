@@ -72,6 +72,7 @@ class Host : public std::enable_shared_from_this<Host> {
   size_t controllers_left_out = 0;     ///< number not loaded for that reason
   size_t power_packs = 0;
   EnergyTotals energy_totals;
+  std::vector<uint32_t> placed;  ///< ids of models that a pool places, see WorldPoolOptions
   /// A robot without subscribers has received a command: see ModelPosition::WarnIfNotSubscribed().
   /// Set by several threads.
   std::atomic<bool> command_without_subscriber{false};

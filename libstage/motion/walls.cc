@@ -28,6 +28,18 @@ uint32_t Walls::Add(std::span<const Vector> corners, bool closed, Interval heigh
   return outline_count_++;
 }
 
+void Walls::Append(const Walls& others) {
+  const size_t before = edges_.size();
+  edges_.insert(edges_.end(), others.edges_.begin(), others.edges_.end());
+  for (size_t i = before; i < edges_.size(); i++) edges_[i].outline += outline_count_;
+  outline_count_ += others.outline_count_;
+}
+
+void Walls::Clear() {
+  edges_.clear();
+  outline_count_ = 0;
+}
+
 void Walls::Index() {
   starts_.clear();
   entries_.clear();

@@ -34,6 +34,10 @@ class Walls {
   uint32_t Add(std::span<const Vector> corners, bool closed, Interval height = {-1e9, 1e9},
                double friction = 0.0, uint32_t group = kNoGroup);
 
+  /// Adds all outlines of others. Index() must be called afterwards.
+  void Append(const Walls& others);
+  void Clear();
+
   /// Sorts the edges into cells.
   void Index();
 

@@ -53,7 +53,7 @@ void Rows::Stepper::FindModels() {
 void Rows::Stepper::FindContacts() {
   for (size_t k = 0; k < scene_.movers.size(); k++)
     if (scene_.movers[k].row != Mover::kNoRow) SetPose(k);
-  s_.contacts.FindContacts(scene_.shapes, scene_.walls, s_.columns);
+  s_.contacts.FindContacts(scene_.shapes, WallsNow(), s_.columns);
 }
 
 /// See ModelBumper::AddLine() and ModelBumper::ReceiveHits().

@@ -45,10 +45,15 @@ inline bool IsPushed(const Model& root) {
   return root.IsPushable() && root.host().contact_model == ContactModel::kOutlines;
 }
 
+/// True if the tree stands wherever its world places it.
+inline bool IsPlaced(const Model& root) {
+  return std::ranges::binary_search(root.host().placed, root.GetId());
+}
+
 /// True if the model belongs to a mover.
 inline bool IsOfMover(const Model& model) {
   const Model& root = *model.Root();
-  return IsRobot(root) || IsPushed(root) || Senses(root);
+  return IsRobot(root) || IsPushed(root) || IsPlaced(root) || Senses(root);
 }
 
 }  // namespace Stg::rows

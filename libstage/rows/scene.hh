@@ -93,8 +93,15 @@ struct Sensor {
   std::vector<uint32_t> others;  ///< bodies of other robots that its rays may hit
 };
 
-/// A tree of models that moves as a whole: a robot, or a thing that robots push. A tree that stands
-/// but has sensors is one, too.
+/// Walls in contacts of outlines: some that are the same in all worlds, followed by those of a
+/// mover that stands wherever its world places it.
+struct WallPart {
+  motion::Walls walls;
+  uint32_t mover;  ///< Mover::kNoRow: none follows
+};
+
+/// A tree of models that moves as a whole: a robot, a thing that robots push, or one that is only
+/// placed. A tree that stands but has sensors is one, too.
 struct Mover {
   static constexpr uint32_t kNoRow = UINT32_MAX;
   const Model* model;          ///< of the prototype
@@ -179,7 +186,8 @@ struct Scene {
   internal::sensing::DirectionTables directions;
   motion::Shapes shapes;
   motion::Walls walls;
-  motion::Columns columns;  ///< of the robots
+  std::vector<WallPart> wall_parts;  ///< if worlds place walls: all walls, in their order
+  motion::Columns columns;           ///< of the robots
 
   /// A seed with which the members of populations fit.
   uint64_t SomeSeed() const { return prototype->seed(); }

@@ -10,6 +10,7 @@
 
 #include "messages/report.hh"
 #include "models/body.hh"
+#include "models/contact_outline.hh"
 #include "models/model_type.hh"
 #include "models/power_pack.hh"
 #include "motion/drive_table.hh"
@@ -132,6 +133,7 @@ class RowBridge::SceneMaker {
   void MakeMaps();
   void FindNeighbours();
   void CopyContacts();
+  void CopyWalls();
   /// Why a row cannot hold the world; empty if it can.
   const std::string& reason() const { return reason_; }
 
@@ -435,6 +437,28 @@ void RowBridge::SceneMaker::CopyContacts() {
     STAGE_ASSERT(mover != scene_.movers.end());
     mover->row = row;
     mover->bottom = contacts.BottomOf(row);
+  }
+  CopyWalls();
+}
+
+/// Separates walls that worlds place from the others. See ContactPhase::FindWalls().
+void RowBridge::SceneMaker::CopyWalls() {
+  const auto is_placed = [](const rows::Mover& mover) {
+    return mover.row == rows::Mover::kNoRow && rows::IsPlaced(*mover.model);
+  };
+  if (std::ranges::none_of(scene_.movers, is_placed)) return;
+  ContactOutline outline;
+  scene_.wall_parts.push_back({{}, rows::Mover::kNoRow});
+  for (const Model* model : world_.engine_->models) {
+    if (model->Parent() || model->contact_row_ != Model::kNoRow) continue;
+    if (rows::IsPlaced(*model)) {
+      const auto mover = std::ranges::find(scene_.movers, model, &rows::Mover::model);
+      scene_.wall_parts.back().mover = static_cast<uint32_t>(mover - scene_.movers.begin());
+      scene_.wall_parts.push_back({{}, rows::Mover::kNoRow});
+    } else {
+      outline.Find(*model, model->GetGlobalPose());
+      outline.AddTo(&scene_.wall_parts.back().walls, model->GetId());
+    }
   }
 }
 

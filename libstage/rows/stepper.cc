@@ -383,7 +383,7 @@ void Rows::Stepper::MoveOutlines() {
   s_.asked.assign(count, 0);
   for (size_t k = 0; k < count; k++)
     if (scene_.movers[k].row != Mover::kNoRow) SetTarget(k);
-  s_.contacts.Step(scene_.shapes, scene_.walls, &s_.columns);
+  s_.contacts.Step(scene_.shapes, WallsNow(), &s_.columns);
   for (size_t k = 0; k < count; k++)
     if (scene_.movers[k].row != Mover::kNoRow) EndMove(k);
   for (size_t k = 0; k < count; k++) {
@@ -393,6 +393,34 @@ void Rows::Stepper::MoveOutlines() {
     DrawAt(k, place);
     CommitAt(k, place);
   }
+}
+
+/// The walls of this world.
+const motion::Walls& Rows::Stepper::WallsNow() {
+  const std::vector<WallPart>& parts = scene_.wall_parts;
+  if (parts.empty()) return scene_.walls;
+  bool known = s_.walls_at.size() == parts.size();
+  s_.walls_at.resize(parts.size());
+  for (size_t i = 0; i + 1 < parts.size(); i++) {
+    const Planar& pose = c_.pose[mover_ + parts[i].mover];
+    known = known && s_.walls_at[i] == pose;
+    s_.walls_at[i] = pose;
+  }
+  if (!known) FindWalls();
+  return s_.walls;
+}
+
+/// See ContactPhase::FindWalls().
+void Rows::Stepper::FindWalls() {
+  s_.walls.Clear();
+  for (const WallPart& part : scene_.wall_parts) {
+    s_.walls.Append(part.walls);
+    if (part.mover == Mover::kNoRow) continue;
+    const Mover& mover = scene_.movers[part.mover];
+    s_.outline.Find(*mover.model, PoseOf(c_.pose[mover_ + part.mover], mover.z));
+    s_.outline.AddTo(&s_.walls, mover.model->GetId());
+  }
+  s_.walls.Index();
 }
 
 /// See ContactPhase::ReadPoses().

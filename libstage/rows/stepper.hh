@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "models/contact_outline.hh"
 #include "motion/contacts.hh"
 #include "motion/drive_table.hh"
 #include "rows/placed.hh"
@@ -97,6 +98,10 @@ class Rows::Scratch {
   motion::Columns columns;
   std::vector<Placed> wanted;
   std::vector<uint8_t> asked;
+  // If worlds place walls: those of the last world, and where it had placed them.
+  motion::Walls walls;
+  std::vector<Planar> walls_at;  // by part
+  ContactOutline outline;
 };
 
 class Rows::Stepper {
@@ -199,6 +204,8 @@ class Rows::Stepper {
   template <class Word>
   bool HasMoved(uint32_t number, uint32_t drawn, const Placed& before, const Placed& now);
   void MoveOutlines();
+  const motion::Walls& WallsNow();
+  void FindWalls();
   void SetPose(size_t index);
   void SetTarget(size_t index);
   Planar NewPose(size_t index) const;

@@ -66,6 +66,8 @@ class PoolAccess {
   static void Subscribe(WorldPool& pool, uint32_t id, std::span<const uint32_t> models);
   /// Moves a robot of RowToChange(); see rows::Rows::Place().
   static void Place(WorldPool& pool, uint32_t id, size_t mover, const rows::Planar& pose);
+  /// The present place of a model on the ground. Returns false if there is no such model.
+  static bool FindPlace(WorldPool& pool, uint32_t id, uint32_t model, rows::Planar* place);
   /// A world of a variant, as it is after loading.
   static std::shared_ptr<const World> Example(const WorldPool& pool, uint32_t variant);
   /// True if the state of the world is in a World object.

@@ -3,6 +3,7 @@
 // How the worlds of a pool change their form.
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <string>
 #include <utility>
@@ -167,8 +168,10 @@ std::string WorldPool::Impl::WhyNotClosed(uint32_t id) {
   const World* const world = slot.world.get();
   if (!world) return "it does not exist";
   std::string reason = RowBridge::WhyNotClosed(*world);
-  return reason.empty() && !slot.returns ? "its World object was asked for and not released"
-                                         : reason;
+  if (!reason.empty()) return reason;
+  if (!slot.returns) return "its World object was asked for and not released";
+  return slot.wait > 1 ? "its state is not that of a closed world, as after a change of what stands"
+                       : "";
 }
 
 // ---- access of the library ----------------------------------------------------------------------
@@ -239,6 +242,52 @@ void PoolAccess::Place(WorldPool& pool, uint32_t id, size_t mover, const rows::P
   const WorldPool::Impl::Slot& slot = impl.slots[id];
   impl.RowsToChange(slot)->Place(slot.place, mover, pose,
                                  impl.ScratchOf(slot, impl.CurrentThread()));
+}
+
+namespace {
+
+/// The number of the mover with this root; null if it is none.
+const rows::Mover* FindMover(const rows::Scene& scene, uint32_t model) {
+  const auto found = std::ranges::lower_bound(
+      scene.movers, model, {}, [](const rows::Mover& mover) { return mover.model->GetId(); });
+  return found != scene.movers.end() && found->model->GetId() == model ? &*found : nullptr;
+}
+
+}  // namespace
+
+bool WorldPool::Place(uint32_t id, uint32_t model, double x, double y, double heading) {
+  if (id >= size() || !std::isfinite(x) || !std::isfinite(y) || !std::isfinite(heading))
+    return false;
+  if (const rows::Scene* const scene = PoolAccess::SceneOf(*this, id))
+    if (const rows::Mover* const mover = FindMover(*scene, model); mover && impl_->BecomeRow(id)) {
+      const auto number = static_cast<size_t>(mover - scene->movers.data());
+      PoolAccess::Place(*this, id, number, {x, y, heading});
+      return true;
+    }
+  World* const world = PoolAccess::Borrow(*this, id);
+  Model* const found = world ? world->FindModel(model) : nullptr;
+  if (!found || found->Parent()) return false;
+  found->SetPose(Pose(x, y, found->GetPose().z, heading));
+  return true;
+}
+
+bool PoolAccess::FindPlace(WorldPool& pool, uint32_t id, uint32_t model, rows::Planar* place) {
+  if (const PoolRow row = RowToRead(pool, id)) {
+    const rows::Scene& scene = row.rows->scene();
+    if (const rows::Mover* const mover = FindMover(scene, model)) {
+      const auto number = static_cast<size_t>(mover - scene.movers.data());
+      *place = row.rows->columns.pose[row.row * scene.movers.size() + number];
+      return true;
+    }
+  }
+  // All other models stand where they stood after loading.
+  const bool is_row = SceneOf(pool, id) != nullptr;
+  const std::shared_ptr<const World> example = is_row ? Example(pool, pool.Variant(id)) : nullptr;
+  const World* const world = is_row ? example.get() : Borrow(pool, id);
+  const Model* const found = world ? world->FindModel(model) : nullptr;
+  if (!found || found->Parent()) return false;
+  *place = rows::PlanarOf(found->GetPose());
+  return true;
 }
 
 std::shared_ptr<const World> PoolAccess::Example(const WorldPool& pool, uint32_t variant) {

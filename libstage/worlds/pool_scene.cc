@@ -83,7 +83,17 @@ std::unique_ptr<World> PoolScene::Make(uint64_t seed) const {
   std::unique_ptr<World> world = IsReady() ? source_.Make(options) : nullptr;
   if (!world) throw WorldFailure{errors.Last("the world can't be copied")};
   world->SetQuitTime(0);
+  NotePlaced(world.get());
   return world;
+}
+
+/// Marks the models that the pool places.
+void PoolScene::NotePlaced(World* world) const {
+  const std::vector<std::string>& names = pool_options_.placed;
+  if (names.empty()) return;
+  for (const Model* model : world->engine().models)
+    if (!model->Parent() && std::ranges::find(names, model->TokenStr()) != names.end())
+      world->engine().placed.push_back(model->GetId());
 }
 
 std::unique_ptr<World> PoolScene::Borrow() {

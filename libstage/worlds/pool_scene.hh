@@ -99,6 +99,7 @@ class PoolScene {
  private:
   friend class Subscriptions;
   Subscriptions* Add(std::vector<uint32_t> models);
+  void NotePlaced(World* world) const;
 
   const CopySource source_;
   const WorldPoolOptions pool_options_;

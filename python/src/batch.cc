@@ -20,7 +20,8 @@ namespace {
 std::unique_ptr<WorldPool> PoolOf(const std::vector<Simulation*>& prototypes,
                                   const std::vector<uint64_t>& seeds,
                                   const std::vector<uint32_t>& variants, unsigned threads,
-                                  const std::optional<std::string>& device) {
+                                  const std::optional<std::string>& device,
+                                  const std::vector<std::string>& placed) {
   const std::set<Simulation*> once(prototypes.begin(), prototypes.end());
   std::vector<std::unique_ptr<Source::Use>> uses;
   for (Simulation* const prototype : once) uses.push_back(std::make_unique<Source::Use>(prototype));
@@ -29,6 +30,7 @@ std::unique_ptr<WorldPool> PoolOf(const std::vector<Simulation*>& prototypes,
   options.threads = threads;
   options.device_steps = device.has_value();
   options.device_choice = device.value_or("");
+  options.placed = placed;
   std::vector<const World*> worlds;
   for (Simulation* const prototype : prototypes) worlds.push_back(&prototype->world());
   auto pool = std::make_unique<WorldPool>(worlds, seeds, variants, options);
@@ -46,8 +48,8 @@ std::unique_ptr<WorldPool> AnotherPool(Batch* other, const WorldPool& pool,
 
 Batch::Batch(const std::vector<Simulation*>& prototypes, const std::vector<uint64_t>& seeds,
              const std::vector<uint32_t>& variants, unsigned threads,
-             const std::optional<std::string>& device)
-    : pool_(PoolOf(prototypes, seeds, variants, threads, device)) {
+             const std::optional<std::string>& device, const std::vector<std::string>& placed)
+    : pool_(PoolOf(prototypes, seeds, variants, threads, device, placed)) {
   MakeWorlds();
 }
 
@@ -239,6 +241,35 @@ void Batch::Teleport(const double* poses, const bool* which) {
     crowd_->Teleport(*this, i, poses + 3 * first, which + first);
   });
   Gather(pool_->All());
+}
+
+void Batch::Place(const PlacedIds& models, const double* poses, const bool* which) {
+  const Use use(this);
+  const GilRelease no_gil;
+  pool_->ForEach(pool_->All(), [&](uint32_t id) {
+    const auto& ids = models[pool_->Variant(id)];
+    for (size_t i = 0; i < ids.size(); i++) {
+      const size_t number = id * ids.size() + i;
+      const double* const to = poses + 3 * number;
+      if (which[number] && ids[i]) pool_->Place(id, *ids[i], to[0], to[1], to[2]);
+    }
+  });
+}
+
+void Batch::FindPlaces(const PlacedIds& models, double* poses) {
+  const Use use(this);
+  const GilRelease no_gil;
+  pool_->ForEach(pool_->All(), [&](uint32_t id) {
+    const auto& ids = models[pool_->Variant(id)];
+    for (size_t i = 0; i < ids.size(); i++) {
+      rows::Planar place{kNaN, kNaN, kNaN};
+      if (ids[i]) PoolAccess::FindPlace(*pool_, id, *ids[i], &place);
+      double* const to = poses + 3 * (id * ids.size() + i);
+      to[0] = place.x;
+      to[1] = place.y;
+      to[2] = place.a;
+    }
+  });
 }
 
 bool Batch::ResetFlagged(const rows::RowInput& flags) {

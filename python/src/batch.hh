@@ -31,11 +31,11 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
 
   /// Creates one world per seed, each as if loaded with that seed, and like one of the prototypes,
   /// which `variants` numbers for each world. `threads` is 1 or more. `device` chooses the OpenCL
-  /// device that makes whole steps; none: the host makes them. Throws Failure if a world cannot be
-  /// created, or if there is no such device.
+  /// device that makes whole steps; none: the host makes them. `placed` are names, see
+  /// WorldPoolOptions. Throws Failure if a world cannot be created, or if there is no such device.
   Batch(const std::vector<Simulation*>& prototypes, const std::vector<uint64_t>& seeds,
         const std::vector<uint32_t>& variants, unsigned threads,
-        const std::optional<std::string>& device);
+        const std::optional<std::string>& device, const std::vector<std::string>& placed);
   /// Creates newly loaded worlds of the same file as those of `other`.
   Batch(Batch* other, const std::vector<uint64_t>& seeds);
 
@@ -69,6 +69,12 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   std::vector<uint64_t> StateHashes();
   std::shared_ptr<Simulation> Fork(uint32_t index);
   void Teleport(const double* poses, const bool* which);
+  /// For each variant the ids of the models that are placed; none: it lacks the model.
+  using PlacedIds = std::vector<std::vector<std::optional<uint32_t>>>;
+  /// Moves these models. `poses`: [world][model][3], `which`: [world][model].
+  void Place(const PlacedIds& models, const double* poses, const bool* which);
+  /// Reads their places: [world][model][3]; NaN: there is no such model.
+  void FindPlaces(const PlacedIds& models, double* poses);
   // Batches on a device that reads the memory of CUDA: like the functions above, with a flag for
   // each world or robot. ResetFlagged() returns false if the worlds need their seeds.
   bool ResetFlagged(const rows::RowInput& flags);
@@ -82,6 +88,7 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
 
   size_t size() const { return pool_->size(); }
   unsigned threads() const { return pool_->threads(); }
+  size_t variants() const { return pool_->CountVariants(); }
   /// The seed of each world's last load or reset.
   std::vector<uint64_t> Seeds();
   /// The variant of each world.

@@ -40,11 +40,12 @@ using RobotIds = std::vector<std::vector<std::optional<uint32_t>>>;
 std::shared_ptr<Batch> Make(const std::vector<std::shared_ptr<Simulation>>& prototypes,
                             const std::vector<uint64_t>& seeds,
                             const std::vector<uint32_t>& variants, unsigned threads,
-                            const RobotIds& ids, const std::optional<std::string>& device) {
+                            const RobotIds& ids, const std::optional<std::string>& device,
+                            const std::vector<std::string>& placed) {
   return Logged([&] {
     std::vector<Simulation*> pointers;
     for (const auto& prototype : prototypes) pointers.push_back(prototype.get());
-    const auto batch = std::make_shared<Batch>(pointers, seeds, variants, threads, device);
+    const auto batch = std::make_shared<Batch>(pointers, seeds, variants, threads, device, placed);
     std::vector<Crowd::Robots> robots;
     for (const auto& of_variant : ids) {
       robots.emplace_back();
@@ -90,6 +91,27 @@ void Teleport(Batch& batch, const Poses& poses, const Mask& which) {
       which.size() * 3 != poses.size())
     throw nb::value_error("found another number of poses than there are robots");
   batch.Teleport(poses.data(), which.data());
+}
+
+void CheckPlaced(const Batch& batch, const Batch::PlacedIds& models, size_t worlds, size_t count) {
+  const auto fits = [&](const auto& ids) { return ids.size() == count; };
+  if (worlds != batch.size() || models.size() != batch.variants() ||
+      !std::ranges::all_of(models, fits))
+    throw nb::value_error("found another number of poses than there are models");
+}
+
+void Place(Batch& batch, const Batch::PlacedIds& models, const Poses& poses, const Mask& which) {
+  CheckPlaced(batch, models, poses.shape(0), poses.shape(1));
+  if (which.size() * 3 != poses.size())
+    throw nb::value_error("found another number of flags than of poses");
+  Logged([&] { batch.Place(models, poses.data(), which.data()); });
+}
+
+using WrittenPoses = nb::ndarray<double, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
+
+void FindPlaces(Batch& batch, const Batch::PlacedIds& models, const WrittenPoses& to) {
+  CheckPlaced(batch, models, to.shape(0), to.shape(1));
+  Logged([&] { batch.FindPlaces(models, to.data()); });
 }
 
 using CardPoses = nb::ndarray<const double, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cuda>;
@@ -144,7 +166,8 @@ std::tuple<double, double, double> Fit(Batch& batch, uint32_t index, int width, 
 void BindBatch(nb::module_& module) {
   nb::class_<Batch>(module, "Batch", "Many worlds; see stagesim.Batch.")
       .def(nb::new_(&Make), nb::arg("prototypes"), nb::arg("seeds"), nb::arg("variants"),
-           nb::arg("threads"), nb::arg("robots"), nb::arg("device").none() = nb::none())
+           nb::arg("threads"), nb::arg("robots"), nb::arg("device").none() = nb::none(),
+           nb::arg("placed") = std::vector<std::string>())
       .def_prop_ro("crowd", &Batch::crowd)
       .def_prop_ro("device_crowd", &Batch::device_crowd)
       .def_prop_ro("device", &Batch::device)
@@ -187,6 +210,8 @@ void BindBatch(nb::module_& module) {
       .def("state_hashes", &Batch::StateHashes)
       .def("fork", &Batch::Fork, nb::arg("index"))
       .def("teleport", &Teleport, nb::arg("poses"), nb::arg("which"))
+      .def("place", &Place, nb::arg("models"), nb::arg("poses"), nb::arg("which"))
+      .def("find_places", &FindPlaces, nb::arg("models"), nb::arg("to"))
       .def("teleport_on_card", &TeleportOnCard, nb::arg("poses"), nb::arg("which"))
       .def("reset_on_card", &ResetOnCard, nb::arg("flags"));
 }

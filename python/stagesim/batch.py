@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import os
 from collections import Counter
 from collections.abc import Iterable
@@ -63,6 +64,8 @@ class Batch(Crowd):
         threads: number of threads that the worlds are distributed over, 1 to 1024; None: one per available
             processor.
         robots: a pattern of names or types, as in World.fleet(); None: all that drive on the ground.
+        placed: a pattern of names or types of models on the ground that are no robots. place() moves them, so that each
+            may be elsewhere in each world; None: none.
         device: None: the host makes the steps; "opencl": the best OpenCL device makes them; "opencl:NAME": that
             device, named as after `stage --opencl=`, for example "opencl:gpu".
         options: all others of World().
@@ -77,43 +80,46 @@ class Batch(Crowd):
     @_options.accepting(OWN)
     def __init__(self, file: str | os.PathLike[str], n: int, *, variants: Sequence[_options.Settings] | None = None,
                  variant: npt.ArrayLike | None = None, seeds: Iterable[int] | None = None,
-                 threads: int | None = None, robots: str | None = None, device: str | None = None,
-                 **options: Any) -> None:
+                 threads: int | None = None, robots: str | None = None, placed: str | None = None,
+                 device: str | None = None, **options: Any) -> None:
         own = _options.complete(options, OWN)
         worlds = [World(file, threads=1, **{**own, "settings": own["settings"] + _options.settings_list(settings)})
                   for settings in ([{}] if variants is None else variants)]
-        self._begin(worlds, n, variant, seeds, threads, robots, device)
+        self._begin(worlds, n, variant, seeds, threads, robots, placed, device)
 
     @classmethod
     def of(cls, world: World | Sequence[World], n: int, *, variant: npt.ArrayLike | None = None,
            seeds: Iterable[int] | None = None, threads: int | None = None, robots: str | None = None,
-           device: str | None = None) -> Batch:
+           placed: str | None = None, device: str | None = None) -> Batch:
         """Makes a batch from the file or text of `world`, in the state after loading. Several worlds are variants."""
         batch = cls.__new__(cls)
-        batch._begin([world] if isinstance(world, World) else list(world), n, variant, seeds, threads, robots, device)
+        batch._begin([world] if isinstance(world, World) else list(world), n, variant, seeds, threads, robots, placed,
+                     device)
         return batch
 
     def _begin(self, prototypes: list[World], n: int, variant: npt.ArrayLike | None, seeds: Iterable[int] | None,
-               threads: int | None, robots: str | None, device: str | None) -> None:
+               threads: int | None, robots: str | None, placed: str | None, device: str | None) -> None:
         n = _checks.integer(n, "the number of worlds", 1, MAX_WORLDS)
         if not prototypes:
             raise ValueError("found no variants, expected one or more")
         variant = _variants(np.arange(n) % len(prototypes) if variant is None else variant, n, len(prototypes))
         ids, names = _robots_of(prototypes, robots)
+        things = _placed_of(prototypes, placed)
         threads = _core.count_processors() if threads is None else _options.checked("threads", threads)
         core = _core.Batch([prototype._core for prototype in prototypes],
                            _options.seeds(range(n) if seeds is None else seeds, n), variant, threads, ids,
-                           _choice_of(device))
-        self._take(core, n, names, [prototype._recipe for prototype in prototypes], ids, device)
+                           _choice_of(device), list(things[1]))
+        self._take(core, n, names, [prototype._recipe for prototype in prototypes], ids, things, device)
 
     def _take(self, core: _core.Batch, n: int, names: tuple[str, ...], recipes: list[Recipe], ids: _Ids,
-              device: str | None) -> None:
+              things: tuple[_Ids, tuple[str, ...]], device: str | None) -> None:
         self._core = core
         self._device = device
         self.n = n  #: number of worlds
         self.names = names  #: names of the robots of all variants
         self._recipes = recipes
         self._ids = ids
+        self._things, self.placed = things  #: names of the models that place() moves, of all variants
         self._all = np.arange(n, dtype=np.uint32)
         super().__init__(core.device_crowd or core.crowd)
 
@@ -133,13 +139,14 @@ class Batch(Crowd):
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Batch:
         copied = memo[id(self)] = type(self).__new__(type(self))
-        copied._take(self._core.another(self.seeds), self.n, self.names, self._recipes, self._ids, self._device)
+        copied._take(self._core.another(self.seeds), self.n, self.names, self._recipes, self._ids,
+                     (self._things, self.placed), self._device)
         copied._put(self._states())
         return copied
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _unpickle_batch, (type(self), self._recipes, self.seeds, self._core.variants(), self.threads, self._ids,
-                                 self.names, self._states(), self._device)
+                                 self.names, self._states(), self._device, (self._things, self.placed))
 
     @property
     def device(self) -> str | None:
@@ -355,6 +362,36 @@ class Batch(Crowd):
             raise ValueError("found a pose that is not finite")
         self._core.teleport(poses, mask)
 
+    def place(self, pose: npt.ArrayLike, which: npt.ArrayLike | None = None) -> None:
+        """Moves the models of `placed` to other places, without collision tests.
+
+        They stay there until they are placed again, their world is reset, or a robot pushes them. A closed world
+        stays closed. Models that are large or have many corners prevent that, see explain().
+
+        Args:
+            pose: x, y (metres) and heading (radians), broadcastable to (n, len(placed), 3).
+            which: a mask of the models to move, broadcastable to (n, len(placed)); None: all.
+
+        Raises:
+            ValueError: a pose is not finite, or a shape is wrong.
+        """
+        shape = (self.n, len(self.placed))
+        mask = np.ascontiguousarray(np.broadcast_to(True if which is None else which, shape), bool)
+        poses = np.ascontiguousarray(np.broadcast_to(pose, (*shape, 3)), np.float64)
+        if not np.isfinite(poses[mask]).all():
+            raise ValueError("found a pose that is not finite")
+        self._core.place(self._things, poses, mask)
+
+    @property
+    def placed_pose(self) -> Floats:
+        """Where the models of `placed` are: x, y (metres) and heading (radians), a new array (n, len(placed), 3).
+
+        NaN: the world lacks the model.
+        """
+        poses = np.empty((self.n, len(self.placed), 3))
+        self._core.find_places(self._things, poses)
+        return poses
+
     def render(self, index: int, width: int = 640, height: int = 480, *, center: tuple[float, float] | None = None,
                scale: float | None = None, data: bool = True) -> Pixels:
         """Renders world `index` from above: see World.render()."""
@@ -429,34 +466,58 @@ def _merged(lists: list[list[tuple[str, int]]]) -> list[tuple[str, int]]:
 
 def _robots_of(prototypes: list[World], robots: str | None) -> tuple[_Ids, tuple[str, ...]]:
     """The ids of each variant's robots, None for those that it lacks, and the names of all."""
-    chosen: list[dict[tuple[str, int], int]] = []
+    chosen: list[list[tuple[int, str]]] = []
     for prototype in prototypes:
-        found: dict[tuple[str, int], int] = {}
-        chosen.append(found)
         try:
-            ids, names = prototype._choose(robots)
+            chosen.append(list(zip(*prototype._choose(robots))))
         except GoneError:
             if len(prototypes) == 1:
                 raise
-            continue
-        seen: Counter[str] = Counter()
-        for id_, name in zip(ids, names):
-            found[name, seen[name]] = id_
-            seen[name] += 1
-    keys = _merged([list(found) for found in chosen])
-    if not keys:
+            chosen.append([])
+    ids, names = _united(chosen)
+    if not names:
         raise GoneError("there are no such robots")
-    return [[found.get(key) for key in keys] for found in chosen], tuple(name for name, _ in keys)
+    return ids, names
+
+
+def _placed_of(prototypes: list[World], pattern: str | None) -> tuple[_Ids, tuple[str, ...]]:
+    """The ids of each variant's models that are placed, None for those that it lacks, and the names of all."""
+    if pattern is None:
+        return [[] for _ in prototypes], ()
+    chosen = []
+    for prototype in prototypes:
+        robots = {id_ for id_, *_ in prototype._core.robots()}
+        chosen.append([(model.id, model.name) for model in prototype.models
+                       if model.parent is None and model.id not in robots
+                       and (fnmatch.fnmatchcase(model.name, pattern) or fnmatch.fnmatchcase(model.type, pattern))])
+    ids, names = _united(chosen)
+    if not names:
+        raise GoneError(f"there is no model on the ground with a name or type like {pattern!r}")
+    return ids, names
+
+
+def _united(chosen: list[list[tuple[int, str]]]) -> tuple[_Ids, tuple[str, ...]]:
+    """The ids of each variant's models, given with their names; None for those that it lacks. And all names."""
+    found: list[dict[tuple[str, int], int]] = []
+    for of_variant in chosen:
+        seen: Counter[str] = Counter()
+        found.append({})
+        for id_, name in of_variant:
+            found[-1][name, seen[name]] = id_
+            seen[name] += 1
+    keys = _merged([list(ids) for ids in found])
+    return [[ids.get(key) for key in keys] for ids in found], tuple(name for name, _ in keys)
 
 
 def _unpickle_batch(cls: type[Batch], recipes: list[Recipe], seeds: list[int], variants: list[int], threads: int,
-                    ids: _Ids, names: tuple[str, ...], states: _States, device: str | None) -> Batch:
+                    ids: _Ids, names: tuple[str, ...], states: _States, device: str | None,
+                    things: tuple[_Ids, tuple[str, ...]]) -> Batch:
     """Unpickles a batch."""
     prototypes = [World._from_recipe(recipe._replace(options={**recipe.options, "threads": 1}))
                   for recipe in recipes]
     batch = cls.__new__(cls)
     core = _core.Batch([prototype._core for prototype in prototypes], seeds, variants, threads, ids,
-                       _choice_of(device))
-    batch._take(core, len(seeds), names, recipes, ids, device)
+                       _choice_of(device), list(things[1]))
+    batch._take(core, len(seeds), names, recipes, ids, things, device)
     batch._put(states)
     return batch

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import gc
+import pickle
 import signal
 import threading
 from collections.abc import Callable
@@ -431,3 +432,59 @@ def test_models_with_different_update_intervals_keep_a_world_closed() -> None:
         seen.add(tuple(np.nan_to_num(arrays[1][0])))
     assert len(seen) == 7, seen  # no readings yet, and six updates
     assert batch.explain() == [None] * 3
+
+
+def test_things_are_at_other_places_in_each_world() -> None:
+    text = ("define crate model( size [.3 .4 .5] )\n"
+            "position( name \"a\" size [.3 .3 .3] ranger( sensor( range [0 5] fov 90 samples 9 ) ) )\n"
+            "crate( name \"crate1\" pose [2 0 0 0] ) crate( name \"crate2\" pose [3 2 0 0] ) model( pose [0 4 0 0] )\n")
+    for contacts in ("cells", "outlines"):
+        world = st.World.from_text(f"contacts \"{contacts}\"\n" + text)
+        batch = st.Batch.of(world, 4, placed="crate*", threads=2)
+        assert batch.placed == ("crate1", "crate2")
+        assert batch.placed_pose[:, 1].tolist() == [[3, 2, 0]] * 4
+        near = batch.ranges
+        worlds = [batch.fork(i) for i in range(4)]
+        fleets = [w.fleet() for w in worlds]
+        for moment in range(6):
+            if moment % 3 == 0:
+                poses = np.random.default_rng(moment).uniform((.6, -1, -3), (3, 1, 3), (4, 2, 3))
+                poses[:, 0, 1] *= .2
+                which = np.arange(8).reshape(4, 2) % 3 > 0
+                batch.place(poses, which)
+                for w, of_world, chosen in zip(worlds, poses, which):
+                    for name, pose, moved in zip(batch.placed, of_world, chosen):
+                        if moved:
+                            w.model(name).pose = tuple(pose)
+            batch.cmd[..., 0] = .8
+            batch.step(5)
+            for w, fleet in zip(worlds, fleets):
+                fleet.cmd[:, 0] = .8
+                w.step(5)
+            assert batch.state_hashes() == [w.state_hash() for w in worlds]
+            assert batch.placed_pose.tolist() == [[list(w.model(name).pose) for name in batch.placed] for w in worlds]
+        assert len({tuple(readings) for readings in near[:, 0]}) > 2
+        assert batch.stalled.any()
+        assert batch.explain() == [None] * 4
+        copied = pickle.loads(pickle.dumps(batch))
+        copied.place((1, 1, 0))
+        assert (copied.placed_pose == (1, 1, 0)).all() and not (batch.placed_pose == (1, 1, 0)).all(2).any()
+        assert copied.explain() == [None] * 4
+        copied.reset(ids=[1])
+        assert copied.placed_pose[1, 1].tolist() == [3, 2, 0] and copied.placed_pose[0, 1].tolist() == [1, 1, 0]
+
+
+def test_variants_have_other_things_and_bad_places_are_refused() -> None:
+    empty, full = (st.World.from_text("position()" + crate) for crate in ("", "model( name \"crate\" pose [2 0 0 0] )"))
+    batch = st.Batch.of([empty, full], 3, placed="crate")
+    batch.place((3, 1, .5))
+    assert np.isnan(batch.placed_pose[[0, 2]]).all() and batch.placed_pose[1, 0].tolist() == [3, 1, .5]
+    with pytest.raises(ValueError, match="not finite"):
+        batch.place((np.nan, 0, 0))
+    with pytest.raises(ValueError):
+        batch.place(np.zeros((2, 1, 3)))
+    with pytest.raises(st.GoneError, match="like 'box'"):
+        st.Batch.of(full, 3, placed="box")
+    none = st.Batch.of(full, 3)
+    none.place(np.zeros((3, 0, 3)))
+    assert none.placed == () and none.placed_pose.shape == (3, 0, 3)

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <memory>
@@ -35,6 +37,19 @@ int DoNothing(World*, void*) { return 0; }
 /// A pool, and a world alone for each of its worlds, with which the same is done.
 class Twins {
  public:
+  /// Names of some models that stand, for WorldPoolOptions::placed.
+  static std::vector<std::string> SomeThings(const std::string& text, RandomSource* random) {
+    constexpr double kMostMetres = 0.5;  // rows know no large outlines of what is placed
+    std::vector<std::string> names;
+    const std::unique_ptr<World> world = LoadText(text, 1);
+    for (const Model* model : world->engine().models) {
+      const Size size = model->GetGeom().size;
+      if (!model->Parent() && model->GetModelType() == "model" && random->OneIn(2) &&
+          std::max(size.x, size.y) < kMostMetres)
+        names.push_back(model->TokenStr());
+    }
+    return names;
+  }
   /// World i is of the variant with the text number variants[i].
   Twins(const std::vector<std::string>& texts, const std::vector<uint64_t>& seeds,
         const std::vector<uint32_t>& variants, const WorldPoolOptions& options)
@@ -119,6 +134,20 @@ class Twins {
         DriveRow(row, model, id, to, teleports);
       else
         DriveOne(static_cast<ModelPosition*>(pool_->At(id)->FindModel(model)), to, teleports);
+    }
+  }
+
+  /// Moves some things of a world.
+  void PlaceThings(uint32_t id, const std::vector<std::string>& names, RandomSource* random) {
+    for (const std::string& name : names) {
+      Model* const model = alone_[id]->GetModel(name);
+      if (!model || !random->OneIn(2)) continue;
+      const double x = random->Real(-2, 2), y = random->Real(-2, 2), a = random->Real(-4, 4);
+      ASSERT_TRUE(pool_->Place(id, model->GetId(), x, y, a));
+      model->SetPose(Pose(x, y, model->GetPose().z, a));
+      rows::Planar place;
+      ASSERT_TRUE(PoolAccess::FindPlace(*pool_, id, model->GetId(), &place));
+      EXPECT_EQ(place, rows::PlanarOf(model->GetPose()));
     }
   }
 
@@ -519,6 +548,69 @@ TEST(PoolRowsOfObservers, StepsMadeAtOnceHaveTheResultsOfSingleOnes) {
     }
     EXPECT_EQ(hashes[0], hashes[1]);
   }
+}
+
+TEST_P(PoolRows, WorldsWithThingsAtOtherPlacesStayRows) {
+  const bool on_device = GetParam() == kOnDevice;
+  if (on_device && !device::WhyNone().empty()) GTEST_SKIP() << device::WhyNone();
+  InitLibrary();
+  size_t things = 0, steps_on_device = 0;
+  for (uint64_t seed = 1; seed <= Worlds(); seed++) {
+    RandomSource random(seed * 100 + GetParam());
+    const ClosedWorldKind kind{
+        !on_device && random.OneIn(2), random.OneIn(2), random.Int(1, 5), 3, random.OneIn(2),
+        !on_device && random.OneIn(3)};
+    const std::string text = ClosedWorld(kind, &random);
+    SCOPED_TRACE("seed " + std::to_string(seed) + "\n" + text);
+    WorldPoolOptions options = Options();
+    options.placed = Twins::SomeThings(text, &random);
+    things += options.placed.size();
+    Twins twins(text, {random.Next(), random.Next(), random.Next(), random.Next()}, options);
+    for (const uint32_t id : twins.ids()) {
+      ASSERT_EQ(twins.pool().WhyNotClosed(id), "");
+      for (const uint32_t model : twins.models(id))
+        if (random.OneIn(2)) twins.Subscribe(id, model);
+    }
+    bool copied = false;  // a snapshot may lack where a thing was when its sensors last updated
+    for (int round = 0; round < 20; round++) {
+      for (const uint32_t id : twins.ids()) {
+        if (random.OneIn(2)) twins.PlaceThings(id, options.placed, &random);
+        if (random.OneIn(2)) twins.Drive(id, &random);
+        if (random.OneIn(20)) twins.Reset(id, random.Next());
+      }
+      if (round > 10 && random.OneIn(6)) {
+        twins.Copy(0, 3);
+        copied = true;
+      }
+      twins.Step(twins.ids(), static_cast<uint64_t>(random.Int(0, 5)), nullptr);
+      for (const uint32_t id : twins.ids())
+        if (on_device) steps_on_device += twins.pool().WhyNotOnDevice(id).empty();
+      ASSERT_GE(twins.rows() + copied, twins.ids().size());
+      ASSERT_NO_FATAL_FAILURE(ExpectEqual(&twins)) << "round " << round;
+    }
+  }
+  EXPECT_GT(things, Worlds() / 2);
+  EXPECT_EQ(steps_on_device > 100, on_device);
+}
+
+TEST(PoolRowsOfThings, AThingThatIsNotListedNeedsAWorldObject) {
+  InitLibrary();
+  const std::string text = "position( alwayson 1 ) model( name \"box\" pose [2 0 0 0] )\n";
+  Twins twins(text, {1, 2}, WorldPoolOptions());
+  twins.Step(twins.ids(), 3, nullptr);
+  RandomSource random(1);
+  const auto place = [&] {
+    while (twins.rows() == 2) twins.PlaceThings(1, {"box"}, &random);
+  };
+  place();
+  twins.Step(twins.ids(), 40, nullptr);
+  ExpectEqual(&twins);
+  EXPECT_EQ(twins.rows(), 1u);
+  EXPECT_EQ(twins.pool().WhyNotClosed(0), "");
+  EXPECT_NE(twins.pool().WhyNotClosed(1), "");
+  EXPECT_FALSE(twins.pool().Place(0, 12345, 0, 0, 0));
+  EXPECT_FALSE(twins.pool().Place(0, 2, 0, NAN, 0));
+  EXPECT_FALSE(twins.pool().Place(2, 2, 0, 0, 0));
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, PoolVariants, testing::Values(1u, 2u, 4u));

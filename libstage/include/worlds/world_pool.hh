@@ -28,6 +28,9 @@ struct WorldPoolOptions {
   /// when it is opened.
   bool device_steps;
   std::string device_choice;  ///< which device makes them, as after --opencl=; "": the best one
+  /// Names of models on the ground that stand, and that Place() moves without World objects. Each
+  /// may stand elsewhere in each world.
+  std::vector<std::string> placed;
 
   WorldPoolOptions() : threads(1), device(true), branch(false), device_steps(false) {}
 };
@@ -145,6 +148,11 @@ class WorldPool {
   /// Subscribes to a model, unless it has subscribers. Several threads may call it for different
   /// worlds. A reset ends the subscription.
   void Subscribe(uint32_t id, uint32_t model);
+  /// Moves a model on the ground to another place, metres and radians, without a collision test.
+  /// Closed worlds stay so if it is a robot, can be pushed, or is one of WorldPoolOptions::placed.
+  /// Returns false if there is no such model, or if a number is not finite. A reset ends it.
+  /// Several threads may call it for different worlds.
+  bool Place(uint32_t id, uint32_t model, double x, double y, double heading);
   /// Why the world needs a World object, in words that follow "because"; empty if it needs none.
   std::string WhyNotClosed(uint32_t id) const;
   /// Name of the device that makes whole steps; empty if there is none.

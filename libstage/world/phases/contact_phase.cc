@@ -71,23 +71,8 @@ void ContactPhase::AddRow(Model* root) {
 
 void ContactPhase::AddWalls(const Model& root) {
   outline_.Find(root, root.GetGlobalPose());
-  for (const ContactOutline::Part& part : outline_.parts) {
-    const double friction = part.model->GetFriction();
-    const std::span<const motion::Vector> corners = outline_.CornersOf(part);
-    if (part.radius > 0) {
-      // A wall consists of edges, so a disc is drawn with many.
-      constexpr int kSides = 64;
-      motion::Vector circle[kSides];
-      for (int i = 0; i < kSides; i++) {
-        const SineCosine at = SinCos(i * (2.0 * M_PI / kSides));
-        circle[i] = corners[0] + part.radius * motion::Vector{at.cosine, at.sine};
-      }
-      walls_.Add(circle, true, part.height, friction, root.GetId());
-    } else {
-      walls_.Add(corners, true, part.height, friction, root.GetId());
-    }
-    wall_models_.push_back(part.model);
-  }
+  outline_.AddTo(&walls_, root.GetId());
+  for (const ContactOutline::Part& part : outline_.parts) wall_models_.push_back(part.model);
 }
 
 void ContactPhase::FindWalls(WorldEngine* engine) {
