@@ -38,7 +38,8 @@ namespace {
 
 constexpr size_t kMaxRobots = 256;  // more are faster as a world
 constexpr size_t kMaxBrightness = 256;
-constexpr const char* kLargeMap = "what stands covers too large an area";
+constexpr const char* kLargeMap =
+    "what stands covers too large an area (a coarser resolution is possible)";
 
 }  // namespace
 
@@ -49,7 +50,9 @@ std::string RowBridge::WhyNotModel(const Model& model) {
   const ModelType* const type = FindModelType(model);
   if (!type) return Named(model) + " is of a class that rows do not know";
   const bool known = type->name == "model" || IsSensor(model) || IsRobot(model);
-  if (IsRunning(model) && !known) return Named(model) + " runs and is a " + type->name;
+  if (IsRunning(model) && !known)
+    return Named(model) + " is a " + type->name +
+           " with subscribers (without them it may stand there)";
   if (!IsRobot(model) && type->moves != ModelType::kStays)
     return Named(model) + " is a " + type->name + ", which moves by itself";
   if (IsRobot(model) && model.Parent()) return Named(model) + " is a robot on another model";
@@ -68,17 +71,18 @@ std::string RowBridge::WhyNotRobot(const ModelPosition& robot) {
   if (robot.velocity.z != 0 || robot.goal.z != 0) return Named(robot) + " moves upwards";
   if (!IsRunning(robot)) return "";
   if (robot.drive_mode == ModelPosition::DRIVE_CUSTOM)
-    return Named(robot) + " has a drive of a plug-in";
+    return Named(robot) + " has a drive of a plug-in (\"diff\", \"omni\" and \"car\" are possible)";
   if (robot.drive_mode == ModelPosition::DRIVE_CAR &&
       robot.control_mode != ModelPosition::CONTROL_VELOCITY)
-    return Named(robot) + " is a car without a command of velocity";
+    return Named(robot) + " is a car without a command of velocity (SetSpeed() gives one)";
   return "";
 }
 
 std::string RowBridge::WhyNotRanger(const ModelRanger& ranger) {
   for (const ModelRanger::Sensor& sensor : ranger.GetSensors())
     if (sensor.Reach() * ranger.scene().cells_per_metre > RAY_LEG_CELLS)
-      return Named(ranger) + " has rays of more than " + std::to_string(RAY_LEG_CELLS) + " cells";
+      return Named(ranger) + " has rays of more than " + std::to_string(RAY_LEG_CELLS) +
+             " cells (shorter ones, or a coarser resolution, are possible)";
   return "";
 }
 
@@ -87,10 +91,13 @@ std::string RowBridge::WhyNotClosed(const World& world) {
   if (!world.wf) return "no world is loaded";
   if (!engine.IsIdle()) return "a callback is running";
   if (world.options_.controllers && world.wf->TupleLength(0, "plugins") > 0)
-    return "the world uses plug-ins";
-  if (world.HasClients()) return "there are controllers or callbacks";
+    return "the world uses plug-ins (worlds loaded without controllers lack them)";
+  if (world.HasClients())
+    return "there are controllers or callbacks (commands from arrays and batch controllers are "
+           "possible, and worlds loaded without controllers)";
   if (!const_cast<World&>(world).PendingCallback().empty()) return "a callback is pending";
-  if (!engine.metrics.Values().empty()) return "the world has metrics";
+  if (!engine.metrics.Values().empty())
+    return "the world has metrics (they can be computed from arrays)";
   size_t robots = 0;
   for (const Model* model : engine.models) {
     if (std::string reason = WhyNotModel(*model); !reason.empty()) return reason;
@@ -98,7 +105,9 @@ std::string RowBridge::WhyNotClosed(const World& world) {
   }
   if (std::string reason = WhyNotPopulations(world); !reason.empty()) return reason;
   if (std::string reason = WhyNotControls(world); !reason.empty()) return reason;
-  if (robots > kMaxRobots) return "there are more than " + std::to_string(kMaxRobots) + " robots";
+  if (robots > kMaxRobots)
+    return "there are more than " + std::to_string(kMaxRobots) +
+           " robots (one large world is stepped best as it is)";
   return WhyNotSchedule(world);
 }
 
@@ -264,7 +273,7 @@ void RowBridge::SceneMaker::AddBodies(const Model& model, uint32_t node, rows::M
     if (side > rows::kMaxSide || body.corners.size() > rows::CornerCells::kMax ||
         body.corners.empty()) {
       reason_ = Named(model) + " has an outline of more than " + std::to_string(rows::kMaxSide) +
-                " cells or corners";
+                " cells or corners (a coarser resolution, or several models, are possible)";
       return;
     }
     body.first_point = scene_.point_count;

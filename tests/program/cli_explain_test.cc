@@ -93,6 +93,35 @@ TEST_F(CliExplainTest, AsJson) {
   EXPECT_TRUE(json["opencl"].is_null());
 }
 
+/// The reasons are those of Batch.explain() in Python, with what only making rows finds out.
+TEST_F(CliExplainTest, TellsWhetherPoolsNeedObjects) {
+  const struct {
+    const char* text;
+    const char* reason;  // "": the world is closed
+  } cases[] = {
+      {"position( alwayson 1 ranger( alwayson 1 update_interval 200 ) ) model( pose [2 0 0 0] )",
+       ""},
+      {"position( ctrl \"stage/wander\" ranger( sensor( samples 9 ) ) )", ""},
+      {"position( ctrl \"wander\" ranger( sensor( samples 9 ) ) )",
+       "there are controllers or callbacks (commands from arrays and batch controllers are "
+       "possible"},
+      {"position( alwayson 1 ) gripper( alwayson 1 pose [2 0 0 0] )",
+       R"("gripper:0" is a gripper with subscribers)"},
+      {"resolution 0.02 position( alwayson 1 size [3 1 1] )",
+       R"("position:0" has an outline of more than 64 cells or corners (a coarser resolution)"}};
+  for (const auto& [text, reason] : cases) {
+    SCOPED_TRACE(text);
+    Write("w.world", text);
+    const std::string wanted = *reason ? "not closed: an object per world is needed, because "
+                                       : "closed: pools, batches and branches step it without";
+    const std::string out = Unwrapped(Stage({"--explain", "w.world"}).out);
+    EXPECT_TRUE(Contains(out, "  in pools    " + wanted + reason)) << out;
+    const Json json = Json::parse(Stage({"--explain=json", "w.world"}).out);
+    EXPECT_EQ(json["closed"], !*reason);
+    EXPECT_EQ(json["not_closed_because"].is_null(), !*reason);
+  }
+}
+
 TEST_F(CliExplainTest, ToAFile) {
   WriteScene("w.world", "");
   const Result r = Stage({"--explain", "w.world", "--stats", "e.json", "--duration", "2"});

@@ -349,7 +349,8 @@ TEST(BranchesInRows, TellWhyTheyCannotBe) {
   InitLibrary();
   const std::unique_ptr<World> world = LoadEndless("wifi( name \"w\" alwayson 1 )\n", 1);
   Branches branches(*world, 1);
-  EXPECT_EQ(branches.WhyNotClosed(), "\"w\" runs and is a wifi");
+  EXPECT_EQ(branches.WhyNotClosed(),
+            "\"w\" is a wifi with subscribers (without them it may stand there)");
   Snapshot now;
   ASSERT_TRUE(world->Take(&now));
   branches.Restore(0, now);

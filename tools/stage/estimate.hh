@@ -44,7 +44,8 @@ struct Explanation {
   StepCosts costs;
   MemoryReadings memory;
   Estimate estimate;
-  double steps = 0;  ///< until its end; 0: unknown
+  double steps = 0;            ///< until its end; 0: unknown
+  std::string why_not_closed;  ///< see WhyNotClosed()
 };
 
 Estimate MakeEstimate(const SceneSummary& scene, const StepCosts& costs,

@@ -10,6 +10,7 @@
 #include "stage/process.hh"
 #include "stage/report.hh"
 #include "stage/run.hh"
+#include "worlds/why_not_closed.hh"
 
 namespace Stg::program {
 
@@ -62,6 +63,7 @@ void Complete(const RunOptions& options, Explanation* e) {
   }
   e->costs = MeasureStepCosts(*e->world);
   e->estimate = MakeEstimate(e->scene, e->costs, e->memory, options);
+  e->why_not_closed = WhyNotClosed(*e->world);
 }
 
 }  // namespace

@@ -127,6 +127,8 @@ Json Describe(const Explanation& e, const RunOptions& options) {
           {"updates_per_step", s.updates_per_step},
           {"callbacks_per_step", s.callbacks_per_step},
           {"steps", e.steps > 0 ? Json(e.steps) : Json(nullptr)},
+          {"closed", e.why_not_closed.empty()},
+          {"not_closed_because", e.why_not_closed.empty() ? Json(nullptr) : Json(e.why_not_closed)},
           {"rays_per_step", estimate.rays},
           {"ms_per_step", estimate.step_ms},
           {"ms_per_step_now", estimate.step_ms * e.costs.busy},

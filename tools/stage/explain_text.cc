@@ -70,6 +70,10 @@ class Page {
     Line("steps", Format("of %s s; %s and %s in each; %s", Rounded(Seconds(s_.step)).c_str(),
                          Count(s_.updates_per_step, "update").c_str(),
                          Count(s_.callbacks_per_step, "callback").c_str(), Threads().c_str()));
+    Line("in pools",
+         w_.why_not_closed.empty()
+             ? "closed: pools, batches and branches step it without an object per world"
+             : "not closed: an object per world is needed, because " + w_.why_not_closed);
   }
 
   std::string Threads() const {
