@@ -49,6 +49,12 @@ RAY_FUNCTION void row_command(const row_world_t* w, const row_array_t* array, ro
   ROW_COLUMN(w, row_byte, ROW_MODE)[entry.place] = ROW_VELOCITY_MODE;
 }
 
+/* Gives a robot a command of any mode. */
+RAY_FUNCTION void row_give(const row_world_t* w, row_given_t given) {
+  ROW_COLUMN(w, row_planar_t, ROW_COMMAND)[given.mover] = given.command;
+  ROW_COLUMN(w, row_byte, ROW_MODE)[given.mover] = (row_byte)given.mode;
+}
+
 /* Asks for a mover to be moved to a pose, unless it is there or the pose is not finite. See
  * Rows::Stepper::Place(). */
 RAY_FUNCTION void row_ask_for_place(const row_world_t* w, ray_uint mover,

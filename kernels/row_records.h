@@ -357,6 +357,14 @@ typedef struct {
   ray_uint of_readings; /* doubles are NaN as long as the world has no readings */
 } row_array_t;
 
+/* A command to a robot of one world. */
+typedef struct {
+  row_planar_t command;
+  ray_uint world, mover;
+  ray_uint mode; /* ROW_..._MODE */
+  ray_uint unused;
+} row_given_t;
+
 /* OpenCL C 1.1 has no static assertions. */
 typedef char row_placed_has_40_bytes[sizeof(row_placed_t) == 40 ? 1 : -1];
 typedef char row_mover_has_160_bytes[sizeof(row_mover_t) == 160 ? 1 : -1];
@@ -370,6 +378,7 @@ typedef char row_scene_has_1184_bytes[sizeof(row_scene_t) == 1184 ? 1 : -1];
 typedef char row_map_has_48_bytes[sizeof(row_map_t) == 48 ? 1 : -1];
 typedef char row_view_has_32_bytes[sizeof(row_view_t) == 32 ? 1 : -1];
 typedef char row_fragment_has_48_bytes[sizeof(row_fragment_t) == 48 ? 1 : -1];
+typedef char row_given_has_40_bytes[sizeof(row_given_t) == 40 ? 1 : -1];
 typedef char row_noisy_odometry_has_160_bytes[sizeof(row_noisy_odometry_t) == 160 ? 1 : -1];
 
 #ifndef RAY_IN_OPENCL

@@ -25,17 +25,17 @@ uint world_of_item(const uint first) {
 }
 
 __kernel void step_rows(const uint first, __global const ulong* image, __global ulong* state,
-                        __global ulong* scratch, const uint steps) {
+                        __global ulong* scratch, const uint steps, const uint unseen) {
   const row_world_t w = world_number(image, state, scratch, world_of_item(first));
-  row_step(&w, steps);
+  row_step(&w, steps, unseen);
 }
 
 /* Steps only the worlds of a list. */
 __kernel void step_some_rows(const uint first, __global const ulong* image, __global ulong* state,
                              __global ulong* scratch, __global const uint* worlds,
-                             const uint steps) {
+                             const uint steps, const uint unseen) {
   const row_world_t w = world_number(image, state, scratch, worlds[world_of_item(first)]);
-  row_step(&w, steps);
+  row_step(&w, steps, unseen);
 }
 
 /* Resets the worlds of a list, each with given_bytes bytes of its own. */
@@ -44,6 +44,26 @@ __kernel void reset_rows(const uint first, __global const ulong* image, __global
                          const uint columns, const uint given_bytes) {
   const row_world_t w = world_number(image, state, state, worlds[world_of_item(first)]);
   row_reset(&w, given + (size_t)world_of_item(first) * given_bytes, columns);
+}
+
+/* Puts the worlds of a list into the state of `start`, each with given_bytes bytes of its own. */
+__kernel void restore_rows(const uint first, __global const ulong* image, __global ulong* state,
+                           __global const uint* worlds, __global const ulong* start,
+                           __global const uchar* given, const uint columns,
+                           const uint given_bytes) {
+  const row_world_t w = world_number(image, state, state, worlds[world_of_item(first)]);
+  row_restore(&w, (__global const row_byte*)start,
+              given + (size_t)world_of_item(first) * given_bytes, columns);
+}
+
+/* Each work-item gives one robot a command. */
+__kernel void give_rows(__global const ulong* image, __global ulong* state,
+                        __global const row_given_t* given, const uint count) {
+  if (get_global_id(0) < count) {
+    const row_given_t one = given[get_global_id(0)];
+    const row_world_t w = world_number(image, state, state, one.world);
+    row_give(&w, one);
+  }
 }
 
 row_array_t array_of(const uint kind, const uint column, const uint elements,

@@ -59,8 +59,9 @@ RAY_FUNCTION void row_update(const row_world_t* w, int is_due, int unseen, doubl
   for (i = ROW_ITEM; i < movers; i += ROW_ITEMS) row_store_sensed_pose(w, i);
 }
 
-/* Makes steps of a world. Nobody looks at readings in between. */
-RAY_FUNCTION void row_step(const row_world_t* w, ray_uint steps) {
+/* Makes steps of a world. Nobody looks at readings in between, nor before `unseen` further steps.
+ */
+RAY_FUNCTION void row_step(const row_world_t* w, ray_uint steps, ray_uint unseen) {
   RAY_GLOBAL const row_scene_t* const scene = w->scene;
   ray_ulong now = *ROW_COLUMN(w, ray_ulong, ROW_TIME);
   ray_ulong next = *ROW_COLUMN(w, ray_ulong, ROW_NEXT_UPDATE);
@@ -77,7 +78,7 @@ RAY_FUNCTION void row_step(const row_world_t* w, ray_uint steps) {
       next = scene->interval > 1 ? (now / scene->interval + 1) * scene->interval
                                  : now + scene->interval;
     }
-    row_update(w, is_due, (next - now - 1) / scene->step < steps - 1 - i, dt);
+    row_update(w, is_due, (next - now - 1) / scene->step < (ray_ulong)unseen + (steps - 1 - i), dt);
     row_move(w);
     ROW_BARRIER();
     row_run_controls(w, is_due, (double)now / ROW_SECOND);
@@ -92,22 +93,28 @@ RAY_FUNCTION void row_step(const row_world_t* w, ray_uint steps) {
   }
 }
 
-/* Resets a world to its state after loading. `given` are `given_bytes` bytes that follow each
- * other: the columns with a bit in `columns`, which depend on the world's seed. */
-RAY_FUNCTION void row_reset(const row_world_t* w, RAY_GLOBAL const row_byte* given,
-                            ray_uint columns) {
+/* Puts a world into a state. `start` has the columns of one world at row_scene_t::starts, and
+ * `given`, one after the other, those with a bit in `columns`, which replace them. */
+RAY_FUNCTION void row_restore(const row_world_t* w, RAY_GLOBAL const row_byte* start,
+                              RAY_GLOBAL const row_byte* given, ray_uint columns) {
   RAY_GLOBAL const row_scene_t* const scene = w->scene;
   ray_uint column;
   for (column = 0; column < ROW_COLUMNS; column++) {
     const int is_given = ((columns >> column) & 1) != 0;
-    RAY_GLOBAL const row_byte* const from =
-        is_given ? given : ROW_PART(w, row_byte, ROW_START) + scene->starts[column];
+    RAY_GLOBAL const row_byte* const from = is_given ? given : start + scene->starts[column];
     RAY_GLOBAL row_byte* const to =
         w->state + scene->columns[column] + w->world * scene->row_bytes[column];
     ray_ulong i;
     for (i = ROW_ITEM; i < scene->row_bytes[column]; i += ROW_ITEMS) to[i] = from[i];
     if (is_given) given += scene->row_bytes[column];
   }
+}
+
+/* Resets a world to its state after loading. `given` and `columns`: what depends on its seed, see
+ * row_restore(). */
+RAY_FUNCTION void row_reset(const row_world_t* w, RAY_GLOBAL const row_byte* given,
+                            ray_uint columns) {
+  row_restore(w, ROW_PART(w, row_byte, ROW_START), given, columns);
 }
 
 #ifndef RAY_IN_OPENCL

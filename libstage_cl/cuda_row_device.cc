@@ -12,6 +12,9 @@ namespace {
 
 using rows::RowDeviceError;
 
+/// Work-items of a group of a kernel of entries.
+constexpr unsigned kItemsOfEntries = 128;
+
 /// Adapts kernels of OpenCL to CUDA. Registers 0 to 5 of the environment hold offsets of
 /// work-groups and work-items, which are 0; CUDA does not set them.
 std::string AdaptToCuda(const std::string& ptx) {
@@ -55,24 +58,38 @@ CudaRowMemory::CudaRowMemory(const std::shared_ptr<CudaDevice>& device, size_t b
 
 // ---- the device ---------------------------------------------------------------------------------
 
-CudaRowDevice::CudaRowDevice(std::shared_ptr<CudaDevice> device, const std::string& name,
-                             const std::string& ptx, uint32_t work_items)
-    : device_(std::move(device)), name_(name), wanted_items_(work_items) {
+CudaKernels::CudaKernels(std::shared_ptr<CudaDevice> device, const std::string& ptx)
+    : device_(std::move(device)) {
   const CudaDevice::Current current(*device_);
-  Check(device_->functions().load_module(&module_, AdaptToCuda(ptx).c_str()), "the kernels");
-  step_ = FindKernel("step_rows");
-  step_some_ = FindKernel("step_some_rows");
-  reset_ = FindKernel("reset_rows");
-  gather_ = FindKernel("gather_rows");
-  command_ = FindKernel("command_rows");
-  clear_ = FindKernel("clear_rows");
-  place_ = FindKernel("place_rows");
-  reset_flagged_ = FindKernel("reset_flagged_rows");
+  if (device_->functions().load_module(&module_, AdaptToCuda(ptx).c_str()) != 0)
+    throw RowDeviceError("CUDA does not load the kernels");
 }
 
-CudaRowDevice::~CudaRowDevice() {
+CudaKernels::~CudaKernels() {
   const CudaDevice::Current current(*device_);
-  if (module_) device_->functions().unload_module(module_);
+  device_->functions().unload_module(module_);
+}
+
+CudaRowDevice::CudaRowDevice(std::shared_ptr<CudaDevice> device, const std::string& name,
+                             const std::string& ptx, uint32_t work_items)
+    : device_(std::move(device)),
+      name_(name),
+      kernels_(std::make_shared<const CudaKernels>(device_, ptx)),
+      wanted_items_(work_items) {
+  FindKernels();
+}
+
+CudaRowDevice::CudaRowDevice(const CudaRowDevice& other)
+    : RowDevice(),
+      device_(other.device_),
+      name_(other.name_),
+      kernels_(other.kernels_),
+      wanted_items_(other.wanted_items_) {
+  FindKernels();
+}
+
+std::unique_ptr<rows::RowDevice> CudaRowDevice::Another() const {
+  return std::make_unique<CudaRowDevice>(*this);
 }
 
 void CudaRowDevice::Check(cuda::Result result, const std::string& what) const {
@@ -83,13 +100,20 @@ void CudaRowDevice::Check(cuda::Result result, const std::string& what) const {
                        " for " + what);
 }
 
-cuda::Function CudaRowDevice::FindKernel(const char* name) {
-  cuda::Function found = nullptr;
-  Check(device_->functions().get_function(&found, module_, name), name);
-  int most = 0;
-  Check(device_->functions().get_attribute(&most, cuda::kMaxThreadsPerBlock, found), name);
-  most_items_ = std::min(most_items_, static_cast<unsigned>(most));
-  return found;
+void CudaRowDevice::FindKernels() {
+  const CudaDevice::Current current(*device_);
+  const std::pair<cuda::Function*, const char*> kernels[] = {
+      {&step_, "step_rows"},       {&step_some_, "step_some_rows"},
+      {&reset_, "reset_rows"},     {&restore_, "restore_rows"},
+      {&give_, "give_rows"},       {&gather_, "gather_rows"},
+      {&command_, "command_rows"}, {&clear_, "clear_rows"},
+      {&place_, "place_rows"},     {&reset_flagged_, "reset_flagged_rows"}};
+  for (const auto& [kernel, name] : kernels) {
+    Check(device_->functions().get_function(kernel, kernels_->module(), name), name);
+    int most = 0;
+    Check(device_->functions().get_attribute(&most, cuda::kMaxThreadsPerBlock, *kernel), name);
+    most_items_ = std::min(most_items_, static_cast<unsigned>(most));
+  }
 }
 
 /// Calls f() in the device's context.
@@ -122,14 +146,13 @@ void CudaRowDevice::LaunchForWorlds(cuda::Function kernel, size_t worlds, Argume
 template <typename... Arguments>
 void CudaRowDevice::LaunchForEntries(cuda::Function kernel, const rows::RowChoice& worlds,
                                      uint32_t count, Arguments... arguments) {
-  constexpr unsigned kItems = 128;
   const cuda::Address list = SendList(worlds.list);
   const cuda::Address flags = Send(worlds.flags, "flags", &flags_);
-  rows::ForEachPartOfEntries(worlds_, worlds, count,
-                             [&](uint32_t first, uint32_t all, size_t items) {
-                               Launch(kernel, (items + kItems - 1) / kItems, kItems, 1, list, flags,
-                                      worlds.kind, first, all, count, arguments...);
-                             });
+  rows::ForEachPartOfEntries(
+      worlds_, worlds, count, [&](uint32_t first, uint32_t all, size_t items) {
+        Launch(kernel, (items + kItemsOfEntries - 1) / kItemsOfEntries, kItemsOfEntries, 1, list,
+               flags, worlds.kind, first, all, count, arguments...);
+      });
 }
 
 template <typename T>
@@ -182,19 +205,20 @@ void CudaRowDevice::Read(size_t offset, void* to, size_t bytes) {
   });
 }
 
-void CudaRowDevice::Step(uint32_t steps) {
+void CudaRowDevice::Step(uint32_t steps, uint32_t unseen) {
   if (steps == 0) return;
   Call([&] {
-    LaunchForWorlds(step_, worlds_, image_.address(), state_.address(), scratch_.address(), steps);
+    LaunchForWorlds(step_, worlds_, image_.address(), state_.address(), scratch_.address(), steps,
+                    unseen);
   });
 }
 
-void CudaRowDevice::StepSome(std::span<const uint32_t> worlds, uint32_t steps) {
+void CudaRowDevice::StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) {
   if (steps == 0) return;
   Call([&] {
     const cuda::Address list = SendList(worlds);
     LaunchForWorlds(step_some_, worlds.size(), image_.address(), state_.address(),
-                    scratch_.address(), list, steps);
+                    scratch_.address(), list, steps, unseen);
   });
 }
 
@@ -206,6 +230,27 @@ void CudaRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std:
     const cuda::Address of_worlds = Send(given, "the columns of worlds", &given_);
     LaunchForWorlds(reset_, worlds.size(), image_.address(), state_.address(), list, of_worlds,
                     columns, static_cast<uint32_t>(given.size() / worlds.size()));
+  });
+}
+
+void CudaRowDevice::Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
+                            std::span<const std::byte> given, uint32_t columns) {
+  if (worlds.empty()) return;
+  Call([&] {
+    const cuda::Address list = SendList(worlds);
+    const cuda::Address of_all = Send(start, "the state of a world", &start_);
+    const cuda::Address of_worlds = Send(given, "the columns of worlds", &given_);
+    LaunchForWorlds(restore_, worlds.size(), image_.address(), state_.address(), list, of_all,
+                    of_worlds, columns, static_cast<uint32_t>(given.size() / worlds.size()));
+  });
+}
+
+void CudaRowDevice::Give(std::span<const row_given_t> commands) {
+  if (commands.empty()) return;
+  Call([&] {
+    const cuda::Address given = Send(std::as_bytes(commands), "commands", &commands_);
+    Launch(give_, (commands.size() + kItemsOfEntries - 1) / kItemsOfEntries, kItemsOfEntries, 1,
+           image_.address(), state_.address(), given, static_cast<uint32_t>(commands.size()));
   });
 }
 

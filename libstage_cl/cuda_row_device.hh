@@ -41,6 +41,22 @@ class CudaBytes {
   size_t bytes_ = 0;
 };
 
+/// Kernels that CUDA has loaded.
+class CudaKernels {
+ public:
+  /// `ptx`: see CudaRowDevice. Throws rows::RowDeviceError.
+  CudaKernels(std::shared_ptr<CudaDevice> device, const std::string& ptx);
+  ~CudaKernels();
+  CudaKernels(const CudaKernels&) = delete;
+  CudaKernels& operator=(const CudaKernels&) = delete;
+
+  cuda::Module module() const { return module_; }
+
+ private:
+  const std::shared_ptr<CudaDevice> device_;
+  cuda::Module module_ = nullptr;
+};
+
 class CudaRowMemory final : public rows::RowMemory {
  public:
   CudaRowMemory(const std::shared_ptr<CudaDevice>& device, size_t bytes);
@@ -62,18 +78,21 @@ class CudaRowDevice final : public rows::RowDevice {
   /// rows::RowDeviceError if CUDA does not accept it.
   CudaRowDevice(std::shared_ptr<CudaDevice> device, const std::string& name, const std::string& ptx,
                 uint32_t work_items);
-  ~CudaRowDevice() override;
-  CudaRowDevice(const CudaRowDevice&) = delete;
-  CudaRowDevice& operator=(const CudaRowDevice&) = delete;
+  /// Shares the kernels.
+  CudaRowDevice(const CudaRowDevice& other);
 
   std::string Name() const override { return name_; }
+  std::unique_ptr<rows::RowDevice> Another() const override;
   void Begin(std::span<const uint64_t> image, const rows::RowBuffers& buffers) override;
   void Write(size_t offset, const void* from, size_t bytes) override;
   void Read(size_t offset, void* to, size_t bytes) override;
-  void Step(uint32_t steps) override;
-  void StepSome(std::span<const uint32_t> worlds, uint32_t steps) override;
+  void Step(uint32_t steps, uint32_t unseen) override;
+  void StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) override;
   void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
              uint32_t columns) override;
+  void Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
+               std::span<const std::byte> given, uint32_t columns) override;
+  void Give(std::span<const row_given_t> commands) override;
   void Finish() override;
   std::shared_ptr<rows::RowMemory> MakeMemory(size_t bytes) override;
   void SetParts(rows::RowMemory* memory, const std::vector<rows::RowPart>& parts) override;
@@ -93,7 +112,7 @@ class CudaRowDevice final : public rows::RowDevice {
   template <typename F>
   void Call(F f);
   void Check(cuda::Result result, const std::string& what) const;
-  cuda::Function FindKernel(const char* name);
+  void FindKernels();
   template <typename T>
   CudaBytes BytesOf(std::span<const T> elements, const std::string& name);
   cuda::Address Send(std::span<const std::byte> data, const std::string& name, CudaBytes* to);
@@ -111,13 +130,14 @@ class CudaRowDevice final : public rows::RowDevice {
   const std::shared_ptr<CudaDevice> device_;
   const std::string name_;
   const pid_t process_ = getpid();
-  cuda::Module module_ = nullptr;
-  cuda::Function step_, step_some_, reset_, gather_, command_, clear_, place_, reset_flagged_;
+  const std::shared_ptr<const CudaKernels> kernels_;
+  cuda::Function step_, step_some_, reset_, restore_, give_, gather_, command_, clear_, place_,
+      reset_flagged_;
   const unsigned wanted_items_;
   unsigned most_items_ = UINT_MAX;
   RowGroups groups_{1, 1};
   size_t worlds_ = 0;
-  CudaBytes image_, state_, scratch_, list_, given_, poses_, flags_, entries_;
+  CudaBytes image_, state_, scratch_, list_, given_, start_, commands_, poses_, flags_, entries_;
   std::vector<uint32_t> list_on_device_;
 };
 

@@ -23,27 +23,57 @@ constexpr size_t kItemsOfEntries = 128;
 
 ClRowDevice::ClRowDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> watch,
                          uint32_t work_items)
-    : device_(device, std::move(watch), Kernels::kRows),
-      queue_(device_.context, device_.found.device),
-      step_(device_.program, "step_rows"),
-      step_some_(device_.program, "step_some_rows"),
-      reset_(device_.program, "reset_rows"),
-      gather_(device_.program, "gather_rows"),
-      command_(device_.program, "command_rows"),
-      clear_(device_.program, "clear_rows"),
-      place_(device_.program, "place_rows"),
-      reset_flagged_(device_.program, "reset_flagged_rows"),
+    : device_(std::make_shared<const OpenDevice>(device, std::move(watch), Kernels::kRows)),
+      queue_(device_->context, device_->found.device),
       wanted_items_(work_items),
       items_of_entries_(kItemsOfEntries),
       cuda_(FromEnvironment("STAGE_CL_CUDA") == "off" ? nullptr
-                                                      : CudaDevice::Find(device_.found.device)) {
-  const auto limit = [&](std::initializer_list<const ::cl::Kernel*> kernels, size_t* items) {
-    for (const ::cl::Kernel* const kernel : kernels)
-      *items = std::min<size_t>(
-          *items, kernel->getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_.found.device));
-  };
-  limit({&step_, &step_some_, &reset_, &place_, &reset_flagged_}, &most_items_);
-  limit({&gather_, &command_, &clear_}, &items_of_entries_);
+                                                      : CudaDevice::Find(device_->found.device)) {
+  FindKernels();
+}
+
+ClRowDevice::ClRowDevice(const ClRowDevice& other)
+    : RowDevice(),
+      device_(other.device_),
+      queue_(other.queue_),
+      wanted_items_(other.wanted_items_),
+      items_of_entries_(other.items_of_entries_),
+      cuda_(other.cuda_) {
+  FindKernels();
+}
+
+/// Makes the kernels, each of which holds its arguments.
+void ClRowDevice::FindKernels() {
+  const std::pair<::cl::Kernel*, const char*> kernels[] = {
+      {&step_, "step_rows"},       {&step_some_, "step_some_rows"},
+      {&reset_, "reset_rows"},     {&restore_, "restore_rows"},
+      {&give_, "give_rows"},       {&gather_, "gather_rows"},
+      {&command_, "command_rows"}, {&clear_, "clear_rows"},
+      {&place_, "place_rows"},     {&reset_flagged_, "reset_flagged_rows"}};
+  for (const auto& [kernel, name] : kernels) {
+    *kernel = ::cl::Kernel(device_->program, name);
+    const bool has_entries =
+        kernel == &give_ || kernel == &gather_ || kernel == &command_ || kernel == &clear_;
+    size_t& items = has_entries ? items_of_entries_ : most_items_;
+    items = std::min<size_t>(
+        items, kernel->getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_->found.device));
+  }
+}
+
+/// Calls f() and translates errors.
+template <typename F>
+auto ClRowDevice::Call(F f) const {
+  if (getpid() != process_) throw RowDeviceError("this process has been forked");
+  calls::SetDriver(device_->found.platform);  // the thread may use other drivers too
+  try {
+    return f();
+  } catch (const ::cl::Error& error) {
+    throw RowDeviceError(Name() + ": " + error.what() + ", error " + std::to_string(error.err()));
+  }
+}
+
+std::unique_ptr<rows::RowDevice> ClRowDevice::Another() const {
+  return Call([&] { return std::make_unique<ClRowDevice>(*this); });
 }
 
 std::unique_ptr<rows::RowDevice> ClRowDevice::ForCuda(uint32_t work_items) const {
@@ -51,7 +81,7 @@ std::unique_ptr<rows::RowDevice> ClRowDevice::ForCuda(uint32_t work_items) const
   if (!cuda_ || wanted == "share") return nullptr;
   try {
     const std::vector<std::vector<unsigned char>> binaries =
-        device_.program.getInfo<CL_PROGRAM_BINARIES>();
+        device_->program.getInfo<CL_PROGRAM_BINARIES>();
     if (binaries.empty()) return nullptr;
     const std::string ptx(binaries[0].begin(), binaries[0].end());
     return std::make_unique<CudaRowDevice>(cuda_, Name(), ptx, work_items);
@@ -61,28 +91,16 @@ std::unique_ptr<rows::RowDevice> ClRowDevice::ForCuda(uint32_t work_items) const
 }
 
 std::string ClRowDevice::Name() const {
-  const FoundDevice& found = device_.found;
+  const FoundDevice& found = device_->found;
   return found.kind + " " + found.name + " (" + found.platform + ")";
 }
 
-/// Calls f() and translates errors.
-template <typename F>
-auto ClRowDevice::Call(F f) {
-  if (getpid() != process_) throw RowDeviceError("this process has been forked");
-  calls::SetDriver(device_.found.platform);  // the thread may use other drivers too
-  try {
-    return f();
-  } catch (const ::cl::Error& error) {
-    throw RowDeviceError(Name() + ": " + error.what() + ", error " + std::to_string(error.err()));
-  }
-}
-
 ::cl::Buffer ClRowDevice::MakeBuffer(size_t bytes, const std::string& name) const {
-  const uint64_t most = device_.found.device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
+  const uint64_t most = device_->found.device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
   if (bytes > most)
     throw RowDeviceError(Name() + ": " + name + " takes " + std::to_string(bytes) +
                          " bytes, a buffer has at most " + std::to_string(most));
-  return ::cl::Buffer(device_.context, CL_MEM_READ_WRITE, std::max<size_t>(bytes, 1));
+  return ::cl::Buffer(device_->context, CL_MEM_READ_WRITE, std::max<size_t>(bytes, 1));
 }
 
 /// A buffer with these elements.
@@ -110,7 +128,7 @@ void ClRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffers&
     worlds_ = buffers.worlds;
     // A CPU runs the work-items of a group one after the other.
     const bool is_alone =
-        device_.found.kind == "cpu" && wanted_items_ == 0 && buffers.work_items == 0;
+        device_->found.kind == "cpu" && wanted_items_ == 0 && buffers.work_items == 0;
     groups_ = is_alone ? RowGroups{1, 1} : ChooseRowGroups(buffers, wanted_items_, most_items_);
     image_ = MakeBuffer(image.size_bytes(), "the scene");
     state_ = MakeBuffer(buffers.state_bytes, "the state of all worlds");
@@ -161,16 +179,18 @@ void ClRowDevice::LaunchForEntries(::cl::Kernel* kernel, const rows::RowChoice& 
                              });
 }
 
-void ClRowDevice::Step(uint32_t steps) {
+void ClRowDevice::Step(uint32_t steps, uint32_t unseen) {
   if (steps == 0) return;
-  Call([&] { LaunchForWorlds(&step_, worlds_, image_, state_, scratch_, cl_uint{steps}); });
+  Call([&] {
+    LaunchForWorlds(&step_, worlds_, image_, state_, scratch_, cl_uint{steps}, cl_uint{unseen});
+  });
 }
 
-void ClRowDevice::StepSome(std::span<const uint32_t> worlds, uint32_t steps) {
+void ClRowDevice::StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) {
   if (worlds.empty() || steps == 0) return;
   Call([&] {
     LaunchForWorlds(&step_some_, worlds.size(), image_, state_, scratch_, SendList(worlds),
-                    cl_uint{steps});
+                    cl_uint{steps}, cl_uint{unseen});
   });
 }
 
@@ -180,6 +200,25 @@ void ClRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std::b
   Call([&] {
     LaunchForWorlds(&reset_, worlds.size(), image_, state_, SendList(worlds), Send(given, &given_),
                     cl_uint{columns}, static_cast<cl_uint>(given.size() / worlds.size()));
+  });
+}
+
+void ClRowDevice::Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
+                          std::span<const std::byte> given, uint32_t columns) {
+  if (worlds.empty()) return;
+  Call([&] {
+    LaunchForWorlds(&restore_, worlds.size(), image_, state_, SendList(worlds),
+                    Send(start, &start_), Send(given, &given_), cl_uint{columns},
+                    static_cast<cl_uint>(given.size() / worlds.size()));
+  });
+}
+
+void ClRowDevice::Give(std::span<const row_given_t> commands) {
+  if (commands.empty()) return;
+  Call([&] {
+    Launch(&give_, (commands.size() + items_of_entries_ - 1) / items_of_entries_, items_of_entries_,
+           1, image_, state_, Send(std::as_bytes(commands), &commands_),
+           static_cast<cl_uint>(commands.size()));
   });
 }
 
@@ -201,7 +240,7 @@ std::shared_ptr<rows::RowMemory> ClRowDevice::MakeMemory(size_t bytes) {
   return Call([&] {
     std::unique_ptr<CudaMemory> shared = cuda_ ? CudaMemory::Make(cuda_, bytes) : nullptr;
     ::cl::Buffer buffer;
-    if (shared) buffer = shared->MakeBuffer(device_.context);
+    if (shared) buffer = shared->MakeBuffer(device_->context);
     if (!buffer()) {
       shared.reset();
       buffer = MakeBuffer(bytes, "an array");

@@ -42,18 +42,25 @@ class ClRowDevice final : public rows::RowDevice {
   /// Throws rows::RowDeviceError, sensing::PrefilterError or cl::Error.
   ClRowDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> watch, uint32_t work_items);
 
+  /// Shares the open device and the queue.
+  ClRowDevice(const ClRowDevice& other);
+
   /// A device of CUDA that runs the same kernels; null if CUDA does not have this device or does
   /// not accept them. STAGE_CL_CUDA=share leaves the steps to OpenCL, "off" the arrays as well.
   std::unique_ptr<rows::RowDevice> ForCuda(uint32_t work_items) const;
 
   std::string Name() const override;
+  std::unique_ptr<rows::RowDevice> Another() const override;
   void Begin(std::span<const uint64_t> image, const rows::RowBuffers& buffers) override;
   void Write(size_t offset, const void* from, size_t bytes) override;
   void Read(size_t offset, void* to, size_t bytes) override;
-  void Step(uint32_t steps) override;
-  void StepSome(std::span<const uint32_t> worlds, uint32_t steps) override;
+  void Step(uint32_t steps, uint32_t unseen) override;
+  void StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) override;
   void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
              uint32_t columns) override;
+  void Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
+               std::span<const std::byte> given, uint32_t columns) override;
+  void Give(std::span<const row_given_t> commands) override;
   void Finish() override;
   std::shared_ptr<rows::RowMemory> MakeMemory(size_t bytes) override;
   void SetParts(rows::RowMemory* memory, const std::vector<rows::RowPart>& parts) override;
@@ -70,7 +77,7 @@ class ClRowDevice final : public rows::RowDevice {
 
  private:
   template <typename F>
-  auto Call(F f);
+  auto Call(F f) const;
   ::cl::Buffer MakeBuffer(size_t bytes, const std::string& name) const;
   template <typename T>
   ::cl::Buffer BufferOf(std::span<const T> elements, const std::string& name);
@@ -92,16 +99,20 @@ class ClRowDevice final : public rows::RowDevice {
                         const Arguments&... arguments);
   const ::cl::Buffer& SendList(std::span<const uint32_t> worlds);
 
-  const OpenDevice device_;  // destroyed last
+  void FindKernels();
+
+  const std::shared_ptr<const OpenDevice> device_;  // destroyed last
   const pid_t process_ = getpid();
   ::cl::CommandQueue queue_;
-  ::cl::Kernel step_, step_some_, reset_, gather_, command_, clear_, place_, reset_flagged_;
+  ::cl::Kernel step_, step_some_, reset_, restore_, give_, gather_, command_, clear_, place_,
+      reset_flagged_;
   const unsigned wanted_items_;
   size_t most_items_ = SIZE_MAX, items_of_entries_, worlds_ = 0;
   RowGroups groups_{1, 1};
   ::cl::Buffer image_, state_, scratch_;
-  Transfer list_{"the numbers of worlds"}, given_{"the columns of worlds"}, poses_{"poses"},
-      flags_{"flags"}, entries_{"the entries of poses"};
+  Transfer list_{"the numbers of worlds"}, given_{"the columns of worlds"},
+      start_{"the state of a world"}, commands_{"commands"}, poses_{"poses"}, flags_{"flags"},
+      entries_{"the entries of poses"};
   std::vector<uint32_t> list_on_device_;
   const std::shared_ptr<CudaDevice> cuda_;  // null: CUDA does not have this device
 };

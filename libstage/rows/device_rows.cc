@@ -2,6 +2,7 @@
 
 #include "rows/device_rows.hh"
 
+#include <algorithm>
 #include <array>
 #include <initializer_list>
 #include <utility>
@@ -27,10 +28,17 @@ void KeepText(void* to, const char* text) { *static_cast<std::string*>(to) = tex
 
 bool Has(ColumnSet columns, int id) { return columns >> id & 1; }
 
+/// See ReplaceRowDevices().
+std::function<std::unique_ptr<RowDevice>()>& Replacement() {
+  static std::function<std::unique_ptr<RowDevice>()> make;
+  return make;
+}
+
 }  // namespace
 
 std::unique_ptr<RowDevice> OpenRowDevice(const std::string& choice, uint32_t work_items,
                                          std::string* message) {
+  if (Replacement()) return Replacement()();
   void* const plugin = OpenPlugin(kOpenClPlugin, message, Stamp::kNone);
   const auto* const backend = static_cast<const RowBackend*>(
       plugin ? FindSymbol(plugin, "stage_row_backend", message) : nullptr);
@@ -41,6 +49,10 @@ std::unique_ptr<RowDevice> OpenRowDevice(const std::string& choice, uint32_t wor
   if (!device) return nullptr;
   *message = WhyUnfit(device.get());
   return message->empty() ? std::move(device) : nullptr;
+}
+
+void ReplaceRowDevices(std::function<std::unique_ptr<RowDevice>()> make) {
+  Replacement() = std::move(make);
 }
 
 std::string WhyUnfit(RowDevice* device) {
@@ -108,6 +120,62 @@ void DeviceRows::Reset(std::span<const uint32_t> worlds, std::span<const uint64_
     });
   }
   device_->Reset(worlds, buffer_, seeded_);
+}
+
+void DeviceRows::Restore(std::span<const uint32_t> worlds, const Rows& start, const Rows& own,
+                         ColumnSet of_own) {
+  STAGE_ASSERT(&start.scene() == scene_.get() && start.size() == 1);
+  STAGE_ASSERT(&own.scene() == scene_.get() && own.size() == worlds_);
+  start_.clear();
+  size_t own_bytes = 0;
+  ForEachDeviceColumn(&start.columns, [&](int id, const auto* column) {
+    using T = typename std::decay_t<decltype(*column)>::value_type;
+    const size_t bytes = image_.scene().row_bytes[id], at = image_.scene().starts[id];
+    start_.resize(at + bytes);
+    ToDevice(column->data(), bytes / kSizeOnDevice<T>, start_.data() + at);
+    if (Has(of_own, id)) own_bytes += bytes;
+  });
+  buffer_.resize(worlds.size() * own_bytes);
+  size_t of_columns = 0;
+  ForEachDeviceColumn(&own.columns, [&](int id, const auto* column) {
+    using T = typename std::decay_t<decltype(*column)>::value_type;
+    if (!Has(of_own, id)) return;
+    const size_t bytes = image_.scene().row_bytes[id], count = bytes / kSizeOnDevice<T>;
+    for (size_t i = 0; i < worlds.size(); i++)
+      ToDevice(column->data() + worlds[i] * count, count,
+               buffer_.data() + i * own_bytes + of_columns);
+    of_columns += bytes;
+  });
+  device_->Restore(worlds, start_, buffer_, of_own);
+}
+
+void DeviceRows::Watch(std::span<const uint32_t> movers) {
+  if (watched_memory_ && std::ranges::equal(movers, watched_)) return;
+  watched_.assign(movers.begin(), movers.end());
+  const auto elements = static_cast<uint32_t>(kWatchedNumbers * watched_.size());
+  RowPart pose, velocity, stalled;
+  pose.array = {ROW_NUMBERS, ROW_POSE, elements, 0};
+  velocity.array = {ROW_NUMBERS, ROW_VELOCITY, elements, 0};
+  stalled.array = {ROW_LOOKED_UP, ROW_STALLED, elements, 0};
+  stalled.values = {0, 1};
+  for (uint32_t i = 0; i < watched_.size(); i++) {
+    const uint32_t first = static_cast<uint32_t>(kWatchedNumbers) * i, mover = watched_[i];
+    for (uint32_t k = 0; k < 3; k++) {
+      pose.entries.push_back({first + k, 3 * mover + k});
+      velocity.entries.push_back({first + 3 + k, 3 * mover + k});
+    }
+    stalled.entries.push_back({first + 6, mover});
+  }
+  watched_numbers_.resize(worlds_ * elements);
+  watched_memory_ = device_->MakeMemory(watched_numbers_.size() * sizeof(double));
+  device_->SetParts(watched_memory_.get(), {pose, velocity, stalled});
+}
+
+const std::vector<double>& DeviceRows::ReadWatched(std::span<const uint32_t> worlds) {
+  if (watched_.empty()) return watched_numbers_;
+  device_->Gather(watched_memory_.get(), RowChoice(worlds));
+  device_->ReadMemory(watched_memory_.get(), watched_numbers_.data());
+  return watched_numbers_;
 }
 
 }  // namespace Stg::rows

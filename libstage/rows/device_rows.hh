@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -23,6 +24,9 @@ namespace Stg::rows {
 /// null and a message if there is none that can step rows.
 std::unique_ptr<RowDevice> OpenRowDevice(const std::string& choice, uint32_t work_items,
                                          std::string* message);
+
+/// Makes OpenRowDevice() return what `make` returns; null: devices of the plug-in again. For tests.
+void ReplaceRowDevices(std::function<std::unique_ptr<RowDevice>()> make);
 
 /// Steps some worlds on the device and on the host. Returns what differs, in one line; empty if the
 /// device has the same bits.
@@ -49,14 +53,27 @@ class DeviceRows {
   /// Copies columns of all worlds from or to rows of the same scene and size.
   void Write(const Rows& from, ColumnSet columns = kAllColumns);
   void Read(Rows* to, ColumnSet columns = kAllColumns);
-  /// Starts `steps` steps of all worlds with the commands that were written last.
-  void Step(uint32_t steps) { device_->Step(steps); }
+  /// Starts `steps` steps of all worlds with the commands that were written last. Nobody looks at
+  /// readings before `unseen` further steps.
+  void Step(uint32_t steps, uint32_t unseen = 0) { device_->Step(steps, unseen); }
   /// Starts steps of some worlds.
-  void StepSome(std::span<const uint32_t> worlds, uint32_t steps) {
-    device_->StepSome(worlds, steps);
+  void StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen = 0) {
+    device_->StepSome(worlds, steps, unseen);
   }
+  /// Starts to give robots commands. No robot is listed twice.
+  void Give(std::span<const row_given_t> commands) { device_->Give(commands); }
   /// Resets worlds, which differ, to their states after loading with these seeds.
   void Reset(std::span<const uint32_t> worlds, std::span<const uint64_t> seeds);
+  /// Puts worlds, which differ, into the state of the only world of `start`, except for columns
+  /// that come from their own rows in `own`.
+  void Restore(std::span<const uint32_t> worlds, const Rows& start, const Rows& own,
+               ColumnSet of_own);
+  /// Chooses the movers that ReadWatched() reads.
+  void Watch(std::span<const uint32_t> movers);
+  /// Returns kWatchedNumbers numbers of each of them in each world: pose, velocity, and 1 if it has
+  /// stalled. Only those of `worlds` are of now. They stay valid until the next call.
+  const std::vector<double>& ReadWatched(std::span<const uint32_t> worlds);
+  static constexpr size_t kWatchedNumbers = 7;
   /// True if states after loading depend on the seed, so that RowDevice::ResetFlagged() must not be
   /// called.
   bool DependsOnSeed() const { return seeded_ != ColumnSet{1} << ROW_SEED; }
@@ -68,7 +85,10 @@ class DeviceRows {
   const std::shared_ptr<RowDevice> device_;
   ColumnSet seeded_ = 0;         // columns that depend on the seed, which is one of them
   std::unique_ptr<Rows> reset_;  // one world
-  std::vector<std::byte> buffer_;
+  std::vector<std::byte> buffer_, start_;
+  std::vector<uint32_t> watched_;
+  std::shared_ptr<RowMemory> watched_memory_;
+  std::vector<double> watched_numbers_;
 };
 
 }  // namespace Stg::rows

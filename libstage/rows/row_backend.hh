@@ -99,23 +99,32 @@ class RowDevice {
  public:
   virtual ~RowDevice() = default;
   virtual std::string Name() const = 0;
+  /// A device with buffers of its own on the same hardware. What either is told to do is done in
+  /// this order.
+  virtual std::unique_ptr<RowDevice> Another() const = 0;
   /// Sends an image, see row_scene_t, and makes the buffers. The state is unspecified.
   virtual void Begin(std::span<const uint64_t> image, const RowBuffers& buffers) = 0;
   /// Writes and reads bytes of the state. Both wait until they are done.
   virtual void Write(size_t offset, const void* from, size_t bytes) = 0;
   virtual void Read(size_t offset, void* to, size_t bytes) = 0;
-  /// Starts steps of all worlds.
-  virtual void Step(uint32_t steps) = 0;
+  /// Starts steps of all worlds. Nobody looks at readings before `unseen` further steps.
+  virtual void Step(uint32_t steps, uint32_t unseen) = 0;
   /// Starts steps of some worlds.
-  virtual void StepSome(std::span<const uint32_t> worlds, uint32_t steps) = 0;
+  virtual void StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) = 0;
   /// Starts to reset some worlds. `columns` has a bit for each column that does not come from
   /// ROW_START; `given` has those columns of the first world, then of the second one, and so on.
   virtual void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
                      uint32_t columns) = 0;
+  /// Like Reset(), but the other columns come from `start`, which has those of one world as
+  /// ROW_START does.
+  virtual void Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
+                       std::span<const std::byte> given, uint32_t columns) = 0;
+  /// Starts to give robots commands. No robot is listed twice.
+  virtual void Give(std::span<const row_given_t> commands) = 0;
   /// Waits until everything that was started is done.
   virtual void Finish() = 0;
 
-  // Arrays. Those of other devices must not be passed.
+  // Arrays. Those of other hardware must not be passed.
 
   /// Makes memory for an array, if possible such that CUDA can access it.
   virtual std::shared_ptr<RowMemory> MakeMemory(size_t bytes) = 0;
@@ -154,8 +163,8 @@ constexpr uint64_t RowBackendLayout() {
   for (const size_t size :
        {sizeof(void*), sizeof(std::string), sizeof(RowDevice), sizeof(RowBuffers),
         sizeof(row_scene_t), sizeof(row_mover_t), sizeof(row_body_t), sizeof(row_sensor_t),
-        sizeof(row_fragment_t), sizeof(row_array_t), sizeof(RowPart), size_t{ROW_COLUMNS},
-        size_t{ROW_PARTS}, size_t{ROW_SCRATCHES}, size_t{__GXX_ABI_VERSION}})
+        sizeof(row_fragment_t), sizeof(row_array_t), sizeof(row_given_t), sizeof(RowPart),
+        size_t{ROW_COLUMNS}, size_t{ROW_PARTS}, size_t{ROW_SCRATCHES}, size_t{__GXX_ABI_VERSION}})
     hash = Fnv1aStep(hash, size);
   return hash;
 }

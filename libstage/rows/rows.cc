@@ -129,6 +129,18 @@ void Rows::Copy(size_t to, const Rows& other, size_t from) {
   ForEachColumn(*scene_, copy, &columns, &other.columns);
 }
 
+void Rows::CopyRandomNumbers(size_t to, const Rows& other, size_t from) {
+  STAGE_ASSERT(&scene() == &other.scene() && to < size() && from < other.size());
+  const Columns& source = other.columns;
+  columns.seed[to] = source.seed[from];
+  columns.reseeding[to] = source.reseeding[from];
+  columns.last_update[to] = source.last_update[from];
+  if (!columns.random.empty())
+    CopyElements(scene().movers.size(), source.random, from, &columns.random, to);
+  if (!columns.noise.empty())
+    CopyElements(scene().sensors.size(), source.noise, from, &columns.noise, to);
+}
+
 bool Rows::CopyStart(size_t world, const Rows& other) {
   if (!HaveSameBodies(scene(), other.scene())) return false;
   const Columns& from = other.columns;

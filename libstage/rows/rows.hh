@@ -141,6 +141,8 @@ class Rows {
   void Reset(size_t world, uint64_t seed);
   /// Copies the state of a world of rows of the same scene.
   void Copy(size_t to, const Rows& other, size_t from);
+  /// Copies only what a new seed changes, and what that depends on; see RowBridge::Reseed().
+  void CopyRandomNumbers(size_t to, const Rows& other, size_t from);
   /// Copies the state of a world, which has made no step, of rows with fewer subscriptions. Robots
   /// that begin to run sense their present pose. Returns false if the scenes have different bodies.
   bool CopyStart(size_t world, const Rows& other);

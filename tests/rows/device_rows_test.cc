@@ -7,9 +7,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <numeric>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -114,11 +116,61 @@ class Comparison {
   void Step(uint32_t steps) {
     const auto scratch = host_.MakeScratch();
     const size_t movers = host_.scene().movers.size();
-    for (size_t i = 0; i < host_.size() * movers; i++)
-      if (random_.OneIn(10)) Command(&random_, &host_, i);
-    device_.Write(host_, 1u << Stg::ROW_COMMAND | 1u << Stg::ROW_MODE);
-    for (size_t i = 0; i < host_.size(); i++) host_.Step(i, steps, scratch.get());
-    device_.Step(steps);
+    std::vector<Stg::row_given_t> given;
+    for (size_t i = 0; i < host_.size() * movers; i++) {
+      if (!random_.OneIn(10)) continue;
+      Command(&random_, &host_, i);
+      const Stg::rows::Planar& command = host_.columns.command[i];
+      given.push_back({{command.x, command.y, command.a},
+                       static_cast<uint32_t>(i / movers),
+                       static_cast<uint32_t>(i % movers),
+                       host_.columns.mode[i],
+                       0});
+    }
+    if (random_.OneIn(2))
+      device_.Give(given);
+    else
+      device_.Write(host_, 1u << Stg::ROW_COMMAND | 1u << Stg::ROW_MODE);
+    const uint32_t unseen = random_.OneIn(3) ? static_cast<uint32_t>(random_.Int(1, 3)) : 0;
+    for (size_t i = 0; i < host_.size(); i++) host_.Step(i, steps, scratch.get(), unseen);
+    device_.Step(steps, unseen);
+    // A device casts all rays or none, the host only those that change something.
+    if (unseen > 0) device_.Write(host_, 1u << Stg::ROW_RANGES | 1u << Stg::ROW_BRIGHTNESS);
+  }
+  /// Puts some worlds into the present state of one of them, some with seeds of their own.
+  void RestoreSome() {
+    Rows start(host_.shared_scene(), std::array{uint64_t{1}});
+    start.Copy(0, host_, random_.Next() % host_.size());
+    std::vector<uint32_t> worlds;
+    for (size_t i = 0; i < host_.size(); i++) {
+      if (random_.OneIn(3)) continue;
+      worlds.push_back(static_cast<uint32_t>(i));
+      host_.Copy(i, start, 0);
+      if (random_.OneIn(2)) Stg::RowBridge::Reseed(&host_, i, random_.Next());
+    }
+    const Stg::rows::ColumnSet random_numbers =
+        1u << Stg::ROW_SEED | 1u << Stg::ROW_RANDOM | 1u << Stg::ROW_NOISE;
+    device_.Restore(worlds, start, host_,
+                    random_.OneIn(2) ? Stg::rows::kAllColumns : random_numbers);
+  }
+  /// Says whether watched movers differ; empty if they do not.
+  std::string WatchedDifference() {
+    std::vector<uint32_t> movers;
+    for (uint32_t i = 0; i < host_.scene().movers.size(); i++)
+      if (random_.OneIn(2)) movers.push_back(i);
+    device_.Watch(movers);
+    std::vector<uint32_t> worlds(host_.size());
+    std::iota(worlds.begin(), worlds.end(), 0u);
+    const std::vector<double> read = device_.ReadWatched(worlds);
+    std::vector<double> expected;
+    for (size_t world = 0; world < host_.size(); world++)
+      for (const uint32_t mover : movers) {
+        const size_t i = world * host_.scene().movers.size() + mover;
+        const Stg::rows::Planar &pose = host_.columns.pose[i], &v = host_.columns.velocity[i];
+        expected.insert(expected.end(), {pose.x, pose.y, pose.a, v.x, v.y, v.a,
+                                         static_cast<double>(host_.columns.stalled[i])});
+      }
+    return read == expected ? "" : "watched movers differ";
   }
   void ResetSome() {
     std::vector<uint32_t> worlds;
@@ -192,6 +244,8 @@ TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
     for (int round = 0; round < 40; round++) {
       comparison.Step(round < 20 ? 1 : 5);
       ASSERT_EQ(comparison.Difference(), "") << seed << " round " << round << "\n" << text;
+      ASSERT_EQ(comparison.WatchedDifference(), "") << seed << " round " << round << "\n" << text;
+      if (round % 10 == 4) comparison.RestoreSome();
       if (round % 10 == 6) comparison.ResetSome();
       if (round % 10 == 8) comparison.HandOver(3);
       const Stg::rows::Columns& c = comparison.host().columns;
@@ -290,8 +344,8 @@ TEST(DeviceRowsReasonsTest, ContactsOfOutlinesAreRefusedWithAReason) {
 class WrongDevice : public Stg::test::HostRowDevice {
  public:
   explicit WrongDevice(int column) : column_(column) {}
-  void Step(uint32_t steps) override {
-    HostRowDevice::Step(steps);
+  void Step(uint32_t steps, uint32_t unseen) override {
+    HostRowDevice::Step(steps, unseen);
     uint8_t byte = 0;
     Read(offset(), &byte, 1);
     byte ^= 1;

@@ -31,6 +31,9 @@ class HostRowMemory : public rows::RowMemory {
 class HostRowDevice : public rows::RowDevice {
  public:
   std::string Name() const override { return "host"; }
+  std::unique_ptr<rows::RowDevice> Another() const override {
+    return std::make_unique<HostRowDevice>();
+  }
   void Begin(std::span<const uint64_t> image, const rows::RowBuffers& buffers) override {
     image_.assign(image.begin(), image.end());
     worlds_ = buffers.worlds;
@@ -43,16 +46,16 @@ class HostRowDevice : public rows::RowDevice {
   void Read(size_t offset, void* to, size_t bytes) override {
     std::memcpy(to, state() + offset, bytes);
   }
-  void Step(uint32_t steps) override {
+  void Step(uint32_t steps, uint32_t unseen) override {
     for (size_t i = 0; i < worlds_; i++) {
       const row_world_t world = WorldAt(i);
-      row_step(&world, steps);
+      row_step(&world, steps, unseen);
     }
   }
-  void StepSome(std::span<const uint32_t> worlds, uint32_t steps) override {
+  void StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) override {
     for (const uint32_t i : worlds) {
       const row_world_t world = WorldAt(i);
-      row_step(&world, steps);
+      row_step(&world, steps, unseen);
     }
   }
   void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
@@ -63,6 +66,22 @@ class HostRowDevice : public rows::RowDevice {
           &world,
           reinterpret_cast<const row_byte*>(given.data()) + i * (given.size() / worlds.size()),
           columns);
+    }
+  }
+  void Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
+               std::span<const std::byte> given, uint32_t columns) override {
+    for (size_t i = 0; i < worlds.size(); i++) {
+      const row_world_t world = WorldAt(worlds[i]);
+      row_restore(
+          &world, reinterpret_cast<const row_byte*>(start.data()),
+          reinterpret_cast<const row_byte*>(given.data()) + i * (given.size() / worlds.size()),
+          columns);
+    }
+  }
+  void Give(std::span<const row_given_t> commands) override {
+    for (const row_given_t& given : commands) {
+      const row_world_t world = WorldAt(given.world);
+      row_give(&world, given);
     }
   }
   void Finish() override {}
@@ -139,6 +158,54 @@ class HostRowDevice : public rows::RowDevice {
 
   std::vector<uint64_t> image_, state_, scratch_;
   size_t worlds_ = 0;
+};
+
+/// A device that is lost at some call, after which all calls fail.
+class LostRowDevice final : public HostRowDevice {
+ public:
+  /// `calls`: number of calls that it answers, those of all its copies together.
+  explicit LostRowDevice(std::shared_ptr<int> calls) : calls_(std::move(calls)) {}
+
+  std::unique_ptr<rows::RowDevice> Another() const override {
+    return std::make_unique<LostRowDevice>(calls_);
+  }
+  void Begin(std::span<const uint64_t> image, const rows::RowBuffers& buffers) override {
+    Count();
+    HostRowDevice::Begin(image, buffers);
+  }
+  void Write(size_t offset, const void* from, size_t bytes) override {
+    Count();
+    HostRowDevice::Write(offset, from, bytes);
+  }
+  void Read(size_t offset, void* to, size_t bytes) override {
+    Count();
+    HostRowDevice::Read(offset, to, bytes);
+  }
+  void StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) override {
+    Count();
+    HostRowDevice::StepSome(worlds, steps, unseen);
+  }
+  void Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
+               std::span<const std::byte> given, uint32_t columns) override {
+    Count();
+    HostRowDevice::Restore(worlds, start, given, columns);
+  }
+  void Give(std::span<const row_given_t> commands) override {
+    Count();
+    HostRowDevice::Give(commands);
+  }
+  void ReadMemory(rows::RowMemory* memory, void* to) override {
+    Count();
+    HostRowDevice::ReadMemory(memory, to);
+  }
+  void Finish() override { Count(); }
+
+ private:
+  void Count() {
+    if (--*calls_ < 0) throw rows::RowDeviceError("the device is lost");
+  }
+
+  const std::shared_ptr<int> calls_;
 };
 
 }  // namespace Stg::test
