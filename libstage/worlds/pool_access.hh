@@ -76,13 +76,29 @@ class PoolAccess {
   /// row again if it can.
   static World* Borrow(WorldPool& pool, uint32_t id);
 
+  /// Makes the world a row in the state of the snapshot, which the caller writes. Several threads
+  /// may call it for different worlds.
+  static PoolRow Enter(WorldPool& pool, uint32_t id, const SnapshotRow& from);
+
   // Pools with a device for whole steps. The functions throw rows::RowDeviceError.
 
   /// The rows of all worlds on the device, with their newest state; null if it cannot step all
   /// worlds, see WorldPool::WhyNotOnDevice().
   static rows::DeviceRows* OnDevice(WorldPool& pool);
+  /// Rows on the device, which can step them, with their newest state.
+  static rows::DeviceRows* OnDevice(WorldPool& pool, rows::Rows* rows);
+  /// Why the device cannot step rows of this scene, in words that follow "because"; empty if it
+  /// can.
+  static std::string WhyNotOnDevice(WorldPool& pool,
+                                    const std::shared_ptr<const rows::Scene>& scene);
+  /// Like that, for the scene of a world that has just been loaded, in a pool of one variant that
+  /// has rows.
+  static std::string WhyNotOnDevice(WorldPool& pool);
   /// Call it after OnDevice()->Step() and the like.
   static void NoteDeviceSteps(WorldPool& pool);
+  static void NoteDeviceSteps(WorldPool& pool, const rows::Rows* rows);
+  /// Forgets the device's rows after an error; what only the device had is lost.
+  static void AbandonDevice(WorldPool& pool);
   /// Like WorldPool::Reset() and then the present subscriptions, if OnDevice() is not null.
   static void ResetOnDevice(WorldPool& pool, std::span<const uint32_t> ids,
                             std::span<const uint64_t> seeds);

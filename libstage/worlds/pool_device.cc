@@ -8,11 +8,11 @@
 
 namespace Stg {
 
-void PoolDevice::FetchNow() {
+void PoolDevice::FetchNow(Copy* copy) {
   const std::lock_guard lock(fetching_);
-  if (!host_is_old_) return;
-  device_rows_->Read(on_device_);
-  host_is_old_.store(false, std::memory_order_release);
+  if (!copy->host_is_old) return;
+  copy->on_device->Read(copy->rows);
+  copy->host_is_old.store(false, std::memory_order_release);
 }
 
 const std::string& PoolDevice::WhyNot(const std::shared_ptr<const rows::Scene>& scene) {
@@ -22,31 +22,24 @@ const std::string& PoolDevice::WhyNot(const std::shared_ptr<const rows::Scene>& 
 }
 
 rows::DeviceRows* PoolDevice::Send(rows::Rows* rows) {
-  if (rows != on_device_) {
-    if (on_device_) Fetch(on_device_);
-    Abandon();
-    device_rows_ = std::make_unique<rows::DeviceRows>(rows->shared_scene(), rows->size(), device_);
-    on_device_ = rows;
-    device_is_old_ = true;
+  Copy* copy = Find(rows);
+  if (!copy) {
+    auto made = std::make_unique<Copy>();
+    made->rows = rows;
+    made->on_device =
+        std::make_unique<rows::DeviceRows>(rows->shared_scene(), rows->size(), device_->Another());
+    copy = copies_.emplace_back(std::move(made)).get();
   }
-  if (device_is_old_) {
-    STAGE_ASSERT(!host_is_old_);
-    device_rows_->Write(*rows);
-    device_is_old_ = false;
+  if (copy->device_is_old) {
+    STAGE_ASSERT(!copy->host_is_old);
+    copy->on_device->Write(*rows);
+    copy->device_is_old = false;
   }
-  return device_rows_.get();
+  return copy->on_device.get();
 }
 
 void PoolDevice::Forget(const rows::Rows* rows) {
-  if (rows != on_device_) return;
-  STAGE_ASSERT(!host_is_old_);
-  Abandon();
-}
-
-void PoolDevice::Abandon() {
-  on_device_ = nullptr;
-  device_rows_.reset();
-  host_is_old_ = device_is_old_ = false;
+  std::erase_if(copies_, [&](const auto& copy) { return copy->rows == rows; });
 }
 
 }  // namespace Stg

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The device that makes whole steps of a pool's rows. At any time it has the rows of one scene. The
-// newest state is there, on the host, or on both; it is copied when the other side needs it.
+// The device that makes whole steps of a pool's rows: those of each scene have buffers of their
+// own there. The newest state of rows is on the device, on the host, or on both; it is copied when
+// the other side needs it.
 
 #ifndef STAGE_WORLDS_POOL_DEVICE_HH
 #define STAGE_WORLDS_POOL_DEVICE_HH
@@ -11,6 +12,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "rows/device_rows.hh"
 #include "rows/rows.hh"
@@ -27,12 +29,13 @@ class PoolDevice {
 
   /// Copies the state of rows to the host if that on the device is newer.
   void Fetch(rows::Rows* rows) {
-    if (rows == on_device_ && host_is_old_.load(std::memory_order_acquire)) FetchNow();
+    Copy* const copy = Find(rows);
+    if (copy && copy->host_is_old.load(std::memory_order_acquire)) FetchNow(copy);
   }
   /// Call it before rows are changed on the host, after Fetch().
   void NoteChange(const rows::Rows* rows) {
-    if (rows == on_device_ && !device_is_old_.load(std::memory_order_relaxed))
-      device_is_old_ = true;
+    Copy* const copy = Find(rows);
+    if (copy && !copy->device_is_old.load(std::memory_order_relaxed)) copy->device_is_old = true;
   }
 
   // No other thread may call anything during a call of these:
@@ -41,21 +44,35 @@ class PoolDevice {
   const std::string& WhyNot(const std::shared_ptr<const rows::Scene>& scene);
   /// Copies rows to the device, unless it has their newest state. They can be stepped there.
   rows::DeviceRows* Send(rows::Rows* rows);
-  /// Call it when the state on the device has changed.
-  void NoteSteps() { host_is_old_ = true; }
+  /// Call it when the state of rows on the device has changed.
+  void NoteSteps(const rows::Rows* rows) { Find(rows)->host_is_old = true; }
   void Finish() { device_->Finish(); }
-  /// Forgets rows, whose state is on the host, before they are deleted or get another size.
+  /// True if only the device has the newest state of rows.
+  bool IsAhead(const rows::Rows* rows) const {
+    const Copy* const copy = Find(rows);
+    return copy && copy->host_is_old;
+  }
+  /// Forgets rows before they are deleted or get another size.
   void Forget(const rows::Rows* rows);
   /// Forgets all rows after an error; what only the device had is lost.
-  void Abandon();
+  void Abandon() { copies_.clear(); }
 
  private:
-  void FetchNow();
+  /// Rows that are on the device, too.
+  struct Copy {
+    rows::Rows* rows;
+    std::unique_ptr<rows::DeviceRows> on_device;
+    std::atomic<bool> host_is_old{false}, device_is_old{true};
+  };
+  Copy* Find(const rows::Rows* rows) const {
+    for (const auto& copy : copies_)
+      if (copy->rows == rows) return copy.get();
+    return nullptr;
+  }
+  void FetchNow(Copy* copy);
 
   const std::shared_ptr<rows::RowDevice> device_;
-  rows::Rows* on_device_ = nullptr;  // null: none
-  std::unique_ptr<rows::DeviceRows> device_rows_;
-  std::atomic<bool> host_is_old_{false}, device_is_old_{false};
+  std::vector<std::unique_ptr<Copy>> copies_;
   std::map<const rows::Scene*, std::string> why_not_;
   std::mutex fetching_;
 };

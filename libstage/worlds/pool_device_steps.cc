@@ -12,15 +12,20 @@
 
 namespace Stg {
 
+/// Makes rows of the worlds that have just been loaded, if they are closed.
+void WorldPool::Impl::BecomeRows() {
+  Ids loaded;
+  for (uint32_t id = 0; id < slots.size(); id++)
+    if (slots[id].form == Form::kStart) loaded.push_back(id);
+  ForEach(loaded, [&](uint32_t id, Thread*) { BecomeRow(id); });
+}
+
 /// The rows that all worlds are in; null if some have World objects, have failed or are in other
 /// rows. Worlds that have just been loaded become rows.
 rows::Rows* WorldPool::Impl::CommonRows() {
   if (forms_changed.load() == forms_of_common) return common;
   common = nullptr;
-  Ids loaded;
-  for (uint32_t id = 0; id < slots.size(); id++)
-    if (slots[id].form == Form::kStart) loaded.push_back(id);
-  ForEach(loaded, [&](uint32_t id, Thread*) { BecomeRow(id); });
+  BecomeRows();
   forms_of_common = forms_changed.load();
   if (slots.empty()) return nullptr;
   const bool is_common = std::ranges::all_of(slots, [&](const Slot& slot) {
@@ -34,39 +39,67 @@ void WorldPool::Impl::Fail(const Ids& ids, const std::string& why) {
   NoteForm();
 }
 
+/// The worlds that the device can step, by their rows. Puts the others into `others`.
+std::vector<WorldPool::Impl::DeviceGroup> WorldPool::Impl::GroupForDevice(const Ids& ids,
+                                                                          Ids* others) {
+  BecomeRows();
+  std::vector<DeviceGroup> groups;
+  for (const uint32_t id : ids) {
+    const Slot& slot = slots[id];
+    if (!slot.failure.empty() || slot.form != Form::kRow ||
+        !device->WhyNot(slot.rows->shared_scene()).empty()) {
+      others->push_back(id);
+      continue;
+    }
+    auto group = std::ranges::find(groups, slot.rows, &DeviceGroup::rows);
+    if (group == groups.end()) group = groups.insert(group, DeviceGroup{slot.rows, {}});
+    group->places.push_back(slot.place);
+  }
+  return groups;
+}
+
+/// Makes those worlds fail whose newest state was on the device, which has an error.
+void WorldPool::Impl::AbandonDevice(const std::string& why) {
+  Ids lost;
+  for (uint32_t id = 0; id < slots.size(); id++)
+    if (slots[id].form == Form::kRow && device->IsAhead(slots[id].rows)) lost.push_back(id);
+  device->Abandon();
+  Fail(lost, why);
+}
+
 /// Steps those worlds that the device can step. Returns the others.
 WorldPool::Ids WorldPool::Impl::StepOnDevice(const Ids& ids, uint64_t steps, StepObserver* observer,
                                              uint64_t unit) {
-  rows::Rows* of = CommonRows();
-  Ids here = of ? ids : Ids(), others;
-  for (size_t i = 0; !of && i < ids.size(); i++)
-    if (slots[ids[i]].failure.empty() && BecomeRow(ids[i])) of = slots[ids[i]].rows;
-  if (!of || !device->WhyNot(of->shared_scene()).empty()) return ids;
-  if (here.empty())
-    for (const uint32_t id : ids) {
-      const bool is_here = slots[id].failure.empty() && BecomeRow(id) && slots[id].rows == of;
-      (is_here ? here : others).push_back(id);
-    }
+  Ids others;
+  const std::vector<DeviceGroup> groups = GroupForDevice(ids, &others);
+  if (groups.empty()) return ids;
+  Ids here = ids;
+  std::erase_if(here, [&, next = others.begin()](uint32_t id) mutable {
+    return next != others.end() && *next == id && (++next, true);
+  });
   try {
-    StepOnDevice(of, here, steps, observer, unit);
+    StepOnDevice(groups, here, steps, observer, unit);
   } catch (const rows::RowDeviceError& error) {
-    device->Abandon();
+    AbandonDevice(error.what());
     Fail(here, error.what());
   }
   return others;
 }
 
-/// Makes rounds of steps of these worlds, all of which are in the rows.
-void WorldPool::Impl::StepOnDevice(rows::Rows* of, const Ids& ids, uint64_t steps,
-                                   StepObserver* observer, uint64_t unit) {
+/// Makes rounds of steps of these worlds, which are in these rows.
+void WorldPool::Impl::StepOnDevice(const std::vector<DeviceGroup>& groups, const Ids& ids,
+                                   uint64_t steps, StepObserver* observer, uint64_t unit) {
   for (uint64_t done = 0; done < steps;) {
     const uint64_t end = done + std::min({StepsOfRound(device_step_seconds, ids.size(), unit),
                                           steps - done, uint64_t{UINT32_MAX}});
     const double start = threads::WallClock();
-    rows::DeviceRows* const on_device = device->Send(of);
     const auto count = static_cast<uint32_t>(end - done);
-    ids.size() == slots.size() ? on_device->Step(count) : on_device->StepSome(ids, count);
-    device->NoteSteps();
+    for (const DeviceGroup& group : groups) {
+      rows::DeviceRows* const on_device = device->Send(group.rows);
+      const bool is_all = group.places.size() == on_device->size();
+      is_all ? on_device->Step(count) : on_device->StepSome(group.places, count);
+      device->NoteSteps(group.rows);
+    }
     device->Finish();
     device_step_seconds = (threads::WallClock() - start) / static_cast<double>(count * ids.size());
     if (observer)
@@ -96,7 +129,26 @@ rows::DeviceRows* PoolAccess::OnDevice(WorldPool& pool) {
   return impl.device->Send(of);
 }
 
-void PoolAccess::NoteDeviceSteps(WorldPool& pool) { pool.impl_->device->NoteSteps(); }
+rows::DeviceRows* PoolAccess::OnDevice(WorldPool& pool, rows::Rows* rows) {
+  return pool.impl_->device->Send(rows);
+}
+
+std::string PoolAccess::WhyNotOnDevice(WorldPool& pool,
+                                       const std::shared_ptr<const rows::Scene>& scene) {
+  return pool.impl_->device ? pool.impl_->device->WhyNot(scene) : "the pool has no device";
+}
+
+std::string PoolAccess::WhyNotOnDevice(WorldPool& pool) {
+  return WhyNotOnDevice(pool, pool.impl_->variants[0]->scene->loaded()->scene());
+}
+
+void PoolAccess::NoteDeviceSteps(WorldPool& pool) { NoteDeviceSteps(pool, pool.impl_->common); }
+
+void PoolAccess::NoteDeviceSteps(WorldPool& pool, const rows::Rows* rows) {
+  pool.impl_->device->NoteSteps(rows);
+}
+
+void PoolAccess::AbandonDevice(WorldPool& pool) { pool.impl_->device->Abandon(); }
 
 void PoolAccess::ResetOnDevice(WorldPool& pool, std::span<const uint32_t> ids,
                                std::span<const uint64_t> seeds) {

@@ -204,6 +204,16 @@ void PoolAccess::Restore(WorldPool& pool, uint32_t id, const SnapshotRow& from) 
   pool.impl_->RestoreRow(id, from);
 }
 
+PoolRow PoolAccess::Enter(WorldPool& pool, uint32_t id, const SnapshotRow& from) {
+  WorldPool::Impl::Slot& slot = pool.impl_->slots[id];
+  slot.rows = slot.variant->RowsOf(from.subscriptions);
+  slot.form = WorldPool::Impl::Form::kRow;
+  slot.subscriptions = from.subscriptions;
+  slot.failure.clear();
+  pool.impl_->NoteForm();
+  return {slot.rows, slot.place};
+}
+
 void PoolAccess::Reseed(WorldPool& pool, uint32_t id, uint64_t seed) {
   const WorldPool::Impl::Slot& slot = pool.impl_->slots[id];
   RowBridge::Reseed(pool.impl_->RowsToChange(slot), slot.place, seed);

@@ -156,10 +156,18 @@ struct WorldPool::Impl {
   void StepOnHost(const Ids& ids, uint64_t steps, StepObserver* observer, uint64_t unit);
   void StepRound(const Ids& ids, uint64_t first, uint64_t end, StepObserver* observer);
   // On the device.
+  /// Worlds that are in the same rows, by their places there.
+  struct DeviceGroup {
+    rows::Rows* rows;
+    std::vector<uint32_t> places;
+  };
+  void BecomeRows();
   rows::Rows* CommonRows();
+  std::vector<DeviceGroup> GroupForDevice(const Ids& ids, Ids* others);
+  void AbandonDevice(const std::string& why);
   Ids StepOnDevice(const Ids& ids, uint64_t steps, StepObserver* observer, uint64_t unit);
-  void StepOnDevice(rows::Rows* of, const Ids& ids, uint64_t steps, StepObserver* observer,
-                    uint64_t unit);
+  void StepOnDevice(const std::vector<DeviceGroup>& groups, const Ids& ids, uint64_t steps,
+                    StepObserver* observer, uint64_t unit);
   void Fail(const Ids& ids, const std::string& why);
 
   /// Calls f(id, thread) for these worlds on all threads. An exception fails its world.

@@ -299,11 +299,10 @@ void WorldPool::Impl::StepOnHost(const Ids& ids, uint64_t steps, StepObserver* o
 namespace {
 
 /// The device that makes whole steps; null if none is wanted, or after a message if there is none.
-std::shared_ptr<rows::RowDevice> DeviceFor(const WorldPoolOptions& options, size_t variants) {
+std::shared_ptr<rows::RowDevice> DeviceFor(const WorldPoolOptions& options) {
   if (!options.device_steps) return nullptr;
-  std::string message = "a device has worlds of one variant, not of several";
-  std::shared_ptr<rows::RowDevice> device;
-  if (variants == 1) device = rows::OpenRowDevice(options.device_choice, 0, &message);
+  std::string message;
+  std::shared_ptr<rows::RowDevice> device = rows::OpenRowDevice(options.device_choice, 0, &message);
   if (!device)
     messages::Report(LogLevel::kError, "stage: worlds can't be stepped on a device: " + message);
   return device;
@@ -328,12 +327,11 @@ WorldPool::WorldPool(const std::vector<const World*>& prototypes,
                      const WorldPoolOptions& options)
     : impl_(new Impl(ScenesOf<Impl::Scenes>(prototypes, options), seeds, variants,
                      options.threads > 0 ? options.threads : threads::CountUsableProcessors(),
-                     DeviceFor(options, prototypes.size()))) {}
+                     DeviceFor(options))) {}
 
 WorldPool::WorldPool(const WorldPool& other, const std::vector<uint64_t>& seeds)
     : impl_(new Impl(other.impl_->AllScenes(), seeds, other.impl_->AllVariants(), other.threads(),
-                     DeviceFor(other.impl_->variants[0]->scene->pool_options(),
-                               other.impl_->variants.size()))) {}
+                     DeviceFor(other.impl_->variants[0]->scene->pool_options()))) {}
 
 WorldPool::~WorldPool() = default;
 

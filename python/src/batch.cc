@@ -68,7 +68,8 @@ void Batch::MakeWorlds() {
 
 void Batch::MakeCrowd(const std::vector<Crowd::Robots>& robots) {
   crowd_ = std::make_shared<Crowd>(weak_from_this(), robots, size(), false);
-  if (!device().empty()) device_crowd_ = std::make_shared<DeviceCrowd>(shared_from_this(), crowd_);
+  if (!device().empty() && pool_->CountVariants() == 1)
+    device_crowd_ = std::make_shared<DeviceCrowd>(shared_from_this(), crowd_);
 }
 
 World* Batch::WorldAt(size_t index) const {
@@ -162,10 +163,43 @@ class Batch::Recorder : public StepObserver {
   SignalChecks signals_;
 };
 
+/// Fills in the arrays of worlds that the device has stepped.
+class Batch::Gatherer : public StepObserver {
+ public:
+  explicit Gatherer(Batch* batch) : batch_(*batch) {}
+
+  bool TakesPartInSteps() const override { return false; }
+  void AfterRound(uint32_t id, uint64_t, uint64_t, Outcome) override {
+    batch_.crowd_->Gather(batch_, id);
+  }
+  void BetweenRounds() override { signals_.Poll(); }
+
+ private:
+  Batch& batch_;
+  SignalChecks signals_;
+};
+
+/// Steps worlds of several variants on the device, with arrays on the host. Commands that
+/// controllers may replace are given before each step.
+void Batch::StepVariants(const Indices& which, uint64_t steps) {
+  const bool are_replaced = std::ranges::any_of(which, [&](uint32_t id) {
+    const rows::Scene* const scene = PoolAccess::SceneOf(*pool_, id);
+    return scene && !scene->controls.groups.empty();
+  });
+  Gatherer gatherer(this);
+  for (uint64_t done = 0; done < steps; done += are_replaced ? 1 : steps) {
+    pool_->ForEach(which, [&](uint32_t id) {
+      if (pool_->Failure(id).empty()) crowd_->Command(*this, id);
+    });
+    pool_->Step(which, are_replaced ? 1 : steps, &gatherer);
+  }
+}
+
 void Batch::Step(const Indices& which, uint64_t steps) {
   const Use use(this);
   const GilRelease no_gil;
   if (device_crowd_) return device_crowd_->Step(which, steps);
+  if (!device().empty()) return StepVariants(which, steps);
   Stepper stepper(this);
   pool_->Step(which, steps, &stepper);
 }

@@ -111,8 +111,10 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
  private:
   class Stepper;
   class Recorder;
+  class Gatherer;
 
   void MakeWorlds();
+  void StepVariants(const Indices& which, uint64_t steps);
   void Gather(const Indices& which);
   void Look(uint32_t index, const std::function<void(World& world)>& look) const;
 

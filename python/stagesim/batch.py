@@ -53,7 +53,8 @@ class Batch(Crowd):
     update interval. The arrays are in the memory of the device. If CUDA has the device, they are DeviceArray objects, which PyTorch, JAX and CuPy use in
     place; otherwise they are arrays of NumPy, which are copied after each call. Arrays of positions, commands,
     stalls, energy and rangers are there; ask for those of rangers before the first step, or after a reset of all
-    worlds. All other methods work as without a device.
+    worlds. All other methods work as without a device. With several variants, the device steps the worlds that it
+    can step, and the arrays are those of a batch without a device.
 
     Args:
         file: path of the world file, or the name of a shipped world, as in World().
@@ -290,7 +291,7 @@ class Batch(Crowd):
         moments = _checks.integer(moments, "moments", 0)
         n = _checks.integer(n, "the number of steps", 1)
         live = [self.array("ranger.intensities" if name == "intensities" else name) for name in record]
-        if self.device is not None:
+        if self._core.device_crowd:
             return self._rollout_on_device(given, moments, n, dict(zip(record, live)))
         made: list[npt.NDArray[Any]] = [np.empty((moments, *view.shape), view.dtype) for view in live]
         recorded = np.zeros((moments, self.n), bool)

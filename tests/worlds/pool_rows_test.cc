@@ -348,14 +348,20 @@ TEST_P(PoolRows, WorldsEqualThoseAloneWhateverIsDoneWithThem) {
 class PoolVariants : public testing::TestWithParam<unsigned> {};
 
 TEST_P(PoolVariants, WorldsEqualThoseAloneWhateverIsDoneWithThem) {
+  const bool on_device = GetParam() == kOnDevice;
+  if (on_device && !device::WhyNone().empty()) GTEST_SKIP() << device::WhyNone();
   InitLibrary();
   Happened happened;
   for (uint64_t seed = 1; seed <= Worlds(); seed++) {
     RandomSource random(seed * 100 + GetParam() + 50);
     std::vector<std::string> texts;
     for (int i = random.Int(2, 5); i > 0; i--) {
-      const ClosedWorldKind kind{random.OneIn(2), random.OneIn(2), random.Int(1, 5), 3,
-                                 random.OneIn(2), random.OneIn(3)};
+      const ClosedWorldKind kind{random.OneIn(on_device ? 6 : 2),
+                                 random.OneIn(2),
+                                 random.Int(1, 5),
+                                 3,
+                                 random.OneIn(2),
+                                 random.OneIn(3)};
       texts.push_back(ClosedWorld(kind, &random));
       if (random.OneIn(4)) texts.back() += "position( pose [3 3 0 0] gripper() )\n";  // not closed
     }
@@ -367,7 +373,8 @@ TEST_P(PoolVariants, WorldsEqualThoseAloneWhateverIsDoneWithThem) {
       variants.push_back(static_cast<uint32_t>(random.Next() % texts.size()));
     }
     WorldPoolOptions options;
-    options.threads = GetParam();
+    options.device_steps = on_device;
+    options.threads = on_device ? 2 : GetParam();
     Twins twins(texts, seeds, variants, options);
     for (const uint32_t id : twins.ids()) {
       EXPECT_EQ(twins.pool().Variant(id), twins.variant(id));
@@ -382,6 +389,7 @@ TEST_P(PoolVariants, WorldsEqualThoseAloneWhateverIsDoneWithThem) {
   EXPECT_GT(happened.came_back, 10u);
   EXPECT_GT(happened.moves, 20u);
   EXPECT_GT(happened.copies, 5u);
+  EXPECT_EQ(happened.on_device > 50, on_device) << happened.on_device;
 }
 
 std::string Corridor(size_t width) {
@@ -613,7 +621,7 @@ TEST(PoolRowsOfThings, AThingThatIsNotListedNeedsAWorldObject) {
   EXPECT_FALSE(twins.pool().Place(2, 2, 0, 0, 0));
 }
 
-INSTANTIATE_TEST_SUITE_P(Threads, PoolVariants, testing::Values(1u, 2u, 4u));
+INSTANTIATE_TEST_SUITE_P(Threads, PoolVariants, testing::Values(1u, 2u, 4u, kOnDevice));
 INSTANTIATE_TEST_SUITE_P(Threads, PoolRows, testing::Values(1u, 2u, 7u, 16u, kOnDevice));
 
 }  // namespace

@@ -93,7 +93,7 @@ class WorldPool {
   WorldPool(const World& prototype, const std::vector<uint64_t>& seeds,
             const WorldPoolOptions& options = WorldPoolOptions());
   /// Creates worlds of several variants: that of world i is a copy of prototypes[variants[i]], or
-  /// of the first one if `variants` is shorter. A pool of several variants has no device.
+  /// of the first one if `variants` is shorter.
   WorldPool(const std::vector<const World*>& prototypes, const std::vector<uint64_t>& seeds,
             const std::vector<uint32_t>& variants,
             const WorldPoolOptions& options = WorldPoolOptions());
