@@ -1,29 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-//
-// The worlds of a pool are those of the threads, followed by the branches. A branch is a row of the
-// pool, or a snapshot, which the world of a thread is restored from in order to make steps. It
-// becomes a row when it makes steps that need no World, and a snapshot when a World is needed.
 
 #include "whatif/branches.hh"
 
 #include <algorithm>
-#include <atomic>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <utility>
 
 #include "messages/report.hh"
-#include "models/exception_origin.hh"
 #include "models/position.hh"
-#include "whatif/row_models.hh"
-#include "world/world.hh"
-#include "worlds/pool_access.hh"
-#include "worlds/world_pool.hh"
+#include "whatif/branches_impl.hh"
 
 namespace Stg {
-
-using whatif::RowModels;
 
 bool Scenario::NeedsWorld() const { return true; }
 void Scenario::BeforeStep(World&, uint32_t) {}
@@ -31,14 +19,6 @@ bool Scenario::AfterStep(World&, uint32_t, double*) { return false; }
 bool Scenario::Watch(const Sighting*, uint32_t, double*) { return false; }
 
 namespace {
-
-WorldPoolOptions PoolOptionsOf(const BranchOptions& options) {
-  WorldPoolOptions of_pool;
-  of_pool.threads = options.threads;
-  of_pool.device = options.device;
-  of_pool.branch = true;
-  return of_pool;
-}
 
 void Apply(const Command& command, ModelPosition* position) {
   switch (command.kind) {
@@ -54,90 +34,6 @@ void Apply(const Command& command, ModelPosition* position) {
 }
 
 }  // namespace
-
-struct Branches::Impl {
-  struct Copy;
-  /// A snapshot that branches start from. The first of them that becomes a row reads it.
-  struct Origin {
-    explicit Origin(const Snapshot& from) : snapshot(from) {}
-    const Snapshot snapshot;
-    std::once_flag once;
-    SnapshotRow row;
-  };
-  struct Row {
-    Branch seen;
-    const RowModels* models = nullptr;  // if it is a row of the pool
-    Snapshot state;                     // if it is not
-    std::shared_ptr<Origin> origin;     // of `state`, if known
-    bool can_be_row = true;             // as far as is known
-    uint64_t seed = 0;
-    bool reseed = false;     // reseed before the branch's next step
-    size_t applied = 0;      // number of commands carried out so far
-    Copy* latest = nullptr;  // copy whose world was last in this state
-  };
-  /// A thread's world of the pool.
-  struct Copy {
-    uint32_t id;
-    uint64_t times_made = 0;        // value of WorldPool::times_made() when it was last used
-    const Row* resident = nullptr;  // row whose latest state the world is in
-  };
-
-  Impl(const World& prototype, uint32_t count, const BranchOptions& wanted)
-      : options(wanted), pool(prototype, {}, PoolOptionsOf(wanted)), seed(prototype.seed()) {
-    for (uint32_t id = 0; id < pool.threads(); id++) copies.push_back({id});
-    Resize(count);
-    ready = pool.IsReady() && pool.At(0);
-  }
-
-  void Resize(size_t count) {
-    rows.resize(count);
-    pool.Resize(std::vector<uint64_t>(copies.size() + count, seed));
-  }
-  static void ClearQuit(World* world) {
-    world->SetQuitTime(0);
-    world->CancelQuit();
-  }
-  World* WorldOf(Copy* copy);
-  World* ExistingWorldOf(const Copy& copy);
-  bool LoadState(Row* row, Copy* copy);
-  void SaveState(Row* row, Copy* copy);
-  void Step(Row* row, uint32_t branch, uint64_t steps, Scenario* scenario, bool needs_world,
-            Copy* copy);
-  bool StepOnce(Row* row, uint32_t branch, Scenario* scenario, bool needs_world, Copy* copy);
-  void ApplyCommands(Row* row, World* world);
-  void RecordSightings(Row* row, const World& world) const;
-  static void Fail(Row* row, Copy* copy, const std::string& why);
-  /// Restores the branch in the copy's world, calls f(), and stores the resulting state.
-  template <typename F>
-  void WithWorld(Row* row, Copy* copy, F f);
-
-  // Branches that are rows.
-  uint32_t IdOf(uint32_t branch) const { return static_cast<uint32_t>(copies.size()) + branch; }
-  std::shared_ptr<Origin> OriginOf(const Snapshot& from);
-  const RowModels* ModelsOf(const rows::Scene& scene);
-  bool BecomeRow(Row* row, uint32_t branch);
-  void BecomeSnapshot(Row* row, uint32_t branch, Copy* copy);
-  Snapshot TakeOf(uint32_t branch);
-  bool ApplyCommands(Row* row, const PoolRow& at);
-  uint64_t StepRow(Row* row, uint32_t branch, uint64_t steps, Scenario* scenario);
-  /// The sightings of the branch's last step.
-  const Sighting* LatestOf(const Row& row) const {
-    return row.seen.sightings.data() + row.seen.sightings.size() - options.watched.size();
-  }
-
-  const BranchOptions options;
-  WorldPool pool;
-  const uint64_t seed;
-  std::vector<Row> rows;
-  std::vector<Copy> copies;  // one per thread
-  bool ready = false;
-  static constexpr size_t kRecent = 8;
-  std::vector<std::shared_ptr<Origin>> recent;  // the latest is the last
-  std::mutex making_models;
-  std::map<const rows::Scene*, std::unique_ptr<const RowModels>> models;
-  std::atomic<uint64_t> steps_in_rows{0};
-  std::mutex taking;
-};
 
 /// Returns the copy's world, made again if a controller has deleted or unloaded it, or null if that
 /// fails.
@@ -210,7 +106,8 @@ void Branches::Impl::Step(Row* row, uint32_t branch, uint64_t steps, Scenario* s
                           bool needs_world, Copy* copy) {
   uint64_t left = steps;
   try {
-    if (!needs_world && BecomeRow(row, branch)) left = StepRow(row, branch, steps, scenario);
+    if (!needs_world && row->can_be_row && BecomeRow(row, branch))
+      left = StepRow(row, branch, steps, scenario);
     if (left == 0) return;
     BecomeSnapshot(row, branch, copy);
   } catch (...) {
@@ -240,6 +137,15 @@ bool Branches::Impl::StepOnce(Row* row, uint32_t branch, Scenario* scenario, boo
   if (ends) row->seen.state = Branch::kEnded;
   ClearQuit(world);
   return !ends;
+}
+
+void Branches::Impl::StepOnHost(const std::vector<Rest>& rest, Scenario* scenario,
+                                bool needs_world) {
+  for (const Rest& of : rest) FetchRow(of.branch);
+  pool.Run(rest.size(), [&](size_t i, unsigned thread) {
+    Step(&rows[rest[i].branch], rest[i].branch, rest[i].steps, scenario, needs_world,
+         &copies[thread]);
+  });
 }
 
 void Branches::Impl::ApplyCommands(Row* row, World* world) {
@@ -287,20 +193,31 @@ const RowModels* Branches::Impl::ModelsOf(const rows::Scene& scene) {
   return known.get();
 }
 
-/// Makes the branch a row of the pool. Returns false if rows cannot hold its state.
-bool Branches::Impl::BecomeRow(Row* row, uint32_t branch) {
-  if (row->models) return true;
+/// Reads the state of the branch for rows, if no other branch has done so. Returns false if rows
+/// cannot hold it.
+bool Branches::Impl::ReadOrigin(Row* row) {
   if (!options.rows || !row->can_be_row) return false;
   if (!row->origin) row->origin = std::make_shared<Origin>(row->state);
   Origin& origin = *row->origin;
   std::call_once(origin.once,
                  [&] { origin.row = PoolAccess::ReadSnapshot(pool, origin.snapshot); });
-  row->can_be_row = bool(origin.row);
-  if (!row->can_be_row) return false;
-  PoolAccess::Restore(pool, IdOf(branch), origin.row);
-  if (row->reseed) PoolAccess::Reseed(pool, IdOf(branch), row->seed);
+  return row->can_be_row = bool(origin.row);
+}
+
+/// Puts the row of the branch into the state of its origin.
+void Branches::Impl::RestoreRow(const Row& row, uint32_t branch, bool reseeds) {
+  PoolAccess::Restore(pool, IdOf(branch), row.origin->row);
+  if (reseeds) PoolAccess::Reseed(pool, IdOf(branch), row.seed);
+}
+
+/// Makes the branch a row of the pool. Returns false if rows cannot hold its state.
+bool Branches::Impl::BecomeRow(Row* row, uint32_t branch) {
+  if (row->models) return true;
+  if (!ReadOrigin(row)) return false;
+  RestoreRow(*row, branch, row->reseed);
   row->reseed = false;
-  row->models = ModelsOf(origin.row.rows->scene());
+  row->models = ModelsOf(row->origin->row.rows->scene());
+  row->at = {};
   row->state = Snapshot();
   row->origin.reset();
   row->latest = nullptr;
@@ -319,6 +236,7 @@ void Branches::Impl::BecomeSnapshot(Row* row, uint32_t branch, Copy* copy) {
   messages::Collector collector;
   row->state = TakeOf(branch);
   row->models = nullptr;
+  row->origin.reset();
   if (row->state.empty())
     Fail(row, copy, collector.lines.empty() ? "can't be kept" : collector.lines.back());
 }
@@ -382,6 +300,19 @@ std::string Branches::WhyNotClosed() const {
 
 uint64_t Branches::steps_in_rows() const { return impl_->steps_in_rows; }
 
+std::string Branches::StepDevice() const {
+  return impl_->uses_device ? impl_->pool.StepDevice() : "";
+}
+
+std::string Branches::WhyNotOnDevice() const {
+  if (!impl_->uses_device)
+    return impl_->pool.StepDevice().empty() ? "the options name no device" : "it has failed";
+  const std::string reason = WhyNotClosed();
+  return reason.empty() ? PoolAccess::WhyNotOnDevice(impl_->pool) : reason;
+}
+
+uint64_t Branches::steps_on_device() const { return impl_->steps_on_device; }
+
 const Branch& Branches::operator[](uint32_t branch) const { return impl_->rows[branch].seen; }
 
 void Branches::Restore(uint32_t branch, const Snapshot& from) {
@@ -430,15 +361,18 @@ void Branches::Step(uint64_t steps, Scenario* scenario) {
   std::vector<uint32_t> alive;
   for (uint32_t branch = 0; branch < count(); branch++)
     if (impl_->rows[branch].seen.state == Branch::kAlive) alive.push_back(branch);
-  impl_->pool.Run(alive.size(), [&](size_t i, unsigned thread) {
-    impl_->Step(&impl_->rows[alive[i]], alive[i], steps, scenario, needs_world,
-                &impl_->copies[thread]);
-  });
+  std::vector<Impl::Rest> rest;
+  if (impl_->uses_device && !needs_world)
+    rest = impl_->StepOnDevice(alive, steps, scenario);
+  else
+    for (const uint32_t branch : alive) rest.push_back({branch, steps});
+  impl_->StepOnHost(rest, scenario, needs_world);
 }
 
 bool Branches::Visit(uint32_t branch, const std::function<void(World&)>& visit) {
   Impl::Row& row = impl_->rows[branch];
   Impl::Copy& copy = impl_->copies[0];
+  impl_->FetchRow(branch);
   try {
     impl_->BecomeSnapshot(&row, branch, &copy);
   } catch (...) {
@@ -452,6 +386,7 @@ bool Branches::Visit(uint32_t branch, const std::function<void(World&)>& visit) 
 Snapshot Branches::StateOf(uint32_t branch) const {
   if (!impl_->rows[branch].models) return impl_->rows[branch].state;
   const std::lock_guard lock(impl_->taking);
+  impl_->FetchRow(branch);
   try {
     return impl_->TakeOf(branch);
   } catch (...) {

@@ -28,6 +28,8 @@ BranchOptions OptionsOfBranches(const ConsequenceEngine::Options& options) {
   branches.keep = options.keep;
   branches.watched = options.watched;
   branches.rows = options.rows;
+  branches.device_steps = options.device_steps;
+  branches.device_choice = options.device_choice;
   return branches;
 }
 
@@ -258,6 +260,12 @@ bool ConsequenceEngine::IsReady() const { return impl_->branches->IsReady(); }
 std::string ConsequenceEngine::WhyNotClosed() const { return impl_->branches->WhyNotClosed(); }
 
 uint64_t ConsequenceEngine::steps_in_rows() const { return impl_->branches->steps_in_rows(); }
+
+std::string ConsequenceEngine::StepDevice() const { return impl_->branches->StepDevice(); }
+
+std::string ConsequenceEngine::WhyNotOnDevice() const { return impl_->branches->WhyNotOnDevice(); }
+
+uint64_t ConsequenceEngine::steps_on_device() const { return impl_->branches->steps_on_device(); }
 
 Decision ConsequenceEngine::Choose(const Question& question, const Budget& budget, Judge* judge) {
   const Meter meter(budget);

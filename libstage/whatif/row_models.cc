@@ -7,6 +7,7 @@
 
 #include "models/model.hh"
 #include "motion/drive.hh"
+#include "rows/device_rows.hh"
 #include "rows/in_mover.hh"
 #include "rows/planar.hh"
 #include "world/world.hh"
@@ -37,7 +38,16 @@ rows::Planar ValueOf(const Command& command) {
 
 RowModels::RowModels(const rows::Scene& scene, const std::vector<uint32_t>& watched)
     : scene_(scene) {
-  for (const uint32_t model : watched) watched_.push_back(Find(model));
+  for (const uint32_t model : watched) {
+    Watched found = Find(model);
+    if (found.mover != kStands) {
+      const auto known = std::ranges::find(watched_movers_, static_cast<uint32_t>(found.mover));
+      found.place = static_cast<size_t>(known - watched_movers_.begin());
+      if (known == watched_movers_.end())
+        watched_movers_.push_back(static_cast<uint32_t>(found.mover));
+    }
+    watched_.push_back(found);
+  }
 }
 
 size_t RowModels::RobotOf(uint32_t model) const {
@@ -79,22 +89,46 @@ RowModels::Watched RowModels::Find(uint32_t id) const {
   return watched;
 }
 
+std::optional<row_given_t> RowModels::Given(const Command& command, size_t row) const {
+  const size_t robot = RobotOf(command.model);
+  if (robot == kStands) return std::nullopt;
+  const rows::Planar value = ValueOf(command);
+  return row_given_t{{value.x, value.y, value.a},
+                     static_cast<uint32_t>(row),
+                     static_cast<uint32_t>(robot),
+                     static_cast<uint32_t>(ModeOf(command.kind)),
+                     0};
+}
+
 /// Movers change neither their heights nor their shapes.
-Sighting RowModels::See(const Watched& watched, const rows::Rows& rows, size_t row) const {
+Sighting RowModels::See(const Watched& watched, const Seen& seen) const {
   Sighting sighting = watched.seen;
-  if (watched.mover == kStands) return sighting;
   const rows::Mover& mover = scene_.movers[watched.mover];
-  const size_t i = row * scene_.movers.size() + watched.mover;
-  sighting.pose = mover.GlobalPoseOf(watched.node, rows::PoseOf(rows.columns.pose[i], mover.z));
+  sighting.pose = mover.GlobalPoseOf(watched.node, rows::PoseOf(seen.pose, mover.z));
   sighting.pose.z = watched.seen.pose.z;
   if (watched.node > 0) return sighting;
-  sighting.stalled = rows.columns.stalled[i];
-  if (mover.robot) sighting.velocity = rows::VelocityOf(rows.columns.velocity[i]);
+  sighting.stalled = seen.stalled;
+  if (mover.robot) sighting.velocity = rows::VelocityOf(seen.velocity);
   return sighting;
 }
 
 void RowModels::Watch(const rows::Rows& rows, size_t row, std::vector<Sighting>* to) const {
-  for (const Watched& watched : watched_) to->push_back(See(watched, rows, row));
+  const rows::Columns& c = rows.columns;
+  for (const Watched& watched : watched_) {
+    const size_t i = row * scene_.movers.size() + watched.mover;
+    to->push_back(watched.mover == kStands
+                      ? watched.seen
+                      : See(watched, {c.pose[i], c.velocity[i], c.stalled[i] != 0}));
+  }
+}
+
+void RowModels::Watch(const double* numbers, std::vector<Sighting>* to) const {
+  for (const Watched& watched : watched_) {
+    const double* const n = numbers + rows::DeviceRows::kWatchedNumbers * watched.place;
+    to->push_back(watched.mover == kStands
+                      ? watched.seen
+                      : See(watched, {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6] != 0}));
+  }
 }
 
 }  // namespace Stg::whatif

@@ -15,8 +15,11 @@
 #include <string>
 #include <vector>
 
+#include "rows/device_rows.hh"
 #include "stage.hh"
 #include "support/closed_world.hh"
+#include "support/device.hh"
+#include "support/host_row_device.hh"
 #include "support/model_testing.hh"
 #include "support/own_worlds.hh"
 #include "support/random_source.hh"
@@ -80,7 +83,7 @@ class Scorer : public Scenario {
 
 /// Numbers of events, which show that the test does what it claims.
 struct Happened {
-  uint64_t steps_in_rows = 0, steps = 0;
+  uint64_t steps_in_rows = 0, steps_on_device = 0, steps = 0;
   size_t ended = 0, failed = 0, chained = 0, visits = 0, stalls = 0, reseeded = 0;
 };
 
@@ -89,7 +92,8 @@ class Pair {
  public:
   Pair(const World& world, uint32_t count, BranchOptions options) : watched_(options.watched) {
     with_ = std::make_unique<Branches>(world, count, options);
-    options.rows = false;
+    EXPECT_EQ(with_->StepDevice().empty(), !options.device_steps);
+    options.rows = options.device_steps = false;
     options.threads = 1;
     without_ = std::make_unique<Branches>(world, count, options);
     EXPECT_EQ(with_->WhyNotClosed(), "");
@@ -99,6 +103,7 @@ class Pair {
   uint32_t count() const { return with_->count(); }
   const Branch& operator[](uint32_t branch) const { return (*with_)[branch]; }
   uint64_t steps_in_rows() const { return with_->steps_in_rows(); }
+  uint64_t steps_on_device() const { return with_->steps_on_device(); }
   /// Number of steps of all branches since they were restored.
   uint64_t steps() const {
     uint64_t sum = 0;
@@ -232,13 +237,14 @@ std::vector<Snapshot> SnapshotsOf(World* world, RandomSource* random) {
   return snapshots;
 }
 
-void RunAtRandom(RandomSource* random, World* world, Happened* happened) {
+void RunAtRandom(RandomSource* random, World* world, bool on_device, Happened* happened) {
   BranchOptions options;
+  options.device_steps = on_device;
   options.threads = static_cast<unsigned>(random->Pick<int>({1, 2, 5}));
   options.keep = random->OneIn(2) ? Snapshot::kFull : Snapshot::kLean;
   const std::vector<uint32_t> models = IdsOf(*world);
   options.watched = random->OneIn(4) ? std::vector<uint32_t>() : models;
-  options.watched.push_back(4000);  // no such model
+  if (!random->OneIn(3)) options.watched.push_back(4000);  // no such model
   Pair pair(*world, static_cast<uint32_t>(random->Pick<int>({1, 3, 33})), options);
   const std::vector<Snapshot> snapshots = SnapshotsOf(world, random);
   Scorer watcher(options.watched.size(), false), looker(options.watched.size(), true);
@@ -256,6 +262,7 @@ void RunAtRandom(RandomSource* random, World* world, Happened* happened) {
       ASSERT_EQ(pair.Difference(i), "") << "branch " << i << " in round " << round;
   }
   happened->steps_in_rows += pair.steps_in_rows();
+  happened->steps_on_device += pair.steps_on_device();
 }
 
 /// Number of random worlds; more for a long search.
@@ -264,23 +271,48 @@ uint64_t Worlds() {
   return wanted ? std::strtoull(wanted, nullptr, 10) : kSanitized ? 24 : 60;
 }
 
-TEST(BranchesInRows, EqualThoseWithWorlds) {
+void SubscribeToRobotsAndRangers(World* world) {
+  for (Model* model : world->engine().models)
+    if (model->GetModelType() == "position" || model->GetModelType() == "ranger")
+      model->Subscribe();
+}
+
+/// Whether a device steps the rows.
+class BranchesInRowsTest : public testing::TestWithParam<bool> {
+ protected:
+  void SetUp() override {
+    if (GetParam() && !device::WhyNone().empty()) GTEST_SKIP() << device::WhyNone();
+  }
+};
+INSTANTIATE_TEST_SUITE_P(HostAndDevice, BranchesInRowsTest, testing::Bool());
+
+TEST_P(BranchesInRowsTest, EqualThoseWithWorlds) {
   InitLibrary();
   Happened happened;
   for (uint64_t seed = 1; seed <= Worlds(); seed++) {
-    RandomSource random(seed);
-    const ClosedWorldKind kind{random.OneIn(2), random.OneIn(3), random.Int(1, 5), 3,
-                               random.OneIn(3), random.OneIn(3)};
+    RandomSource random(seed + (GetParam() ? 1000 : 0));
+    const ClosedWorldKind kind{random.OneIn(GetParam() ? 6 : 2),
+                               random.OneIn(3),
+                               random.Int(1, 5),
+                               3,
+                               random.OneIn(3),
+                               random.OneIn(3)};
     const std::string text = ClosedWorld(kind, &random);
     SCOPED_TRACE("seed " + std::to_string(seed) + "\n" + text);
     const std::unique_ptr<World> world = LoadEndless(text, random.Next());
-    test::SubscribeToMost(world.get(), random.OneIn(2) ? 0 : random.Next() & random.Next());
-    ASSERT_NO_FATAL_FAILURE(RunAtRandom(&random, world.get(), &happened));
+    const uint64_t idle = random.OneIn(2) ? 0 : random.Next() & random.Next();
+    if (GetParam() && !random.OneIn(5))
+      SubscribeToRobotsAndRangers(world.get());  // other sensors keep a world from devices
+    else
+      test::SubscribeToMost(world.get(), idle);
+    ASSERT_NO_FATAL_FAILURE(RunAtRandom(&random, world.get(), GetParam(), &happened));
   }
   const size_t scale = kSanitized ? 10 : 1;
   EXPECT_GT(happened.steps, 10000u / scale);
   EXPECT_GT(happened.steps_in_rows, happened.steps * 7 / 10) << "of " << happened.steps;
   EXPECT_LT(happened.steps_in_rows, happened.steps);
+  EXPECT_EQ(happened.steps_on_device > happened.steps_in_rows * 6 / 10, GetParam())
+      << happened.steps_on_device << " of " << happened.steps_in_rows;
   EXPECT_GT(happened.ended, 100u / scale);
   EXPECT_GT(happened.failed, 20u / scale);
   EXPECT_GT(happened.chained, 20u / scale);
@@ -292,7 +324,7 @@ TEST(BranchesInRows, EqualThoseWithWorlds) {
 // ---- numbers of branches ------------------------------------------------------------------------
 
 const char kTwoRobots[] =
-    "resolution 0.05\n"
+    "resolution 0.05\ncontacts \"cells\"\n"
     "define bot position( alwayson 1 size [0.3 0.3 0.3] localization \"odom\" odom_noise [0.1 0.1 "
     "0.1 0.1]\n"
     "  ranger( alwayson 1 sensor( range [0 3] fov 270 samples 7 noise [0.01 0.01 0] ) )\n"
@@ -320,10 +352,41 @@ std::vector<uint64_t> ResultsOf(const World& world, uint32_t count, BranchOption
     results.push_back(branches[i].steps);
   }
   EXPECT_EQ(branches.steps_in_rows() > 0, options.rows);
+  EXPECT_EQ(branches.steps_on_device(), options.device_steps ? branches.steps_in_rows() : 0);
   return results;
 }
 
-TEST(BranchesInRows, DoNotDependOnTheNumbersOfBranchesAndThreads) {
+TEST(BranchesInRows, GoOnWithTheSameResultsWhenTheDeviceIsLostAtAnyTime) {
+  InitLibrary();
+  size_t warnings = 0;
+  SetLogSink([&](LogLevel, const std::string& line) {
+    warnings += line.find("branches go on without the device, because the device is lost") !=
+                std::string::npos;
+  });
+  Happened happened;
+  for (uint64_t seed = 1; seed <= Worlds(); seed++) {
+    RandomSource random(seed + 2000);
+    rows::ReplaceRowDevices([&] {
+      return std::make_unique<test::LostRowDevice>(std::make_shared<int>(random.Int(0, 300)));
+    });
+    const ClosedWorldKind kind{false, random.OneIn(3), random.Int(1, 5),
+                               3,     random.OneIn(3), random.OneIn(3)};
+    const std::string text = ClosedWorld(kind, &random);
+    SCOPED_TRACE("seed " + std::to_string(seed) + "\n" + text);
+    const std::unique_ptr<World> world = LoadEndless(text, random.Next());
+    SubscribeToRobotsAndRangers(world.get());
+    ASSERT_NO_FATAL_FAILURE(RunAtRandom(&random, world.get(), true, &happened));
+  }
+  rows::ReplaceRowDevices(nullptr);
+  SetLogSink(nullptr);
+  const size_t scale = kSanitized ? 10 : 1;
+  EXPECT_GT(warnings, Worlds() / 2);
+  EXPECT_LE(warnings, Worlds());
+  EXPECT_GT(happened.steps_on_device, 1000u / scale);
+  EXPECT_GT(happened.steps_in_rows - happened.steps_on_device, 1000u / scale);
+}
+
+TEST_P(BranchesInRowsTest, DoNotDependOnTheNumbersOfBranchesAndThreads) {
   InitLibrary();
   const std::unique_ptr<World> world = LoadEndless(kTwoRobots, 3);
   for (int i = 0; i < 4; i++) world->Update();
@@ -335,6 +398,7 @@ TEST(BranchesInRows, DoNotDependOnTheNumbersOfBranchesAndThreads) {
     const uint32_t most = kSanitized ? 100 : 1000;
     const std::vector<uint64_t> expected = ResultsOf(*world, most, options);
     options.rows = true;
+    options.device_steps = GetParam();
     for (const unsigned threads : {1u, 2u, 7u})
       for (const uint32_t count : {1u, 33u, most}) {
         options.threads = threads;
@@ -343,6 +407,41 @@ TEST(BranchesInRows, DoNotDependOnTheNumbersOfBranchesAndThreads) {
             << count << " branches on " << threads << " threads";
       }
   }
+}
+
+/// Ends branches one after the other.
+class EndsEachAtItsStep : public Scenario {
+ public:
+  bool NeedsWorld() const override { return false; }
+  bool Watch(const Sighting*, uint32_t branch, double* score) override {
+    *score += 1;
+    return *score > branch;
+  }
+};
+
+TEST_P(BranchesInRowsTest, ThatEndHaveTheReadingsOfTheirLastStep) {
+  InitLibrary();
+  const std::unique_ptr<World> world = LoadEndless(
+      "contacts \"cells\"\nmodel( pose [1 0 0 0] size [0.1 3 1] )\n"
+      "position( name \"a\" alwayson 1 size [0.3 0.3 0.3] velocity [0.3 0 0 20]\n"
+      "  ranger( alwayson 1 sensor( range [0 3] fov 270 samples 7 ) ) )\n",
+      3);
+  Snapshot now;
+  ASSERT_TRUE(world->Take(&now));
+  BranchOptions options;
+  options.device_steps = GetParam();
+  Branches branches(*world, 9, options);
+  for (uint32_t i = 0; i < 9; i++) branches.Restore(i, now);
+  EndsEachAtItsStep scenario;
+  branches.Step(20, &scenario);
+  for (uint32_t i = 0; i < 9; i++) {
+    world->Update();
+    Snapshot expected;
+    ASSERT_TRUE(world->Take(&expected));
+    EXPECT_EQ(branches[i].steps, i + 1);
+    EXPECT_EQ(branches.StateOf(i).hash(), expected.hash()) << i;
+  }
+  EXPECT_EQ(branches.steps_on_device(), GetParam() ? 45u : 0u);
 }
 
 TEST(BranchesInRows, TellWhyTheyCannotBe) {

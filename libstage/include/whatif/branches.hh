@@ -69,8 +69,13 @@ struct BranchOptions {
   bool device;                    ///< worlds use the prototype's OpenCL device, if any
   bool rows;  ///< branches of closed worlds need no World objects; false: all have one, for
               ///< comparison
+  /// Whole steps of closed worlds are made on an OpenCL device, see WorldPoolOptions, if the
+  /// scenario needs no World. If the device fails, the host repeats what it has lost.
+  bool device_steps;
+  std::string device_choice;  ///< see WorldPoolOptions
 
-  BranchOptions() : threads(1), keep(Snapshot::kFull), device(false), rows(true) {}
+  BranchOptions()
+      : threads(1), keep(Snapshot::kFull), device(false), rows(true), device_steps(false) {}
 };
 
 /// The result of a branch so far.
@@ -109,7 +114,8 @@ class Branches {
   Branches(const Branches&) = delete;
   Branches& operator=(const Branches&) = delete;
 
-  /// False if the world cannot be copied or memory does not suffice; a message gives the reason.
+  /// False if the world cannot be copied, memory does not suffice, or there is no device as wanted;
+  /// a message gives the reason.
   bool IsReady() const;
   uint32_t count() const;
   /// Number of worker threads.
@@ -119,6 +125,13 @@ class Branches {
   std::string WhyNotClosed() const;
   /// Number of steps that were made without a World object, since the beginning.
   uint64_t steps_in_rows() const;
+  /// Name of the device that makes whole steps; empty if there is none, or if it has failed.
+  std::string StepDevice() const;
+  /// Why that device cannot step branches, in words that follow "because"; empty if it can. The
+  /// host steps them then, with equal results.
+  std::string WhyNotOnDevice() const;
+  /// Number of steps in rows that were made on the device.
+  uint64_t steps_on_device() const;
   /// Changes the number of branches. New branches start retired.
   void Resize(uint32_t count);
   const Branch& operator[](uint32_t branch) const;

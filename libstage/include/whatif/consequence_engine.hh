@@ -109,9 +109,17 @@ class ConsequenceEngine {
     /// See BranchOptions. With kFull, readings of rangers are made in each step; otherwise only if
     /// somebody sees them.
     Snapshot::Keep keep;
-    bool rows;  ///< see BranchOptions
+    bool rows;                  ///< see BranchOptions
+    bool device_steps;          ///< see BranchOptions
+    std::string device_choice;  ///< see BranchOptions
 
-    Options() : threads(1), samples(1), round(5), keep(Snapshot::kLean), rows(true) {}
+    Options()
+        : threads(1),
+          samples(1),
+          round(5),
+          keep(Snapshot::kLean),
+          rows(true),
+          device_steps(false) {}
   };
 
   /// Copies a loaded world; see Branches.
@@ -126,6 +134,12 @@ class ConsequenceEngine {
   std::string WhyNotClosed() const;
   /// See Branches::steps_in_rows().
   uint64_t steps_in_rows() const;
+  /// See Branches::StepDevice().
+  std::string StepDevice() const;
+  /// See Branches::WhyNotOnDevice().
+  std::string WhyNotOnDevice() const;
+  /// See Branches::steps_on_device().
+  uint64_t steps_on_device() const;
   /// Returns the best candidate found within the budget. At least one round is always simulated.
   Decision Choose(const Question& question, const Budget& budget, Judge* judge);
   /// Repeats the rounds of `decision` without a budget. Reproduces the decision exactly.

@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Branches whose rows a device steps. A state from which several branches start is sent once and
+// copied there. Launches end where commands are due, and after each step if models are watched; the
+// host then gets the poses, velocities and stalls of these only. After an error of the device, the
+// host starts branches from their origins again and repeats their steps.
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "messages/report.hh"
+#include "rows/row_bridge.hh"
+#include "whatif/branches_impl.hh"
+
+namespace Stg {
+
+namespace {
+
+/// Columns that a new seed changes; see Rows::CopyRandomNumbers().
+constexpr rows::ColumnSet kRandomNumbers = 1u << ROW_SEED | 1u << ROW_RANDOM | 1u << ROW_NOISE;
+/// Number of branches from which on sending their common state saves more than it costs.
+constexpr size_t kFewBranches = 4;
+/// Steps of a launch, which should not take too long.
+constexpr uint64_t kMostSteps = 64;
+/// Branches that a thread watches at a time.
+constexpr size_t kGrain = 64;
+
+}  // namespace
+
+// ---- steps --------------------------------------------------------------------------------------
+
+/// Steps of branches that are in the same rows.
+class Branches::Impl::DeviceRun {
+ public:
+  DeviceRun(Impl* of, rows::Rows* in, const std::vector<uint32_t>& branches, uint64_t steps,
+            Scenario* scenario);
+  /// Adds branches that a command makes leave the device to `rest`. Throws rows::RowDeviceError.
+  void Run(std::vector<Rest>* rest);
+
+ private:
+  struct Member {
+    uint32_t branch, place;
+    Row* row;
+  };
+
+  bool Watches() const { return scenario_ || !of_.options.watched.empty(); }
+  void RestoreStarts();
+  void GiveCommands(std::vector<Rest>* rest);
+  bool AddCommands(const Member& member);
+  void AddCommand(const row_given_t& given, size_t first);
+  uint64_t StepsOfLaunch() const;
+  void Launch(uint64_t steps);
+  void Watch();
+  void Watch(const Member& member, const double* numbers);
+  void RemoveEnded();
+
+  Impl& of_;
+  rows::Rows& rows_;
+  rows::DeviceRows* const device_;
+  const RowModels& models_;
+  Scenario* const scenario_;
+  uint64_t left_;
+  std::vector<Member> members_;  // that are alive
+  std::vector<uint32_t> places_;
+  std::vector<row_given_t> given_;
+};
+
+Branches::Impl::DeviceRun::DeviceRun(Impl* of, rows::Rows* in,
+                                     const std::vector<uint32_t>& branches, uint64_t steps,
+                                     Scenario* scenario)
+    : of_(*of),
+      rows_(*in),
+      device_(PoolAccess::OnDevice(of->pool, in)),
+      models_(*of->rows[branches[0]].models),
+      scenario_(scenario),
+      left_(steps) {
+  for (const uint32_t branch : branches) {
+    Row* const row = &of_.rows[branch];
+    members_.push_back({branch, static_cast<uint32_t>(row->at.row), row});
+    std::vector<Sighting>& sightings = row->seen.sightings;
+    const size_t needed = sightings.size() + steps * of_.options.watched.size();
+    if (Watches() && needed > sightings.capacity())
+      sightings.reserve(std::max(needed, 2 * sightings.capacity()));
+  }
+}
+
+void Branches::Impl::DeviceRun::Run(std::vector<Rest>* rest) {
+  if (Watches()) device_->Watch(models_.watched_movers());
+  RestoreStarts();
+  while (left_ > 0) {
+    GiveCommands(rest);
+    if (members_.empty()) break;
+    Launch(StepsOfLaunch());
+  }
+  device_->device().Finish();
+}
+
+/// Sends the states of branches that have just been restored.
+void Branches::Impl::DeviceRun::RestoreStarts() {
+  std::map<const Origin*, std::vector<uint32_t>> shared;
+  std::vector<uint32_t> whole;
+  const Origin* any = nullptr;
+  for (const Member& member : members_) {
+    Row::Start& start = member.row->start;
+    if (!std::exchange(start.is_pending, false)) continue;
+    any = member.row->origin.get();
+    (start.is_whole ? whole : shared[any]).push_back(member.place);
+  }
+  if (!any) return;
+  PoolAccess::NoteDeviceSteps(of_.pool, &rows_);
+  for (const auto& [origin, places] : shared)
+    device_->Restore(places, *origin->row.rows, rows_, kRandomNumbers);
+  if (!whole.empty()) device_->Restore(whole, *any->row.rows, rows_, rows::kAllColumns);
+}
+
+/// Gives all commands that are due.
+void Branches::Impl::DeviceRun::GiveCommands(std::vector<Rest>* rest) {
+  given_.clear();
+  std::erase_if(members_, [&](const Member& member) {
+    if (AddCommands(member)) return false;
+    member.row->can_be_row = false;
+    rest->push_back({member.branch, left_});
+    return true;
+  });
+  if (given_.empty()) return;
+  PoolAccess::NoteDeviceSteps(of_.pool, &rows_);
+  device_->Give(given_);
+}
+
+/// Returns false if a command that is due needs a World.
+bool Branches::Impl::DeviceRun::AddCommands(const Member& member) {
+  const Branch& seen = member.row->seen;
+  const size_t first = given_.size();
+  for (size_t& next = member.row->applied;
+       next < seen.commands.size() && seen.commands[next].step <= seen.steps; next++) {
+    if (!models_.CanApply(seen.commands[next])) return false;
+    if (const auto given = models_.Given(seen.commands[next], member.place))
+      AddCommand(*given, first);
+  }
+  return true;
+}
+
+/// Adds a command, which replaces an earlier one to the same robot.
+void Branches::Impl::DeviceRun::AddCommand(const row_given_t& given, size_t first) {
+  for (size_t i = first; i < given_.size(); i++)
+    if (given_[i].mover == given.mover) {
+      given_[i] = given;
+      return;
+    }
+  given_.push_back(given);
+}
+
+/// Number of steps until a command is due, or somebody watches.
+uint64_t Branches::Impl::DeviceRun::StepsOfLaunch() const {
+  if (Watches()) return 1;
+  uint64_t steps = std::min(left_, kMostSteps);
+  for (const Member& member : members_) {
+    const Branch& seen = member.row->seen;
+    if (member.row->applied < seen.commands.size())
+      steps = std::min(steps, seen.commands[member.row->applied].step - seen.steps);
+  }
+  return steps;
+}
+
+/// Makes steps. A scenario may end a branch after each step, and its state then has the readings
+/// unless they are omitted; see StepRow().
+void Branches::Impl::DeviceRun::Launch(uint64_t steps) {
+  left_ -= steps;
+  const uint64_t omitted = of_.options.keep == Snapshot::kLean ? 1 : 0;
+  const uint64_t unseen = std::min<uint64_t>((scenario_ ? 0 : left_) + omitted, INT32_MAX);
+  places_.clear();
+  for (const Member& member : members_) places_.push_back(member.place);
+  PoolAccess::NoteDeviceSteps(of_.pool, &rows_);
+  device_->StepSome(places_, static_cast<uint32_t>(steps), static_cast<uint32_t>(unseen));
+  if (Watches())
+    Watch();
+  else
+    for (const Member& member : members_) member.row->seen.steps += steps;
+  of_.steps_on_device += places_.size() * steps;
+  of_.steps_in_rows += places_.size() * steps;
+  if (Watches())
+    RemoveEnded();
+  else
+    device_->device().Finish();
+}
+
+void Branches::Impl::DeviceRun::Watch() {
+  const std::vector<double>& numbers = device_->ReadWatched(places_);
+  const size_t per_world = numbers.size() / rows_.size();
+  of_.pool.Run((members_.size() + kGrain - 1) / kGrain, [&](size_t part, unsigned) {
+    const size_t end = std::min((part + 1) * kGrain, members_.size());
+    for (size_t i = part * kGrain; i < end; i++)
+      Watch(members_[i], numbers.data() + members_[i].place * per_world);
+  });
+}
+
+void Branches::Impl::DeviceRun::Watch(const Member& member, const double* numbers) {
+  Branch& seen = member.row->seen;
+  seen.steps++;
+  try {
+    models_.Watch(numbers, &seen.sightings);
+    if (scenario_ && scenario_->Watch(of_.LatestOf(*member.row), member.branch, &seen.score))
+      seen.state = Branch::kEnded;
+  } catch (...) {
+    seen.state = Branch::kFailed;
+    seen.error = DescribeException();
+  }
+}
+
+void Branches::Impl::DeviceRun::RemoveEnded() {
+  std::erase_if(members_, [&](const Member& member) {
+    const Branch& seen = member.row->seen;
+    if (seen.state == Branch::kFailed) Fail(member.row, &of_.copies[0], std::string(seen.error));
+    return seen.state != Branch::kAlive;
+  });
+}
+
+// ---- branches -----------------------------------------------------------------------------------
+
+/// True if the device can step the row that the branch can become.
+bool Branches::Impl::CanEnter(const Row& row) {
+  return row.can_be_row && row.origin &&
+         PoolAccess::WhyNotOnDevice(pool, row.origin->row.rows->shared_scene()).empty();
+}
+
+/// The branches that the device can step, all of which are in rows then; the others are added to
+/// `rest`.
+std::vector<uint32_t> Branches::Impl::ChooseForDevice(const std::vector<uint32_t>& alive,
+                                                      uint64_t steps, std::vector<Rest>* rest) {
+  ForEach(alive, [&](uint32_t, Row* row, Copy*) {
+    if (!row->models) ReadOrigin(row);
+  });
+  std::vector<uint32_t> chosen, entering;
+  std::map<const Origin*, size_t> from;
+  for (const uint32_t branch : alive) {
+    const Row& row = rows[branch];
+    if (row.seen.state != Branch::kAlive) continue;
+    const bool enters = !row.models && CanEnter(row);
+    if (enters) entering.push_back(branch);
+    if (enters) from[row.origin.get()]++;
+    if (enters || (row.models && row.at))
+      chosen.push_back(branch);
+    else
+      rest->push_back({branch, steps});
+  }
+  ForEach(entering, [&](uint32_t branch, Row* row, Copy*) {
+    EnterRow(row, branch, from.at(row->origin.get()) < kFewBranches);
+  });
+  std::erase_if(chosen, [&](uint32_t branch) { return rows[branch].seen.state != Branch::kAlive; });
+  return chosen;
+}
+
+/// Makes the branch a row, the state of which is sent before its next step.
+void Branches::Impl::EnterRow(Row* row, uint32_t branch, bool whole) {
+  const SnapshotRow& from = row->origin->row;
+  row->at = PoolAccess::Enter(pool, IdOf(branch), from);
+  whole ? row->at.rows->Copy(row->at.row, *from.rows, 0)
+        : row->at.rows->CopyRandomNumbers(row->at.row, *from.rows, 0);
+  if (row->reseed) RowBridge::Reseed(row->at.rows, row->at.row, row->seed);
+  row->start = {true, whole, row->reseed, row->seen.steps, row->applied};
+  row->reseed = false;
+  row->models = ModelsOf(from.rows->scene());
+  row->state = Snapshot();
+  row->latest = nullptr;
+}
+
+/// Steps branches on the device. Returns the steps that the host must make.
+std::vector<Branches::Impl::Rest> Branches::Impl::StepOnDevice(const std::vector<uint32_t>& alive,
+                                                               uint64_t steps, Scenario* scenario) {
+  std::vector<Rest> of_host;
+  const std::vector<uint32_t> chosen = ChooseForDevice(alive, steps, &of_host);
+  std::vector<std::pair<rows::Rows*, std::vector<uint32_t>>> groups;
+  std::vector<uint64_t> ends;
+  for (const uint32_t branch : chosen) {
+    ends.push_back(rows[branch].seen.steps + steps);
+    rows::Rows* const in = rows[branch].at.rows;
+    auto group = std::ranges::find(groups, in, [](const auto& known) { return known.first; });
+    if (group == groups.end()) group = groups.insert(group, {in, {}});
+    group->second.push_back(branch);
+  }
+  std::vector<Rest> rest;
+  try {
+    for (const auto& [in, branches] : groups)
+      DeviceRun(this, in, branches, steps, scenario).Run(&rest);
+  } catch (const rows::RowDeviceError& error) {
+    TakeOver(error.what());
+    rest.clear();
+    for (size_t i = 0; i < chosen.size(); i++)
+      if (rows[chosen[i]].seen.state == Branch::kAlive && rows[chosen[i]].seen.steps < ends[i])
+        rest.push_back({chosen[i], ends[i] - rows[chosen[i]].seen.steps});
+  }
+  rest.insert(rest.end(), of_host.begin(), of_host.end());
+  return rest;
+}
+
+// ---- errors of the device -----------------------------------------------------------------------
+
+/// Brings all branches to the state that the device has lost, and uses it no more.
+void Branches::Impl::TakeOver(const std::string& why) {
+  messages::Report(LogLevel::kWarning, "stage: branches go on without the device, because " + why);
+  uses_device = false;
+  PoolAccess::AbandonDevice(pool);
+  std::vector<uint32_t> lost;
+  for (uint32_t branch = 0; branch < rows.size(); branch++)
+    if (rows[branch].models && rows[branch].at) lost.push_back(branch);
+  ForEach(lost, [&](uint32_t branch, Row* row, Copy*) { Repeat(row, branch); });
+}
+
+/// Starts a branch from its origin, and repeats its commands and steps on the host.
+void Branches::Impl::Repeat(Row* row, uint32_t branch) {
+  RestoreRow(*row, branch, row->start.reseeds);
+  const PoolRow at = PoolAccess::RowToChange(pool, IdOf(branch));
+  const uint64_t omitted = options.keep == Snapshot::kLean ? 1 : 0;
+  size_t next = row->start.applied;
+  const auto apply = [&](uint64_t step) {
+    for (; next < row->applied && row->seen.commands[next].step <= step; next++)
+      row->models->Apply(row->seen.commands[next], at.rows, at.row);
+  };
+  for (uint64_t step = row->start.step; step < row->seen.steps; step++) {
+    apply(step);
+    PoolAccess::StepRow(pool, IdOf(branch), row->seen.steps - 1 - step + omitted);
+  }
+  apply(row->seen.steps);
+  row->at = {};
+}
+
+/// Brings the newest state of a branch to the host.
+void Branches::Impl::FetchRow(uint32_t branch) {
+  if (!uses_device || !rows[branch].models) return;
+  try {
+    PoolAccess::RowToRead(pool, IdOf(branch));
+  } catch (const rows::RowDeviceError& error) {
+    TakeOver(error.what());
+  }
+}
+
+}  // namespace Stg
