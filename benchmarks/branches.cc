@@ -16,19 +16,20 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <memory>
 #include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "benchmarks/branch_worlds.hh"
 #include "stage.hh"
 #include "threads/wall_clock.hh"
 
 namespace {
 
 using Stg::threads::WallClock;
+using namespace branch_worlds;
 
 constexpr int kBranchSteps = 50;
 
@@ -46,35 +47,6 @@ Timing Time(int calls, F call) {
   }
   std::ranges::sort(seconds);
   return {seconds.front(), seconds[seconds.size() / 2]};
-}
-
-std::string FileOf(const std::string& name) { return STAGE_SOURCE_WORLDS "/" + name + ".world"; }
-
-/// The shipped world with only the first robots of its file.
-std::string TextOf(const std::string& name, int robots, const std::string& controller) {
-  std::ifstream in(FileOf(name));
-  std::string text, line;
-  for (int found = 0; std::getline(in, line);)
-    if (!line.starts_with("robot(") || found++ < robots) text += line + "\n";
-  const std::string of_file = "ctrl \"disperse\"";
-  const std::string wanted = controller.empty() ? "" : "ctrl \"" + controller + "\"";
-  return text.replace(text.find(of_file), of_file.size(), wanted);
-}
-
-std::unique_ptr<Stg::World> Load(const std::string& name, int robots,
-                                 const std::string& controller = "disperse") {
-  Stg::RunOptions options;
-  options.listed = false;
-  options.threads = 1;
-  auto world = std::make_unique<Stg::World>(options);
-  std::istringstream text(TextOf(name, robots, controller));
-  if (!world->Load(text, FileOf(name))) std::exit(1);
-  world->SetQuitTime(0);
-  return world;
-}
-
-void Run(Stg::World* world, int steps) {
-  for (int i = 0; i < steps; i++) world->Update();
 }
 
 /// Evicts the processor's caches.
@@ -138,35 +110,6 @@ const Way kWays[] = {{"disperse", "disperse", true, Stg::Snapshot::kLean},
                      {"commands", "", true, Stg::Snapshot::kLean},
                      {"commands, rows, readings in each step", "", false, Stg::Snapshot::kFull},
                      {"commands, rows, no unseen readings", "", false, Stg::Snapshot::kLean}};
-constexpr int kRobots = 5;
-
-void Require(bool condition, const char* what) {
-  if (condition) return;
-  std::fprintf(stderr, "branches: %s\n", what);
-  std::exit(1);
-}
-
-std::vector<Stg::ModelPosition*> RobotsOf(Stg::World* world) {
-  std::vector<Stg::ModelPosition*> robots;
-  for (Stg::Model* model : world->GetChildren())
-    if (auto* robot = dynamic_cast<Stg::ModelPosition*>(model)) robots.push_back(robot);
-  return robots;
-}
-
-/// A world after 50 steps. Without a controller, the robots and their sensors run all the same, and
-/// drive along circles.
-std::unique_ptr<Stg::World> Prepare(const std::string& name, const std::string& controller) {
-  std::unique_ptr<Stg::World> world = Load(name, kRobots, controller);
-  int number = 0;
-  for (Stg::ModelPosition* robot : RobotsOf(world.get())) {
-    if (!controller.empty()) break;
-    robot->Subscribe();
-    for (Stg::Model* sensor : robot->GetChildren()) sensor->Subscribe();
-    robot->SetSpeed(0.3, 0, number++ % 2 ? 0.3 : -0.3);
-  }
-  Run(world.get(), 50);
-  return world;
-}
 
 /// Sees whether any watched model moves, and ends nothing.
 class Watcher : public Stg::Scenario {
