@@ -93,6 +93,21 @@ RAY_FUNCTION void row_step(const row_world_t* w, ray_uint steps, ray_uint unseen
   }
 }
 
+/* Copies bytes, in the largest words that fit. */
+RAY_FUNCTION void row_copy(RAY_GLOBAL const row_byte* from, RAY_GLOBAL row_byte* to,
+                           ray_ulong bytes) {
+  const ray_ulong odd = (ray_ulong)from | (ray_ulong)to | bytes;
+  ray_ulong i;
+  if ((odd & 7) == 0)
+    for (i = ROW_ITEM; i < bytes / 8; i += ROW_ITEMS)
+      ((RAY_GLOBAL ray_ulong*)to)[i] = ((RAY_GLOBAL const ray_ulong*)from)[i];
+  else if ((odd & 3) == 0)
+    for (i = ROW_ITEM; i < bytes / 4; i += ROW_ITEMS)
+      ((RAY_GLOBAL ray_uint*)to)[i] = ((RAY_GLOBAL const ray_uint*)from)[i];
+  else
+    for (i = ROW_ITEM; i < bytes; i += ROW_ITEMS) to[i] = from[i];
+}
+
 /* Puts a world into a state. `start` has the columns of one world at row_scene_t::starts, and
  * `given`, one after the other, those with a bit in `columns`, which replace them. */
 RAY_FUNCTION void row_restore(const row_world_t* w, RAY_GLOBAL const row_byte* start,
@@ -104,8 +119,7 @@ RAY_FUNCTION void row_restore(const row_world_t* w, RAY_GLOBAL const row_byte* s
     RAY_GLOBAL const row_byte* const from = is_given ? given : start + scene->starts[column];
     RAY_GLOBAL row_byte* const to =
         w->state + scene->columns[column] + w->world * scene->row_bytes[column];
-    ray_ulong i;
-    for (i = ROW_ITEM; i < scene->row_bytes[column]; i += ROW_ITEMS) to[i] = from[i];
+    row_copy(from, to, scene->row_bytes[column]);
     if (is_given) given += scene->row_bytes[column];
   }
 }

@@ -71,11 +71,11 @@ CudaKernels::~CudaKernels() {
 }
 
 CudaRowDevice::CudaRowDevice(std::shared_ptr<CudaDevice> device, const std::string& name,
-                             const std::string& ptx, uint32_t work_items)
+                             const std::string& ptx, const RowLimits& limits)
     : device_(std::move(device)),
       name_(name),
       kernels_(std::make_shared<const CudaKernels>(device_, ptx)),
-      wanted_items_(work_items) {
+      limits_(limits) {
   FindKernels();
 }
 
@@ -84,7 +84,7 @@ CudaRowDevice::CudaRowDevice(const CudaRowDevice& other)
       device_(other.device_),
       name_(other.name_),
       kernels_(other.kernels_),
-      wanted_items_(other.wanted_items_) {
+      limits_(other.limits_) {
   FindKernels();
 }
 
@@ -112,7 +112,7 @@ void CudaRowDevice::FindKernels() {
     Check(device_->functions().get_function(kernel, kernels_->module(), name), name);
     int most = 0;
     Check(device_->functions().get_attribute(&most, cuda::kMaxThreadsPerBlock, *kernel), name);
-    most_items_ = std::min(most_items_, static_cast<unsigned>(most));
+    limits_.most_items = std::min(limits_.most_items, static_cast<size_t>(most));
   }
 }
 
@@ -186,7 +186,7 @@ void CudaRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffer
   Call([&] {
     Check(device_->functions().synchronize(), "earlier work");
     worlds_ = buffers.worlds;
-    groups_ = ChooseRowGroups(buffers, wanted_items_, most_items_);
+    groups_ = ChooseRowGroups(buffers, limits_);
     image_ = BytesOf(image, "the scene");
     state_ = CudaBytes(device_, buffers.state_bytes, "the state of all worlds");
     scratch_ = CudaBytes(device_, buffers.scratch_bytes, "steps of all worlds");

@@ -10,7 +10,6 @@
 
 #include <unistd.h>
 
-#include <climits>
 #include <memory>
 #include <span>
 #include <string>
@@ -77,7 +76,7 @@ class CudaRowDevice final : public rows::RowDevice {
   /// `ptx`: the kernels as text in PTX, as NVIDIA's OpenCL compiler writes it. Throws
   /// rows::RowDeviceError if CUDA does not accept it.
   CudaRowDevice(std::shared_ptr<CudaDevice> device, const std::string& name, const std::string& ptx,
-                uint32_t work_items);
+                const RowLimits& limits);
   /// Shares the kernels.
   CudaRowDevice(const CudaRowDevice& other);
 
@@ -133,8 +132,7 @@ class CudaRowDevice final : public rows::RowDevice {
   const std::shared_ptr<const CudaKernels> kernels_;
   cuda::Function step_, step_some_, reset_, restore_, give_, gather_, command_, clear_, place_,
       reset_flagged_;
-  const unsigned wanted_items_;
-  unsigned most_items_ = UINT_MAX;
+  RowLimits limits_;
   RowGroups groups_{1, 1};
   size_t worlds_ = 0;
   CudaBytes image_, state_, scratch_, list_, given_, start_, commands_, poses_, flags_, entries_;

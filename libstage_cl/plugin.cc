@@ -119,7 +119,7 @@ std::unique_ptr<rows::RowDevice> MakeRowDevice(const std::string& choice, uint32
     return MakeFor(
         choice, wrong, [&](const FoundDevice& device) -> std::unique_ptr<rows::RowDevice> {
           auto made = std::make_unique<ClRowDevice>(device, std::move(watch), work_items);
-          auto by_cuda = made->ForCuda(work_items);
+          auto by_cuda = made->ForCuda();
           return by_cuda ? std::move(by_cuda) : std::move(made);
         });
   };

@@ -25,7 +25,7 @@ ClRowDevice::ClRowDevice(const FoundDevice& device, std::unique_ptr<DriverWatch>
                          uint32_t work_items)
     : device_(std::make_shared<const OpenDevice>(device, std::move(watch), Kernels::kRows)),
       queue_(device_->context, device_->found.device),
-      wanted_items_(work_items),
+      limits_{work_items, SIZE_MAX, device_->found.device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>()},
       items_of_entries_(kItemsOfEntries),
       cuda_(FromEnvironment("STAGE_CL_CUDA") == "off" ? nullptr
                                                       : CudaDevice::Find(device_->found.device)) {
@@ -36,7 +36,7 @@ ClRowDevice::ClRowDevice(const ClRowDevice& other)
     : RowDevice(),
       device_(other.device_),
       queue_(other.queue_),
-      wanted_items_(other.wanted_items_),
+      limits_(other.limits_),
       items_of_entries_(other.items_of_entries_),
       cuda_(other.cuda_) {
   FindKernels();
@@ -54,7 +54,7 @@ void ClRowDevice::FindKernels() {
     *kernel = ::cl::Kernel(device_->program, name);
     const bool has_entries =
         kernel == &give_ || kernel == &gather_ || kernel == &command_ || kernel == &clear_;
-    size_t& items = has_entries ? items_of_entries_ : most_items_;
+    size_t& items = has_entries ? items_of_entries_ : limits_.most_items;
     items = std::min<size_t>(
         items, kernel->getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_->found.device));
   }
@@ -76,7 +76,7 @@ std::unique_ptr<rows::RowDevice> ClRowDevice::Another() const {
   return Call([&] { return std::make_unique<ClRowDevice>(*this); });
 }
 
-std::unique_ptr<rows::RowDevice> ClRowDevice::ForCuda(uint32_t work_items) const {
+std::unique_ptr<rows::RowDevice> ClRowDevice::ForCuda() const {
   const std::string wanted = FromEnvironment("STAGE_CL_CUDA");
   if (!cuda_ || wanted == "share") return nullptr;
   try {
@@ -84,7 +84,7 @@ std::unique_ptr<rows::RowDevice> ClRowDevice::ForCuda(uint32_t work_items) const
         device_->program.getInfo<CL_PROGRAM_BINARIES>();
     if (binaries.empty()) return nullptr;
     const std::string ptx(binaries[0].begin(), binaries[0].end());
-    return std::make_unique<CudaRowDevice>(cuda_, Name(), ptx, work_items);
+    return std::make_unique<CudaRowDevice>(cuda_, Name(), ptx, limits_);
   } catch (const RowDeviceError&) {
     return nullptr;
   }
@@ -128,8 +128,8 @@ void ClRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffers&
     worlds_ = buffers.worlds;
     // A CPU runs the work-items of a group one after the other.
     const bool is_alone =
-        device_->found.kind == "cpu" && wanted_items_ == 0 && buffers.work_items == 0;
-    groups_ = is_alone ? RowGroups{1, 1} : ChooseRowGroups(buffers, wanted_items_, most_items_);
+        device_->found.kind == "cpu" && limits_.wanted_items == 0 && buffers.work_items == 0;
+    groups_ = is_alone ? RowGroups{1, 1} : ChooseRowGroups(buffers, limits_);
     image_ = MakeBuffer(image.size_bytes(), "the scene");
     state_ = MakeBuffer(buffers.state_bytes, "the state of all worlds");
     scratch_ = MakeBuffer(buffers.scratch_bytes, "memory for steps of all worlds");

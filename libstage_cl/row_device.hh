@@ -47,7 +47,7 @@ class ClRowDevice final : public rows::RowDevice {
 
   /// A device of CUDA that runs the same kernels; null if CUDA does not have this device or does
   /// not accept them. STAGE_CL_CUDA=share leaves the steps to OpenCL, "off" the arrays as well.
-  std::unique_ptr<rows::RowDevice> ForCuda(uint32_t work_items) const;
+  std::unique_ptr<rows::RowDevice> ForCuda() const;
 
   std::string Name() const override;
   std::unique_ptr<rows::RowDevice> Another() const override;
@@ -106,8 +106,8 @@ class ClRowDevice final : public rows::RowDevice {
   ::cl::CommandQueue queue_;
   ::cl::Kernel step_, step_some_, reset_, restore_, give_, gather_, command_, clear_, place_,
       reset_flagged_;
-  const unsigned wanted_items_;
-  size_t most_items_ = SIZE_MAX, items_of_entries_, worlds_ = 0;
+  RowLimits limits_;
+  size_t items_of_entries_, worlds_ = 0;
   RowGroups groups_{1, 1};
   ::cl::Buffer image_, state_, scratch_;
   Transfer list_{"the numbers of worlds"}, given_{"the columns of worlds"},

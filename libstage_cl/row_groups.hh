@@ -22,20 +22,27 @@ struct RowGroups {
 /// Work-items of a group on a GPU: those that it runs in step, so that they never wait for others.
 inline constexpr unsigned kItemsOfGroup = 32;
 
-/// Groups of at most `most` work-items. `wanted`: items of a world, unless the buffers have a
-/// number; 0: those that suit a GPU. In many phases, only a work-item for each mover has work, so
-/// many worlds are faster if they share the items of a group. Few worlds are faster with all items
-/// for each.
-inline RowGroups ChooseRowGroups(const rows::RowBuffers& buffers, unsigned wanted, size_t most) {
-  constexpr size_t kFewWorlds = 2048;
-  const auto movers = static_cast<unsigned>(std::min<size_t>(buffers.movers, kItemsOfGroup));
-  const unsigned suitable =
-      buffers.worlds <= kFewWorlds ? kItemsOfGroup : std::max(8u, std::bit_ceil(movers));
-  if (buffers.work_items > 0) wanted = buffers.work_items;
-  const unsigned items = std::min<unsigned>(wanted > 0 ? wanted : suitable,
-                                            static_cast<unsigned>(std::min<size_t>(most, 1024)));
-  const size_t worlds = std::min<size_t>(kItemsOfGroup, most) / items;
-  return {items, static_cast<unsigned>(std::max<size_t>(worlds, 1))};
+struct RowLimits {
+  unsigned wanted_items = 0;     ///< of a world; 0: those that suit a GPU
+  size_t most_items = SIZE_MAX;  ///< of a group
+  unsigned processors = 1;       ///< compute units of the GPU
+};
+
+/// The groups for these buffers. In many phases, only a work-item for each mover has work, so
+/// worlds that share the items of a group are faster, as long as their work-items keep the GPU
+/// busy. With many rays, worlds of their own groups are faster, because each world takes other
+/// branches.
+inline RowGroups ChooseRowGroups(const rows::RowBuffers& buffers, const RowLimits& limits) {
+  constexpr size_t kBusyItems = 256;  // of a processor
+  constexpr size_t kRaysOfItem = 16;
+  const size_t most = std::min<size_t>(kItemsOfGroup, limits.most_items);
+  const size_t wanted = buffers.work_items > 0 ? buffers.work_items : limits.wanted_items;
+  const size_t suitable = std::bit_ceil(
+      std::max({size_t{4}, buffers.movers, buffers.rays / kRaysOfItem,
+                kBusyItems * limits.processors / std::max<size_t>(1, buffers.worlds)}));
+  const auto items = static_cast<unsigned>(wanted > 0 ? std::min(wanted, limits.most_items)
+                                                      : std::min(suitable, most));
+  return {items, static_cast<unsigned>(std::max<size_t>(most / items, 1))};
 }
 
 /// Calls f(first, groups, worlds) for launches that step this many worlds: the number of the

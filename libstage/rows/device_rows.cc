@@ -75,7 +75,8 @@ DeviceRows::DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds,
   if (scene_->populations)
     add({ROW_EXTENT, ROW_POSE, ROW_TURN, ROW_SENSED, ROW_ESTIMATE, ROW_BOX, ROW_BITS});
   device_->Begin(image_.words,
-                 {.movers = scene_->movers.size(),
+                 {.movers = image_.scene().movers,
+                  .rays = image_.scene().rays,
                   .work_items = work_items,
                   .worlds = worlds,
                   .state_bytes = image_.state_bytes,

@@ -30,6 +30,7 @@ struct RowDeviceError : std::runtime_error {
 /// Sizes of the buffers of a device.
 struct RowBuffers {
   size_t movers = 0;        ///< of a world
+  size_t rays = 0;          ///< of a world
   uint32_t work_items = 0;  ///< for a world; 0: the device's choice
   size_t worlds = 0;
   size_t state_bytes = 0;    ///< columns of all worlds
@@ -155,7 +156,7 @@ class RowDevice {
 };
 
 /// Raise it whenever the meaning of the interface or of an image changes.
-inline constexpr uint32_t kRowBackendVersion = 4;
+inline constexpr uint32_t kRowBackendVersion = 5;
 
 /// A hash that differs if the layout of shared objects or of records differs.
 constexpr uint64_t RowBackendLayout() {
