@@ -53,7 +53,8 @@ void Nearby::TryPair(uint32_t a, uint32_t b, const Columns& columns,
   if (reach[a] == 0.0 && reach[b] == 0.0) return;
   if (columns.group[a] == columns.group[b] && columns.group[a] != kNoGroup) return;
   const double dx = columns.x[a] - columns.x[b], dy = columns.y[a] - columns.y[b];
-  const double far = bound_[a] + bound_[b] + reach[a] + reach[b] + kTouch;
+  // This sum is the same for (a, b) and for (b, a).
+  const double far = (bound_[a] + bound_[b]) + (reach[a] + reach[b]) + kTouch;
   if (dx * dx + dy * dy < far * far) found->push_back(a < b ? NearPair{a, b} : NearPair{b, a});
 }
 

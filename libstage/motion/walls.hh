@@ -43,6 +43,15 @@ class Walls {
 
   const std::vector<WallEdge>& edges() const { return edges_; }
 
+  /// The index, for devices.
+  struct IndexContent {
+    Box bounds;
+    double cell;            ///< m
+    int64_t columns, rows;  ///< of cells
+    std::span<const uint32_t> starts, entries;
+  };
+  IndexContent index() const { return {bounds_, cell_, columns_, rows_, starts_, entries_}; }
+
   /// Calls f(edge number) once for each edge whose box overlaps `box`, in no particular order.
   template <typename F>
   void ForEachNear(const Box& box, F f) const;
