@@ -18,8 +18,11 @@ RAY_FUNCTION double row_number_at(const row_world_t* w, const row_array_t* array
     return (double)ROW_COLUMN(w, ray_ulong, array->column)[place] / ROW_SECOND;
   if (array->kind == ROW_LOOKED_UP)
     return ROW_NUMBER(values[ROW_COLUMN(w, row_byte, array->column)[place]]);
-  if (array->kind == ROW_UNLESS_STALLED && ROW_COLUMN(w, row_byte, ROW_STALLED)[place / 3])
-    return 0;
+  if (array->kind == ROW_ACTUAL) { /* see RobotView::GetActualVelocity() */
+    if (w->scene->outlines && ROW_COLUMN(w, row_byte, ROW_HINDERED)[place / 3])
+      return ROW_COLUMN(w, double, ROW_MADE)[place];
+    if (ROW_COLUMN(w, row_byte, ROW_STALLED)[place / 3]) return 0;
+  }
   return ROW_COLUMN(w, double, array->column)[place];
 }
 

@@ -200,16 +200,17 @@ RAY_FUNCTION void row_find_wanted(const row_world_t* w, ray_uint index) {
   wanted->asked = 1;
 }
 
-/* Draws a body at the wanted place of its mover and tests it against what stands. */
+/* Draws a body at the wanted place of its mover. */
 RAY_FUNCTION void row_draw(const row_world_t* w, ray_uint index) {
   RAY_GLOBAL const row_body_t* const body = ROW_PART(w, row_body_t, ROW_BODIES) + index;
-  RAY_GLOBAL row_wanted_t* const wanted = ROW_SCRATCH(w, row_wanted_t, ROW_WANTED) + body->mover;
+  RAY_GLOBAL const row_wanted_t* const wanted =
+      ROW_SCRATCH(w, row_wanted_t, ROW_WANTED) + body->mover;
   RAY_GLOBAL row_drawn_t* const drawn = ROW_SCRATCH(w, row_drawn_t, ROW_DRAWN) + index;
   RAY_GLOBAL row_cell_t* const cells = ROW_SCRATCH(w, row_cell_t, ROW_CELLS) + body->first_corner;
   RAY_GLOBAL row_byte* const bits = ROW_SCRATCH(w, row_byte, ROW_DRAWN_BITS) + body->first_byte;
   row_placed_t place;
   row_box_t box;
-  int side, pass, was_inside = 0, is_inside = 0, differ = 0;
+  int pass, was_inside = 0, is_inside = 0, differ = 0;
   if (!wanted->asked) return;
   row_find_place(w, body->mover, &place);
   for (pass = 0; pass < 2; pass++) { /* where it is, and where it would be */
@@ -220,10 +221,21 @@ RAY_FUNCTION void row_draw(const row_world_t* w, ray_uint index) {
   drawn->box = box;
   drawn->moved = was_inside != is_inside || (is_inside && differ); /* see HasMoved() */
   if (is_inside) row_draw_outline(cells, body->corners, box, bits, w->scene->narrow);
-  if ((body->flags & ROW_OBSTACLE) == 0) return;
+}
+
+/* Tests a body against what stands, after it has been drawn. */
+RAY_FUNCTION void row_test_drawn(const row_world_t* w, ray_uint index) {
+  RAY_GLOBAL const row_body_t* const body = ROW_PART(w, row_body_t, ROW_BODIES) + index;
+  RAY_GLOBAL row_wanted_t* const wanted = ROW_SCRATCH(w, row_wanted_t, ROW_WANTED) + body->mover;
+  RAY_GLOBAL const row_byte* const bits =
+      ROW_SCRATCH(w, row_byte, ROW_DRAWN_BITS) + body->first_byte;
+  row_box_t box;
+  int side;
+  if (!wanted->asked || (body->flags & ROW_OBSTACLE) == 0) return;
+  box = ROW_SCRATCH(w, row_drawn_t, ROW_DRAWN)[index].box;
   side = box.width > box.height ? box.width : box.height;
   if ((body->flags & ROW_BELOW_FLOOR) != 0 ||
-      (is_inside && !row_is_clear(w, body->blocked, box.x, box.y, side) &&
+      (side > 0 && !row_is_clear(w, body->blocked, box.x, box.y, side) &&
        row_meets_map(w, body->blocked, box, bits)))
     wanted->collides = 1;
 }
@@ -293,22 +305,32 @@ RAY_FUNCTION void row_widen_extent(const row_world_t* w, row_box_t box) {
   if (is_empty || max_y > extent->max_y) extent->max_y = max_y;
 }
 
-/* Decides one mover after the other whether it collides, and numbers the rasterizations. */
-RAY_FUNCTION void row_decide(const row_world_t* w) {
+/* Numbers the rasterizations of the movers that move, in the order of the host. */
+RAY_FUNCTION void row_number_drawings(const row_world_t* w) {
+  RAY_GLOBAL const row_wanted_t* const wanted = ROW_SCRATCH(w, row_wanted_t, ROW_WANTED);
   RAY_GLOBAL row_drawn_t* const drawn = ROW_SCRATCH(w, row_drawn_t, ROW_DRAWN);
   ray_ulong stamps = *ROW_COLUMN(w, ray_ulong, ROW_STAMPS);
   ray_uint i, b;
   for (i = 0; i < w->scene->movers; i++) {
     RAY_GLOBAL const row_mover_t* const mover = ROW_PART(w, row_mover_t, ROW_MOVERS) + i;
-    RAY_GLOBAL row_wanted_t* const wanted = ROW_SCRATCH(w, row_wanted_t, ROW_WANTED) + i;
-    if (wanted->asked && !wanted->collides) wanted->collides = (ray_uint)row_meets_rival(w, mover);
     for (b = mover->first_body; b < mover->first_body + mover->bodies; b++) {
-      const int moves = wanted->asked && !wanted->collides && drawn[b].moved;
+      const int moves = wanted[i].asked && !wanted[i].collides && drawn[b].moved;
       drawn[b].stamp = moves ? ++stamps : 0;
       if (moves) row_widen_extent(w, drawn[b].box);
     }
   }
   *ROW_COLUMN(w, ray_ulong, ROW_STAMPS) = stamps;
+}
+
+/* Decides one mover after the other whether it collides. */
+RAY_FUNCTION void row_decide(const row_world_t* w) {
+  ray_uint i;
+  for (i = 0; i < w->scene->movers; i++) {
+    RAY_GLOBAL const row_mover_t* const mover = ROW_PART(w, row_mover_t, ROW_MOVERS) + i;
+    RAY_GLOBAL row_wanted_t* const wanted = ROW_SCRATCH(w, row_wanted_t, ROW_WANTED) + i;
+    if (wanted->asked && !wanted->collides) wanted->collides = (ray_uint)row_meets_rival(w, mover);
+  }
+  row_number_drawings(w);
 }
 
 /* Moves the outline of a body to where it was drawn, if its mover moves. See
@@ -339,7 +361,9 @@ RAY_FUNCTION void row_end_move(const row_world_t* w, ray_uint index) {
   if (!wanted->asked) return;
   ROW_COLUMN(w, row_byte, ROW_STALLED)[index] = (row_byte)wanted->collides;
   if (!wanted->collides) row_take_place(w, index);
-  row_note_motion(w, index, wanted->collides != 0);
+  row_note_motion(
+      w, index,
+      wanted->collides ? row_planar(0, 0, 0) : ROW_COLUMN(w, row_planar_t, ROW_VELOCITY)[index]);
 }
 
 /* Moves all movers of the world. See Rows::Stepper::MoveCells(). */
@@ -348,7 +372,10 @@ RAY_FUNCTION void row_move(const row_world_t* w) {
   ray_uint i;
   for (i = ROW_ITEM; i < scene->movers; i += ROW_ITEMS) row_find_wanted(w, i);
   ROW_BARRIER();
-  for (i = ROW_ITEM; i < scene->bodies; i += ROW_ITEMS) row_draw(w, i);
+  for (i = ROW_ITEM; i < scene->bodies; i += ROW_ITEMS) {
+    row_draw(w, i);
+    row_test_drawn(w, i);
+  }
   ROW_BARRIER();
   for (i = ROW_ITEM; i < scene->groups; i += ROW_ITEMS) row_test_group(w, i);
   ROW_BARRIER();

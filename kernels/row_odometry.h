@@ -92,14 +92,15 @@ RAY_FUNCTION row_planar_t row_wheel_velocity(row_planar_t made, row_planar_t com
                     made.a + slip * (command.a - made.a));
 }
 
-/* Adds the motion of a step to the odometry. See Rows::Stepper::NoteMotion(). */
-RAY_FUNCTION void row_note_motion(const row_world_t* w, ray_uint index, int stalled) {
+/* Adds the motion of a step to the odometry. `made`: the velocity of the move. See
+ * Rows::Stepper::NoteMotion(). */
+RAY_FUNCTION void row_note_motion(const row_world_t* w, ray_uint index, row_planar_t made) {
   RAY_GLOBAL const row_mover_t* const mover = ROW_PART(w, row_mover_t, ROW_MOVERS) + index;
   const double seconds = w->scene->seconds;
   row_planar_t command, wheels, error, measured, before, next;
   if ((mover->flags & ROW_HAS_ODOMETRY) == 0) return;
   command = ROW_COLUMN(w, row_planar_t, ROW_VELOCITY)[index];
-  wheels = row_wheel_velocity(stalled ? row_planar(0, 0, 0) : command, command, mover->wheel_slip);
+  wheels = row_wheel_velocity(made, command, mover->wheel_slip);
   if (row_is_zero(wheels)) return;
   error = ROW_COLUMN(w, row_planar_t, ROW_ERROR)[index];
   measured = row_planar(wheels.x * (1.0 + error.x), wheels.y * (1.0 + error.y),

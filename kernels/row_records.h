@@ -64,6 +64,9 @@ enum {
   ROW_NOISE,
   ROW_RANGES,
   ROW_BRIGHTNESS,
+  ROW_MADE,
+  ROW_HINDERED,
+  ROW_BEFORE,
   ROW_COLUMNS /* their number */
 };
 
@@ -96,8 +99,14 @@ enum {
   ROW_DIRECTORY,    /* of the grid of what stands, see ray_grid_t */
   ROW_REGIONS,
   ROW_REGION_MAPS,
-  ROW_START, /* the columns of one world in its state after loading */
-  ROW_PARTS  /* their number */
+  ROW_TOUCHERS,      /* row_toucher_t: what contacts of outlines move */
+  ROW_PIECES,        /* row_piece_t */
+  ROW_TOUCH_CORNERS, /* row_point_t of pieces, in the frame of the mover */
+  ROW_EDGES,         /* row_edge_t of what stands, for contacts of outlines */
+  ROW_EDGE_STARTS,   /* by cell of the index of edges: its first entry; see motion::Walls */
+  ROW_EDGE_ENTRIES,  /* indices of edges */
+  ROW_START,         /* the columns of one world in its state after loading */
+  ROW_PARTS          /* their number */
 };
 
 /* Memory of one world during a step, which holds nothing between steps. */
@@ -112,6 +121,12 @@ enum {
   ROW_DRAWN_BITS, /* as ROW_BITS */
   ROW_LOOKS,      /* row_look_t of controls */
   ROW_ALL_POSES,  /* row_planar_t by robot */
+  ROW_CONTACTS,   /* row_contact_t by toucher */
+  ROW_NEAR_BITS,  /* by toucher: a bit for each toucher after it that it may touch */
+  ROW_MEMBERS,    /* touchers, by island */
+  ROW_ISLANDS,    /* row_island_t */
+  ROW_CROWD,      /* row_crowd_t */
+  ROW_CROWDED,    /* arrays of the first room, see row_room_t */
   ROW_SCRATCHES   /* their number */
 };
 
@@ -273,7 +288,55 @@ typedef struct RAY_ALIGNED(16) {
   ray_uint next; /* in ROW_FRAGMENTS; ROW_NONE: it is the last */
 } row_fragment_t;
 
+/* Bits of row_toucher_t::flags. */
+#define ROW_IS_ROBOT 1u
+#define ROW_IS_PUSHED 2u
+#define ROW_IS_PUSHABLE 4u
+#define ROW_IS_IN_FLOOR 8u
+
+/* A mover in contacts of outlines: its shape, and what does not change in motion::Columns. */
 typedef struct RAY_ALIGNED(16) {
+  ray_uint mover, flags;
+  ray_uint group; /* ROW_NONE: it touches all others */
+  ray_uint first_piece, pieces;
+  ray_uint first_corner, corners;
+  ray_uint unused;
+  double core, bound, grip, arm, friction, elevation;
+} row_toucher_t;
+
+/* See motion::Piece. */
+typedef struct RAY_ALIGNED(16) {
+  ray_uint corners, unused[3];
+  double radius, core, bottom, top;
+} row_piece_t;
+
+/* See motion::WallEdge. */
+typedef struct RAY_ALIGNED(16) {
+  row_point_t ends[2], beyond[2];
+  double bottom, top, friction;
+  ray_uint group, unused;
+} row_edge_t;
+
+/* Memory for the contacts of a world: offsets of arrays, and numbers of their elements. */
+typedef struct RAY_ALIGNED(16) {
+  ray_ulong near, walls, solids, corners, moved, pairs, touches;
+  ray_ulong bytes;
+  ray_uint most_near, most_walls, most_pairs;
+  ray_uint unused;
+} row_room_t;
+
+/* The index of edges by place, see motion::Walls. */
+typedef struct RAY_ALIGNED(16) {
+  double x0, y0, x1, y1; /* box of all edges */
+  double cell;
+  int columns, rows;
+  ray_uint edges;
+  ray_uint unused[3];
+} row_edge_index_t;
+
+typedef struct RAY_ALIGNED(16) {
+  row_edge_index_t edges;
+  row_room_t rooms[2];              /* of each world, and one that all worlds share */
   ray_ulong columns[ROW_COLUMNS];   /* offset in the state of a column, of all worlds */
   ray_ulong row_bytes[ROW_COLUMNS]; /* bytes of a world in a column */
   ray_ulong starts[ROW_COLUMNS];    /* offset in ROW_START of a column */
@@ -292,6 +355,13 @@ typedef struct RAY_ALIGNED(16) {
   ray_uint directory_mask;
   ray_uint unused[3];
   int min_x, min_y, max_x, max_y; /* box of what stands */
+  /* Contacts of outlines. */
+  ray_ulong shared_room;           /* offset of rooms[1] in the scratch memory of all worlds */
+  ray_ulong lock;                  /* offset in the state: whether a world uses that room */
+  ray_uint outlines;               /* contacts are those of outlines, otherwise of cells */
+  ray_uint touchers, most_corners; /* corners: of a toucher */
+  ray_uint most_moved;             /* corners of a piece, if they are moved on trial */
+  ray_uint unused_too[2];
 } row_scene_t;
 
 /* The fan of a sensor in a step. */
@@ -314,7 +384,7 @@ typedef struct RAY_ALIGNED(16) {
 
 typedef struct RAY_ALIGNED(16) {
   row_placed_t place;
-  ray_uint asked;    /* the mover wants to move */
+  ray_uint asked;    /* the mover wants to move; after contacts of outlines: it has moved */
   ray_uint collides; /* there */
 } row_wanted_t;
 
@@ -333,12 +403,12 @@ typedef struct {
 
 /* How elements of an array for other programs come from a column. */
 enum {
-  ROW_NUMBERS,        /* doubles */
-  ROW_FLAGS,          /* bytes: 0 or 1 */
-  ROW_SECONDS,        /* doubles, from microseconds */
-  ROW_LOOKED_UP,      /* doubles: values[byte] */
-  ROW_UNLESS_STALLED, /* doubles, three by mover: 0 if it is stalled */
-  ROW_COMMANDS        /* doubles, three by mover, which are written to the column */
+  ROW_NUMBERS,   /* doubles */
+  ROW_FLAGS,     /* bytes: 0 or 1 */
+  ROW_SECONDS,   /* doubles, from microseconds */
+  ROW_LOOKED_UP, /* doubles: values[byte] */
+  ROW_ACTUAL,    /* doubles, three by mover: those of its last move, from wanted ones */
+  ROW_COMMANDS   /* doubles, three by mover, which are written to the column */
 };
 
 /* Worlds that a kernel of arrays concerns. */
@@ -374,7 +444,12 @@ typedef char row_own_ray_has_32_bytes[sizeof(row_own_ray_t) == 32 ? 1 : -1];
 typedef char row_fan_has_64_bytes[sizeof(row_fan_t) == 64 ? 1 : -1];
 typedef char row_wanted_has_48_bytes[sizeof(row_wanted_t) == 48 ? 1 : -1];
 typedef char row_drawn_has_32_bytes[sizeof(row_drawn_t) == 32 ? 1 : -1];
-typedef char row_scene_has_1184_bytes[sizeof(row_scene_t) == 1184 ? 1 : -1];
+
+typedef char row_scene_has_1616_bytes[sizeof(row_scene_t) == 1616 ? 1 : -1];
+typedef char row_toucher_has_80_bytes[sizeof(row_toucher_t) == 80 ? 1 : -1];
+typedef char row_piece_has_48_bytes[sizeof(row_piece_t) == 48 ? 1 : -1];
+typedef char row_edge_has_96_bytes[sizeof(row_edge_t) == 96 ? 1 : -1];
+typedef char row_room_has_80_bytes[sizeof(row_room_t) == 80 ? 1 : -1];
 typedef char row_map_has_48_bytes[sizeof(row_map_t) == 48 ? 1 : -1];
 typedef char row_view_has_32_bytes[sizeof(row_view_t) == 32 ? 1 : -1];
 typedef char row_fragment_has_48_bytes[sizeof(row_fragment_t) == 48 ? 1 : -1];

@@ -27,21 +27,36 @@ uint world_of_item(const uint first) {
 __kernel void step_rows(const uint first, __global const ulong* image, __global ulong* state,
                         __global ulong* scratch, const uint steps, const uint unseen) {
   const row_world_t w = world_number(image, state, scratch, world_of_item(first));
-  row_step(&w, steps, unseen);
+  row_step_cells(&w, steps, unseen);
 }
 
-/* Steps only the worlds of a list. */
+__kernel void step_outline_rows(const uint first, __global const ulong* image,
+                                __global ulong* state, __global ulong* scratch, const uint steps,
+                                const uint unseen) {
+  const row_world_t w = world_number(image, state, scratch, world_of_item(first));
+  row_step_outlines(&w, steps, unseen);
+}
+
+/* These step only the worlds of a list. */
 __kernel void step_some_rows(const uint first, __global const ulong* image, __global ulong* state,
                              __global ulong* scratch, __global const uint* worlds,
                              const uint steps, const uint unseen) {
   const row_world_t w = world_number(image, state, scratch, worlds[world_of_item(first)]);
-  row_step(&w, steps, unseen);
+  row_step_cells(&w, steps, unseen);
+}
+
+__kernel void step_some_outline_rows(const uint first, __global const ulong* image,
+                                     __global ulong* state, __global ulong* scratch,
+                                     __global const uint* worlds, const uint steps,
+                                     const uint unseen) {
+  const row_world_t w = world_number(image, state, scratch, worlds[world_of_item(first)]);
+  row_step_outlines(&w, steps, unseen);
 }
 
 /* Resets the worlds of a list, each with given_bytes bytes of its own. */
 __kernel void reset_rows(const uint first, __global const ulong* image, __global ulong* state,
                          __global const uint* worlds, __global const uchar* given,
-                         const uint columns, const uint given_bytes) {
+                         const ulong columns, const uint given_bytes) {
   const row_world_t w = world_number(image, state, state, worlds[world_of_item(first)]);
   row_reset(&w, given + (size_t)world_of_item(first) * given_bytes, columns);
 }
@@ -49,7 +64,7 @@ __kernel void reset_rows(const uint first, __global const ulong* image, __global
 /* Puts the worlds of a list into the state of `start`, each with given_bytes bytes of its own. */
 __kernel void restore_rows(const uint first, __global const ulong* image, __global ulong* state,
                            __global const uint* worlds, __global const ulong* start,
-                           __global const uchar* given, const uint columns,
+                           __global const uchar* given, const ulong columns,
                            const uint given_bytes) {
   const row_world_t w = world_number(image, state, state, worlds[world_of_item(first)]);
   row_restore(&w, (__global const row_byte*)start,
@@ -138,5 +153,5 @@ __kernel void place_rows(const uint first, __global const ulong* image, __global
 __kernel void reset_flagged_rows(const uint first, __global const ulong* image, __global ulong* state,
                                  __global const uchar* flags) {
   const row_world_t w = world_number(image, state, state, world_of_item(first));
-  if (flags[w.world]) row_reset(&w, ROW_COLUMN(&w, row_byte, ROW_SEED), (uint)1 << ROW_SEED);
+  if (flags[w.world]) row_reset(&w, ROW_COLUMN(&w, row_byte, ROW_SEED), (ulong)1 << ROW_SEED);
 }

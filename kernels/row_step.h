@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
  * The step of a closed world on a device: Rows::Stepper::Step() with the same operations in the
- * same order, and the reset. Compiled after row_rays.h and row_driven.h.
+ * same order, and the reset. Compiled after row_rays.h and row_outlines.h.
  */
 #ifndef STAGE_KERNELS_ROW_STEP_H
 #define STAGE_KERNELS_ROW_STEP_H
 
 #ifndef RAY_IN_OPENCL
-#include "kernels/row_driven.h"
+#include "kernels/row_outlines.h"
 #include "kernels/row_rays.h"
 namespace Stg {
 #endif
@@ -59,38 +59,76 @@ RAY_FUNCTION void row_update(const row_world_t* w, int is_due, int unseen, doubl
   for (i = ROW_ITEM; i < movers; i += ROW_ITEMS) row_store_sensed_pose(w, i);
 }
 
-/* Makes steps of a world. Nobody looks at readings in between, nor before `unseen` further steps.
- */
-RAY_FUNCTION void row_step(const row_world_t* w, ray_uint steps, ray_uint unseen) {
+/* The clock of a world, which is kept during steps. */
+typedef struct {
+  ray_ulong now, next, last; /* update */
+  int is_due;
+} row_clock_t;
+
+RAY_FUNCTION row_clock_t row_read_clock(const row_world_t* w) {
+  row_clock_t clock;
+  clock.now = *ROW_COLUMN(w, ray_ulong, ROW_TIME);
+  clock.next = *ROW_COLUMN(w, ray_ulong, ROW_NEXT_UPDATE);
+  clock.last = *ROW_COLUMN(w, ray_ulong, ROW_LAST_UPDATE);
+  clock.is_due = 0;
+  return clock;
+}
+
+RAY_FUNCTION void row_write_clock(const row_world_t* w, const row_clock_t* clock, ray_uint steps) {
+  if (ROW_ITEM != 0) return;
+  *ROW_COLUMN(w, ray_ulong, ROW_TIME) = clock->now;
+  *ROW_COLUMN(w, ray_ulong, ROW_NEXT_UPDATE) = clock->next;
+  *ROW_COLUMN(w, ray_ulong, ROW_LAST_UPDATE) = clock->last;
+  *ROW_COLUMN(w, ray_ulong, ROW_STEPS) += steps;
+}
+
+/* The part of a step before the moves. Nobody looks at readings before `left` further steps. */
+RAY_FUNCTION void row_begin_step(const row_world_t* w, row_clock_t* clock, ray_ulong left) {
   RAY_GLOBAL const row_scene_t* const scene = w->scene;
-  ray_ulong now = *ROW_COLUMN(w, ray_ulong, ROW_TIME);
-  ray_ulong next = *ROW_COLUMN(w, ray_ulong, ROW_NEXT_UPDATE);
-  ray_ulong last = *ROW_COLUMN(w, ray_ulong, ROW_LAST_UPDATE);
+  double dt;
+  clock->now += scene->step;
+  clock->is_due = clock->next <= clock->now;
+  dt = (double)(clock->now - clock->last) / ROW_SECOND;
+  if (clock->is_due) {
+    clock->last = clock->now;
+    clock->next = scene->interval > 1 ? (clock->now / scene->interval + 1) * scene->interval
+                                      : clock->now + scene->interval;
+  }
+  row_update(w, clock->is_due, (clock->next - clock->now - 1) / scene->step < left, dt);
+}
+
+/* The part of a step after the moves. */
+RAY_FUNCTION void row_end_step(const row_world_t* w, const row_clock_t* clock) {
+  ROW_BARRIER();
+  row_run_controls(w, clock->is_due, (double)clock->now / ROW_SECOND);
+  if (ROW_ITEM == 0) row_draw_energy(w);
+  ROW_BARRIER();
+}
+
+/* Makes steps of a world with contacts of cells. Nobody looks at readings in between, nor before
+ * `unseen` further steps. */
+RAY_FUNCTION void row_step_cells(const row_world_t* w, ray_uint steps, ray_uint unseen) {
+  row_clock_t clock = row_read_clock(w);
   ray_uint i;
   for (i = 0; i < steps; i++) {
-    double dt;
-    int is_due;
-    now += scene->step;
-    is_due = next <= now;
-    dt = (double)(now - last) / ROW_SECOND;
-    if (is_due) {
-      last = now;
-      next = scene->interval > 1 ? (now / scene->interval + 1) * scene->interval
-                                 : now + scene->interval;
-    }
-    row_update(w, is_due, (next - now - 1) / scene->step < (ray_ulong)unseen + (steps - 1 - i), dt);
+    row_begin_step(w, &clock, (ray_ulong)unseen + (steps - 1 - i));
     row_move(w);
-    ROW_BARRIER();
-    row_run_controls(w, is_due, (double)now / ROW_SECOND);
-    if (ROW_ITEM == 0) row_draw_energy(w);
-    ROW_BARRIER();
+    row_end_step(w, &clock);
   }
-  if (ROW_ITEM == 0) {
-    *ROW_COLUMN(w, ray_ulong, ROW_TIME) = now;
-    *ROW_COLUMN(w, ray_ulong, ROW_NEXT_UPDATE) = next;
-    *ROW_COLUMN(w, ray_ulong, ROW_LAST_UPDATE) = last;
-    *ROW_COLUMN(w, ray_ulong, ROW_STEPS) += steps;
+  row_write_clock(w, &clock, steps);
+}
+
+/* Makes steps of a world with contacts of outlines. Kernels have one or the other, because that of
+ * outlines needs more registers. */
+RAY_FUNCTION void row_step_outlines(const row_world_t* w, ray_uint steps, ray_uint unseen) {
+  row_clock_t clock = row_read_clock(w);
+  ray_uint i;
+  for (i = 0; i < steps; i++) {
+    row_begin_step(w, &clock, (ray_ulong)unseen + (steps - 1 - i));
+    row_move_outlines(w);
+    row_end_step(w, &clock);
   }
+  row_write_clock(w, &clock, steps);
 }
 
 /* Copies bytes, in the largest words that fit. */
@@ -111,7 +149,7 @@ RAY_FUNCTION void row_copy(RAY_GLOBAL const row_byte* from, RAY_GLOBAL row_byte*
 /* Puts a world into a state. `start` has the columns of one world at row_scene_t::starts, and
  * `given`, one after the other, those with a bit in `columns`, which replace them. */
 RAY_FUNCTION void row_restore(const row_world_t* w, RAY_GLOBAL const row_byte* start,
-                              RAY_GLOBAL const row_byte* given, ray_uint columns) {
+                              RAY_GLOBAL const row_byte* given, ray_ulong columns) {
   RAY_GLOBAL const row_scene_t* const scene = w->scene;
   ray_uint column;
   for (column = 0; column < ROW_COLUMNS; column++) {
@@ -127,7 +165,7 @@ RAY_FUNCTION void row_restore(const row_world_t* w, RAY_GLOBAL const row_byte* s
 /* Resets a world to its state after loading. `given` and `columns`: what depends on its seed, see
  * row_restore(). */
 RAY_FUNCTION void row_reset(const row_world_t* w, RAY_GLOBAL const row_byte* given,
-                            ray_uint columns) {
+                            ray_ulong columns) {
   row_restore(w, ROW_PART(w, row_byte, ROW_START), given, columns);
 }
 

@@ -103,11 +103,18 @@ void CudaRowDevice::Check(cuda::Result result, const std::string& what) const {
 void CudaRowDevice::FindKernels() {
   const CudaDevice::Current current(*device_);
   const std::pair<cuda::Function*, const char*> kernels[] = {
-      {&step_, "step_rows"},       {&step_some_, "step_some_rows"},
-      {&reset_, "reset_rows"},     {&restore_, "restore_rows"},
-      {&give_, "give_rows"},       {&gather_, "gather_rows"},
-      {&command_, "command_rows"}, {&clear_, "clear_rows"},
-      {&place_, "place_rows"},     {&reset_flagged_, "reset_flagged_rows"}};
+      {&step_, "step_rows"},
+      {&step_some_, "step_some_rows"},
+      {&step_outlines_, "step_outline_rows"},
+      {&step_some_outlines_, "step_some_outline_rows"},
+      {&reset_, "reset_rows"},
+      {&restore_, "restore_rows"},
+      {&give_, "give_rows"},
+      {&gather_, "gather_rows"},
+      {&command_, "command_rows"},
+      {&clear_, "clear_rows"},
+      {&place_, "place_rows"},
+      {&reset_flagged_, "reset_flagged_rows"}};
   for (const auto& [kernel, name] : kernels) {
     Check(device_->functions().get_function(kernel, kernels_->module(), name), name);
     int most = 0;
@@ -187,6 +194,7 @@ void CudaRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffer
     Check(device_->functions().synchronize(), "earlier work");
     worlds_ = buffers.worlds;
     groups_ = ChooseRowGroups(buffers, limits_);
+    outlines_ = rows::HasOutlines(image);
     image_ = BytesOf(image, "the scene");
     state_ = CudaBytes(device_, buffers.state_bytes, "the state of all worlds");
     scratch_ = CudaBytes(device_, buffers.scratch_bytes, "steps of all worlds");
@@ -208,8 +216,8 @@ void CudaRowDevice::Read(size_t offset, void* to, size_t bytes) {
 void CudaRowDevice::Step(uint32_t steps, uint32_t unseen) {
   if (steps == 0) return;
   Call([&] {
-    LaunchForWorlds(step_, worlds_, image_.address(), state_.address(), scratch_.address(), steps,
-                    unseen);
+    LaunchForWorlds(outlines_ ? step_outlines_ : step_, worlds_, image_.address(), state_.address(),
+                    scratch_.address(), steps, unseen);
   });
 }
 
@@ -217,13 +225,13 @@ void CudaRowDevice::StepSome(std::span<const uint32_t> worlds, uint32_t steps, u
   if (steps == 0) return;
   Call([&] {
     const cuda::Address list = SendList(worlds);
-    LaunchForWorlds(step_some_, worlds.size(), image_.address(), state_.address(),
-                    scratch_.address(), list, steps, unseen);
+    LaunchForWorlds(outlines_ ? step_some_outlines_ : step_some_, worlds.size(), image_.address(),
+                    state_.address(), scratch_.address(), list, steps, unseen);
   });
 }
 
 void CudaRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
-                          uint32_t columns) {
+                          uint64_t columns) {
   if (worlds.empty()) return;
   Call([&] {
     const cuda::Address list = SendList(worlds);
@@ -234,7 +242,7 @@ void CudaRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std:
 }
 
 void CudaRowDevice::Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
-                            std::span<const std::byte> given, uint32_t columns) {
+                            std::span<const std::byte> given, uint64_t columns) {
   if (worlds.empty()) return;
   Call([&] {
     const cuda::Address list = SendList(worlds);

@@ -88,9 +88,9 @@ class CudaRowDevice final : public rows::RowDevice {
   void Step(uint32_t steps, uint32_t unseen) override;
   void StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) override;
   void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
-             uint32_t columns) override;
+             uint64_t columns) override;
   void Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
-               std::span<const std::byte> given, uint32_t columns) override;
+               std::span<const std::byte> given, uint64_t columns) override;
   void Give(std::span<const row_given_t> commands) override;
   void Finish() override;
   std::shared_ptr<rows::RowMemory> MakeMemory(size_t bytes) override;
@@ -130,11 +130,12 @@ class CudaRowDevice final : public rows::RowDevice {
   const std::string name_;
   const pid_t process_ = getpid();
   const std::shared_ptr<const CudaKernels> kernels_;
-  cuda::Function step_, step_some_, reset_, restore_, give_, gather_, command_, clear_, place_,
-      reset_flagged_;
+  cuda::Function step_, step_some_, step_outlines_, step_some_outlines_, reset_, restore_, give_,
+      gather_, command_, clear_, place_, reset_flagged_;
   RowLimits limits_;
   RowGroups groups_{1, 1};
   size_t worlds_ = 0;
+  bool outlines_ = false;  // contacts are those of outlines
   CudaBytes image_, state_, scratch_, list_, given_, start_, commands_, poses_, flags_, entries_;
   std::vector<uint32_t> list_on_device_;
 };

@@ -54,9 +54,12 @@ std::string SourceOf(Kernels kernels) {
   std::string source = std::string(kRayWalkSource) + "\n" + kRecordsSource + "\n";
   if (kernels == Kernels::kWalks) return source + kPrefilterSource;
   for (const char* const part :
-       {kRowRecordsSource, kRowMathSource, kRowAccessSource, kRowDriveSource, kRowOdometrySource,
-        kRowMoveSource, kRowWallsSource, kRowExactSource, kRowRaysSource, kRowControlSource,
-        kRowDrivenSource, kRowStepSource, kRowArraysSource, kRowKernelsSource})
+       {kRowRecordsSource,    kRowMathSource,     kRowAccessSource,   kRowDriveSource,
+        kRowOdometrySource,   kRowMoveSource,     kRowWallsSource,    kRowExactSource,
+        kRowRaysSource,       kRowControlSource,  kRowDrivenSource,   kRowVectorSource,
+        kRowSeparationSource, kRowSafePartSource, kRowCrowdSource,    kRowIslandSource,
+        kRowForcesSource,     kRowJointSource,    kRowOutlinesSource, kRowStepSource,
+        kRowArraysSource,     kRowKernelsSource})
     source += std::string(part) + "\n";
   return source;
 }

@@ -45,11 +45,18 @@ ClRowDevice::ClRowDevice(const ClRowDevice& other)
 /// Makes the kernels, each of which holds its arguments.
 void ClRowDevice::FindKernels() {
   const std::pair<::cl::Kernel*, const char*> kernels[] = {
-      {&step_, "step_rows"},       {&step_some_, "step_some_rows"},
-      {&reset_, "reset_rows"},     {&restore_, "restore_rows"},
-      {&give_, "give_rows"},       {&gather_, "gather_rows"},
-      {&command_, "command_rows"}, {&clear_, "clear_rows"},
-      {&place_, "place_rows"},     {&reset_flagged_, "reset_flagged_rows"}};
+      {&step_, "step_rows"},
+      {&step_some_, "step_some_rows"},
+      {&step_outlines_, "step_outline_rows"},
+      {&step_some_outlines_, "step_some_outline_rows"},
+      {&reset_, "reset_rows"},
+      {&restore_, "restore_rows"},
+      {&give_, "give_rows"},
+      {&gather_, "gather_rows"},
+      {&command_, "command_rows"},
+      {&clear_, "clear_rows"},
+      {&place_, "place_rows"},
+      {&reset_flagged_, "reset_flagged_rows"}};
   for (const auto& [kernel, name] : kernels) {
     *kernel = ::cl::Kernel(device_->program, name);
     const bool has_entries =
@@ -130,6 +137,7 @@ void ClRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffers&
     const bool is_alone =
         device_->found.kind == "cpu" && limits_.wanted_items == 0 && buffers.work_items == 0;
     groups_ = is_alone ? RowGroups{1, 1} : ChooseRowGroups(buffers, limits_);
+    outlines_ = rows::HasOutlines(image);
     image_ = MakeBuffer(image.size_bytes(), "the scene");
     state_ = MakeBuffer(buffers.state_bytes, "the state of all worlds");
     scratch_ = MakeBuffer(buffers.scratch_bytes, "memory for steps of all worlds");
@@ -182,33 +190,34 @@ void ClRowDevice::LaunchForEntries(::cl::Kernel* kernel, const rows::RowChoice& 
 void ClRowDevice::Step(uint32_t steps, uint32_t unseen) {
   if (steps == 0) return;
   Call([&] {
-    LaunchForWorlds(&step_, worlds_, image_, state_, scratch_, cl_uint{steps}, cl_uint{unseen});
+    LaunchForWorlds(outlines_ ? &step_outlines_ : &step_, worlds_, image_, state_, scratch_,
+                    cl_uint{steps}, cl_uint{unseen});
   });
 }
 
 void ClRowDevice::StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) {
   if (worlds.empty() || steps == 0) return;
   Call([&] {
-    LaunchForWorlds(&step_some_, worlds.size(), image_, state_, scratch_, SendList(worlds),
-                    cl_uint{steps}, cl_uint{unseen});
+    LaunchForWorlds(outlines_ ? &step_some_outlines_ : &step_some_, worlds.size(), image_, state_,
+                    scratch_, SendList(worlds), cl_uint{steps}, cl_uint{unseen});
   });
 }
 
 void ClRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
-                        uint32_t columns) {
+                        uint64_t columns) {
   if (worlds.empty()) return;
   Call([&] {
     LaunchForWorlds(&reset_, worlds.size(), image_, state_, SendList(worlds), Send(given, &given_),
-                    cl_uint{columns}, static_cast<cl_uint>(given.size() / worlds.size()));
+                    cl_ulong{columns}, static_cast<cl_uint>(given.size() / worlds.size()));
   });
 }
 
 void ClRowDevice::Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
-                          std::span<const std::byte> given, uint32_t columns) {
+                          std::span<const std::byte> given, uint64_t columns) {
   if (worlds.empty()) return;
   Call([&] {
     LaunchForWorlds(&restore_, worlds.size(), image_, state_, SendList(worlds),
-                    Send(start, &start_), Send(given, &given_), cl_uint{columns},
+                    Send(start, &start_), Send(given, &given_), cl_ulong{columns},
                     static_cast<cl_uint>(given.size() / worlds.size()));
   });
 }

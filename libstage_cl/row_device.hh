@@ -57,9 +57,9 @@ class ClRowDevice final : public rows::RowDevice {
   void Step(uint32_t steps, uint32_t unseen) override;
   void StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) override;
   void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
-             uint32_t columns) override;
+             uint64_t columns) override;
   void Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
-               std::span<const std::byte> given, uint32_t columns) override;
+               std::span<const std::byte> given, uint64_t columns) override;
   void Give(std::span<const row_given_t> commands) override;
   void Finish() override;
   std::shared_ptr<rows::RowMemory> MakeMemory(size_t bytes) override;
@@ -104,11 +104,12 @@ class ClRowDevice final : public rows::RowDevice {
   const std::shared_ptr<const OpenDevice> device_;  // destroyed last
   const pid_t process_ = getpid();
   ::cl::CommandQueue queue_;
-  ::cl::Kernel step_, step_some_, reset_, restore_, give_, gather_, command_, clear_, place_,
-      reset_flagged_;
+  ::cl::Kernel step_, step_some_, step_outlines_, step_some_outlines_, reset_, restore_, give_,
+      gather_, command_, clear_, place_, reset_flagged_;
   RowLimits limits_;
   size_t items_of_entries_, worlds_ = 0;
   RowGroups groups_{1, 1};
+  bool outlines_ = false;  // contacts are those of outlines
   ::cl::Buffer image_, state_, scratch_;
   Transfer list_{"the numbers of worlds"}, given_{"the columns of worlds"},
       start_{"the state of a world"}, commands_{"commands"}, poses_{"poses"}, flags_{"flags"},

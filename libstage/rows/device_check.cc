@@ -58,12 +58,27 @@ omni( pose [0 -0.9 0 0] ctrl "stage/disperse" )
 wheeled( pose [0 0.9 0 0] ctrl "stage/goal x=0.5 y=-0.5" )
 )";
 
-/// A scene with robots of this size in metres; small ones have room for others with controllers.
-std::shared_ptr<const Scene> MakeScene(const std::string& size, bool controlled) {
+/// Things to push.
+constexpr char kCrates[] = R"(
+define crate model( size [0.16 0.12 0.3] pushable 1 mass 0.5 friction 0.3 )
+crate( pose [0 0 0 20] )
+crate( pose [0 0.3 0 0] round 1 )
+crate( pose [-0.1 -0.2 0 50] )
+)";
+
+/// A scene of the self-test.
+struct SceneKind {
+  std::string size;  ///< of the robots, m; small ones have room for others with controllers
+  bool controlled, outlines;
+  uint32_t work_items;  ///< of a world; 0: the device's choice
+};
+
+std::shared_ptr<const Scene> MakeScene(const SceneKind& kind) {
   std::ostringstream text;
-  text << "resolution 0.02\ncontacts \"cells\"\ndefine sized position( size [" << size << " "
-       << size << " 0.3] )\n"
-       << kRobots << (controlled ? kControlled : "");
+  text << "resolution 0.02\ncontacts \"" << (kind.outlines ? "outlines" : "cells")
+       << "\"\ndefine sized position( size [" << kind.size << " " << kind.size
+       << " 0.3] friction 0.2 )\n"
+       << kRobots << (kind.controlled ? kControlled : "") << (kind.outlines ? kCrates : "");
   RunOptions options;
   options.threads = 1;
   options.listed = false;
@@ -100,6 +115,16 @@ std::vector<std::byte> BytesOf(const Rows& rows) {
   return bytes;
 }
 
+/// True if some robots are hindered, and things are being pushed.
+bool IsCrowded(const Rows& rows) {
+  const Columns& c = rows.columns;
+  bool pushes = false;
+  for (size_t i = 0; i < c.before.size(); i++)
+    pushes |= rows.scene().movers[i % rows.scene().movers.size()].is_pushed &&
+              !(c.before[i] == c.pose[i]);
+  return pushes && std::ranges::count(c.hindered, 1) > 0;
+}
+
 /// True if robots have moved and stall, some of them have run out of energy, and rays hit things.
 [[maybe_unused]] bool IsVaried(const Rows& rows) {
   const Columns& c = rows.columns;
@@ -107,18 +132,18 @@ std::vector<std::byte> BytesOf(const Rows& rows) {
     return static_cast<size_t>(std::ranges::count(column, value));
   };
   return count(c.stamp, uint64_t{0}) < c.stamp.size() / 2 && count(c.stalled, 1) > 0 &&
-         count(c.stored, 0.0) > 0 && count(c.brightness, 0) < c.brightness.size() / 4 * 3;
+         count(c.stored, 0.0) > 0 && count(c.brightness, 0) < c.brightness.size() / 4 * 3 &&
+         (!rows.scene().outlines || IsCrowded(rows));
 }
 
-std::string SelfTestWith(RowDevice* device, const std::string& size, bool controlled,
-                         uint32_t work_items) {
-  const std::shared_ptr<const Scene> scene = MakeScene(size, controlled);
+std::string SelfTestWith(RowDevice* device, const SceneKind& kind) {
+  const std::shared_ptr<const Scene> scene = MakeScene(kind);
   if (!scene || !WhyNotOnDevice(scene).empty()) return "the scene of the self-test has an error";
   std::array<uint64_t, kWorlds> seeds;
   std::iota(seeds.begin(), seeds.end(), uint64_t{1});
   Rows host(scene, seeds), read(scene, seeds);
   const std::shared_ptr<RowDevice> borrowed(std::shared_ptr<RowDevice>(), device);  // never deleted
-  DeviceRows rows(scene, kWorlds, borrowed, work_items);
+  DeviceRows rows(scene, kWorlds, borrowed, kind.work_items);
   rows.Write(host);
   const auto scratch = host.MakeScratch();
   RandomStream random(7);
@@ -143,9 +168,10 @@ std::string SelfTestWith(RowDevice* device, const std::string& size, bool contro
 
 // A device chooses how many worlds share a work-group; both cases are tested.
 std::string SelfTest(RowDevice* device) try {
-  std::string wrong = SelfTestWith(device, "0.2", true, 0);
-  if (wrong.empty()) wrong = SelfTestWith(device, "0.45", false, 8);
-  return wrong;
+  for (const SceneKind& kind :
+       {SceneKind{"0.2", true, false, 0}, {"0.45", false, false, 8}, {"0.25", true, true, 8}})
+    if (std::string wrong = SelfTestWith(device, kind); !wrong.empty()) return wrong;
+  return "";
 } catch (const RowDeviceError& error) {
   return error.what();
 }

@@ -50,6 +50,9 @@ void ForEachDeviceColumn(Columns* c, F f) {
   f(ROW_NOISE, &c->noise);
   f(ROW_RANGES, &c->ranges);
   f(ROW_BRIGHTNESS, &c->brightness);
+  f(ROW_MADE, &c->made);
+  f(ROW_HINDERED, &c->hindered);
+  f(ROW_BEFORE, &c->before);
 }
 
 /// The type of an element on devices.

@@ -14,6 +14,7 @@
 #include "messages/report.hh"
 #include "motion/drive_table.hh"
 #include "rows/device_columns.hh"
+#include "rows/device_contacts.hh"
 #include "rows/device_controls.hh"
 #include "rows/device_views.hh"
 #include "rows/rows.hh"
@@ -34,8 +35,11 @@ uint32_t Flag(bool is_set, uint32_t flag) { return is_set ? flag : 0; }
 /// Fills in an image. Offsets are known once all parts before have been added.
 class ImageMaker {
  public:
-  ImageMaker(const std::shared_ptr<const Scene>& scene, size_t worlds)
-      : scene_(*scene), worlds_(worlds), start_(scene, std::array{scene->SomeSeed()}) {
+  ImageMaker(const std::shared_ptr<const Scene>& scene, size_t worlds, size_t contact_bytes)
+      : scene_(*scene),
+        worlds_(worlds),
+        contact_bytes_(contact_bytes),
+        start_(scene, std::array{scene->SomeSeed()}) {
     bytes_.resize(Aligned(sizeof header_));
   }
 
@@ -60,6 +64,7 @@ class ImageMaker {
   void AddSensors();
   row_sensor_t RecordOfSensor(const Sensor& sensor) const;
   void AddControls();
+  void AddContacts();
   void AddMaps();
   void AddViews();
   void AddStart();
@@ -67,7 +72,7 @@ class ImageMaker {
   void PlaceScratch();
 
   const Scene& scene_;
-  const size_t worlds_;
+  const size_t worlds_, contact_bytes_;
   Rows start_;  // one world in its state after loading
   row_scene_t header_{};
   std::vector<std::byte> bytes_;
@@ -238,6 +243,17 @@ void ImageMaker::AddControls() {
   header_.positions = static_cast<uint32_t>(controls.positions().size());
 }
 
+void ImageMaker::AddContacts() {
+  const DeviceContacts contacts(scene_, contact_bytes_);
+  SetPart(ROW_TOUCHERS, contacts.touchers());
+  SetPart(ROW_PIECES, contacts.pieces());
+  SetPart(ROW_TOUCH_CORNERS, contacts.corners());
+  SetPart(ROW_EDGES, contacts.edges());
+  SetPart(ROW_EDGE_STARTS, contacts.edge_starts());
+  SetPart(ROW_EDGE_ENTRIES, contacts.edge_entries());
+  contacts.Fill(&header_);
+}
+
 void ImageMaker::AddMaps() {
   std::vector<row_map_t> maps;
   for (const std::vector<CellMap>* some : {&scene_.blocked, &scene_.seen})
@@ -276,6 +292,8 @@ void ImageMaker::PlaceColumns() {
     header_.columns[id] = state_bytes_;
     state_bytes_ = Aligned(state_bytes_ + worlds_ * header_.row_bytes[id]);
   }
+  header_.lock = state_bytes_;
+  state_bytes_ += ROW_ALIGNMENT;
 }
 
 void ImageMaker::PlaceScratch() {
@@ -295,7 +313,15 @@ void ImageMaker::PlaceScratch() {
   place(ROW_DRAWN_BITS, scene_.byte_count);
   place(ROW_LOOKS, header_.looks * sizeof(row_look_t));
   place(ROW_ALL_POSES, header_.positions * sizeof(row_planar_t));
+  const size_t touchers = header_.touchers;
+  place(ROW_CONTACTS, touchers * sizeof(row_contact_t));
+  place(ROW_NEAR_BITS, touchers * ((touchers + 31) / 32) * sizeof(uint32_t));
+  place(ROW_MEMBERS, touchers * sizeof(uint32_t));
+  place(ROW_ISLANDS, touchers * sizeof(row_island_t));
+  place(ROW_CROWD, sizeof(row_crowd_t));
+  place(ROW_CROWDED, header_.rooms[0].bytes);
   header_.scratch_bytes = end;
+  header_.shared_room = worlds_ * end;
 }
 
 DeviceImage ImageMaker::Make() {
@@ -319,12 +345,14 @@ DeviceImage ImageMaker::Make() {
   AddBodies();
   AddSensors();
   AddControls();
+  AddContacts();
   AddMaps();
   AddStart();
   PlaceColumns();
   PlaceScratch();
   std::memcpy(bytes_.data(), &header_, sizeof header_);
-  DeviceImage image{std::vector<uint64_t>(bytes_.size() / sizeof(uint64_t)), state_bytes_};
+  DeviceImage image{std::vector<uint64_t>(bytes_.size() / sizeof(uint64_t)), state_bytes_,
+                    static_cast<size_t>(header_.shared_room + header_.rooms[1].bytes)};
   std::memcpy(image.words.data(), bytes_.data(), bytes_.size());
   return image;
 }
@@ -341,9 +369,10 @@ bool HasAllColumns(Rows* rows) {
 }  // namespace
 
 std::string WhyNotOnDevice(const std::shared_ptr<const Scene>& scene) {
-  if (scene->outlines)
-    return "its contacts are those of outlines (contacts \"cells\" are possible)";
   if (!scene->HasOneRate()) return "its models have several update intervals";
+  if (!scene->wall_parts.empty())
+    return "its contacts are those of outlines, and models that stand are placed in each world";
+  if (std::string reason = WhyNotContacts(*scene); !reason.empty()) return reason;
   if (scene->finders.any) return "a bumper, fiducial finder or blobfinder runs";
   if (std::string reason = WhyNotControls(*scene); !reason.empty()) return reason;
   for (const Mover& mover : scene->movers) {
@@ -359,9 +388,10 @@ std::string WhyNotOnDevice(const std::shared_ptr<const Scene>& scene) {
   return "";
 }
 
-DeviceImage MakeDeviceImage(const std::shared_ptr<const Scene>& scene, size_t worlds) {
+DeviceImage MakeDeviceImage(const std::shared_ptr<const Scene>& scene, size_t worlds,
+                            size_t contact_bytes) {
   STAGE_ASSERT(WhyNotOnDevice(scene).empty());
-  return ImageMaker(scene, worlds).Make();
+  return ImageMaker(scene, worlds, contact_bytes).Make();
 }
 
 }  // namespace Stg::rows

@@ -23,13 +23,16 @@ std::string WhyNotOnDevice(const std::shared_ptr<const Scene>& scene);
 
 struct DeviceImage {
   std::vector<uint64_t> words;  ///< a row_scene_t and its parts
-  size_t state_bytes;           ///< of the columns of all worlds
+  size_t state_bytes;           ///< of the columns of all worlds, and a lock
+  size_t scratch_bytes;         ///< memory of all worlds during a step
 
   const row_scene_t& scene() const { return *reinterpret_cast<const row_scene_t*>(words.data()); }
 };
 
-/// The image for this number of worlds. The scene can be stepped on a device.
-DeviceImage MakeDeviceImage(const std::shared_ptr<const Scene>& scene, size_t worlds);
+/// The image for this number of worlds. The scene can be stepped on a device. `contact_bytes`: see
+/// kContactBytes.
+DeviceImage MakeDeviceImage(const std::shared_ptr<const Scene>& scene, size_t worlds,
+                            size_t contact_bytes);
 
 }  // namespace Stg::rows
 

@@ -61,10 +61,10 @@ std::string WhyUnfit(RowDevice* device) {
 }
 
 DeviceRows::DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds,
-                       std::shared_ptr<RowDevice> device, uint32_t work_items)
+                       std::shared_ptr<RowDevice> device, uint32_t work_items, size_t contact_bytes)
     : scene_(std::move(scene)),
       worlds_(worlds),
-      image_(MakeDeviceImage(scene_, worlds)),
+      image_(MakeDeviceImage(scene_, worlds, contact_bytes)),
       device_(std::move(device)),
       reset_(std::make_unique<Rows>(scene_, std::array{scene_->SomeSeed()})) {
   const auto add = [this](std::initializer_list<int> ids) {
@@ -74,13 +74,14 @@ DeviceRows::DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds,
   add({ROW_SEED, ROW_ERROR, ROW_RANDOM, ROW_NOISE});
   if (scene_->populations)
     add({ROW_EXTENT, ROW_POSE, ROW_TURN, ROW_SENSED, ROW_ESTIMATE, ROW_BOX, ROW_BITS});
-  device_->Begin(image_.words,
-                 {.movers = image_.scene().movers,
-                  .rays = image_.scene().rays,
-                  .work_items = work_items,
-                  .worlds = worlds,
-                  .state_bytes = image_.state_bytes,
-                  .scratch_bytes = worlds * static_cast<size_t>(image_.scene().scratch_bytes)});
+  device_->Begin(image_.words, {.movers = image_.scene().movers,
+                                .rays = image_.scene().rays,
+                                .work_items = work_items,
+                                .worlds = worlds,
+                                .state_bytes = image_.state_bytes,
+                                .scratch_bytes = image_.scratch_bytes});
+  constexpr uint64_t kUnlocked = 0;
+  device_->Write(image_.scene().lock, &kUnlocked, sizeof kUnlocked);
 }
 
 void DeviceRows::Write(const Rows& from, ColumnSet columns) {

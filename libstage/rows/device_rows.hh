@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "rows/device_contacts.hh"
 #include "rows/device_image.hh"
 #include "rows/row_backend.hh"
 #include "rows/rows.hh"
@@ -37,7 +38,7 @@ std::string SelfTest(RowDevice* device);
 std::string WhyUnfit(RowDevice* device);
 
 /// A set of columns: bit ROW_... of kernels/row_records.h.
-using ColumnSet = uint32_t;
+using ColumnSet = uint64_t;
 inline constexpr ColumnSet kAllColumns = (ColumnSet{1} << ROW_COLUMNS) - 1;
 
 /// All functions throw RowDeviceError.
@@ -45,8 +46,9 @@ class DeviceRows {
  public:
   /// Worlds in an unspecified state: call Write() or Reset() first. The scene can be stepped on a
   /// device, see WhyNotOnDevice(). `work_items` of a world; 0: the device's choice.
+  /// `contact_bytes`: see kContactBytes.
   DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds, std::shared_ptr<RowDevice> device,
-             uint32_t work_items = 0);
+             uint32_t work_items = 0, size_t contact_bytes = kContactBytes);
 
   size_t size() const { return worlds_; }
   RowDevice& device() { return *device_; }

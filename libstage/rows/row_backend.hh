@@ -22,6 +22,11 @@
 
 namespace Stg::rows {
 
+/// True if an image is of a scene with contacts of outlines, which other kernels step.
+inline bool HasOutlines(std::span<const uint64_t> image) {
+  return reinterpret_cast<const row_scene_t*>(image.data())->outlines != 0;
+}
+
 /// A device that fails. The state on it is lost.
 struct RowDeviceError : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -115,11 +120,11 @@ class RowDevice {
   /// Starts to reset some worlds. `columns` has a bit for each column that does not come from
   /// ROW_START; `given` has those columns of the first world, then of the second one, and so on.
   virtual void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
-                     uint32_t columns) = 0;
+                     uint64_t columns) = 0;
   /// Like Reset(), but the other columns come from `start`, which has those of one world as
   /// ROW_START does.
   virtual void Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
-                       std::span<const std::byte> given, uint32_t columns) = 0;
+                       std::span<const std::byte> given, uint64_t columns) = 0;
   /// Starts to give robots commands. No robot is listed twice.
   virtual void Give(std::span<const row_given_t> commands) = 0;
   /// Waits until everything that was started is done.

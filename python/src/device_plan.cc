@@ -85,7 +85,7 @@ void PlanVelocity(const Robot& robot, Planner* planner) {
 }
 
 void PlanActualVelocity(const Robot& robot, Planner* planner) {
-  if (robot.mover.runs) return robot.AddPlane(planner, ROW_UNLESS_STALLED, ROW_VELOCITY);
+  if (robot.mover.runs) return robot.AddPlane(planner, ROW_ACTUAL, ROW_VELOCITY);
   for (size_t i = 0; i < 3; i++) planner->Fill(3 * robot.number + i, 0);
 }
 

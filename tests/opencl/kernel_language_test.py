@@ -19,8 +19,9 @@ KERNELS = Path(__file__).resolve().parents[2] / "kernels"
 # The programs: their parts in the order in which drivers get them.
 WALKS = ("ray_walk.h", "records.h", "prefilter.cl")
 ROWS = ("ray_walk.h", "records.h", "row_records.h", "row_math.h", "row_access.h", "row_drive.h", "row_odometry.h",
-        "row_move.h", "row_walls.h", "row_exact.h", "row_rays.h", "row_control.h", "row_driven.h", "row_step.h",
-        "row_arrays.h", "row_step.cl")
+        "row_move.h", "row_walls.h", "row_exact.h", "row_rays.h", "row_control.h", "row_driven.h",
+        "row_vector.h", "row_separation.h", "row_safe_part.h", "row_crowd.h", "row_island.h", "row_forces.h",
+        "row_joint.h", "row_outlines.h", "row_step.h", "row_arrays.h", "row_step.cl")
 CLANG = next((name for name in ("clang", "clang-19", "clang-16", "clang-14") if shutil.which(name)), None)
 
 

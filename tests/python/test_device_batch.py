@@ -36,6 +36,15 @@ car( pose [0.5 0.5 0 -100] )
 cart( pose [0.5 -0.5 0 60] )
 position( pose [0 0 0 60] size [0.2 0.2 0.2] )
 """,
+    "outlines that touch": WALLS.replace("cells", "outlines") + """
+define bot position( size [0.3 0.3 0.3] localization "odom" wheel_slip 0.3 friction 0.3
+  ranger( pose [0 0 -0.1 0] sensor( range [0 2] fov 270 samples 12 ) ) )
+bot( pose [-0.5 -0.5 0 30] )
+bot( pose [0.5 0.5 0 -100] round 1 drive "omni" )
+bot( pose [0.5 -0.5 0 90] pushable 1 )
+model( pose [0 0 0 20] size [0.2 0.3 0.3] pushable 1 )
+model( pose [-0.9 0 0 0] size [0.1 2.4 1] )
+""",
     "a population": WALLS + """
 define bot position( size [0.2 0.2 0.3] ranger( pose [0 0 -0.1 0] sensor( range [0 1] fov 180 samples 7 ) ) )
 population( name "bots" model "bot" count 4 area [0 0 2 2] )
@@ -164,8 +173,10 @@ def test_copies_go_on_as_the_original(device: str, tmp_path: Path) -> None:
 
 def test_worlds_that_a_device_cannot_step_are_refused_with_the_reason(device: str, tmp_path: Path) -> None:
     file = tmp_path / "w.world"
-    file.write_text(WALLS.replace('contacts "cells"', "") + "position()")
-    with pytest.raises(st.WorldError, match="can't step world 0, because .*outlines.*without device="):
+    walls = (f"model( pose [{x} 9 0 0] size [0.1 0.1 1] )\n" for x in range(1000))
+    robots = (f"position( pose [{x} 0 0 0] size [0.1 0.1 1] )\n" for x in range(250))
+    file.write_text("".join((*walls, *robots)))
+    with pytest.raises(st.WorldError, match="can't step world 0, because contacts .*256 MB.*without device="):
         st.Batch(file, 2, device=device)
 
 

@@ -104,11 +104,12 @@ std::string Difference(const Rows& host, const Rows& device) {
 /// Rows on a device and on the host that get the same commands.
 class Comparison {
  public:
-  Comparison(const ScenePointer& scene, size_t worlds, uint32_t work_items, RandomSource* random)
+  Comparison(const ScenePointer& scene, size_t worlds, uint32_t work_items, RandomSource* random,
+             size_t contact_bytes = Stg::rows::kContactBytes)
       : random_(*random),
         host_(scene, Seeds(worlds, random)),
         read_(scene, Seeds(worlds, random)),
-        device_(scene, worlds, MakeDevice(work_items)) {
+        device_(scene, worlds, MakeDevice(work_items), 0, contact_bytes) {
     device_.Write(host_);
   }
 
@@ -218,7 +219,7 @@ uint64_t Worlds(uint64_t usual) {
 
 struct Case {
   uint32_t work_items;
-  bool exact;
+  bool exact, outlines;
 };
 
 class DeviceRowsTest : public testing::TestWithParam<Case> {
@@ -230,17 +231,19 @@ class DeviceRowsTest : public testing::TestWithParam<Case> {
 };
 
 TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
-  const auto [work_items, exact] = GetParam();
+  const auto [work_items, exact, outlines] = GetParam();
   size_t stalls = 0, hits = 0, empty_packs = 0, wide = 0, noisy = 0, placed_by_seed = 0;
-  size_t controlled = 0, remembering = 0;
+  size_t controlled = 0, remembering = 0, hindered = 0, pushed = 0;
   for (uint64_t seed = 1; seed <= Worlds(work_items == kHost ? 60 : 24); seed++) {
-    RandomSource random(seed * 100 + exact);
-    const ClosedWorldKind kind{false, exact, random.Int(1, 8), random.Real(1, 6), seed % 2 == 0};
+    RandomSource random(seed * 100 + exact + 2 * outlines);
+    const ClosedWorldKind kind{outlines, exact, random.Int(1, 8), random.Real(1, 6), seed % 2 == 0};
     const std::string text = ClosedWorld(kind, &random);
     const ScenePointer scene = SceneOf(text, random.OneIn(3) ? random.Next() & random.Next() : 0);
     ASSERT_TRUE(scene);
     ASSERT_EQ(WhyNotOnDevice(scene), "");
-    Comparison comparison(scene, 3, work_items, &random);
+    // Contacts in the memory of each world, and in that which they share.
+    Comparison comparison(scene, 3, work_items, &random,
+                          seed % 3 == 0 ? 0 : Stg::rows::kContactBytes);
     for (int round = 0; round < 40; round++) {
       comparison.Step(round < 20 ? 1 : 5);
       ASSERT_EQ(comparison.Difference(), "") << seed << " round " << round << "\n" << text;
@@ -252,6 +255,9 @@ TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
       for (const uint8_t stalled : c.stalled) stalls += stalled;
       for (const uint8_t brightness : c.brightness) hits += brightness > 0;
       for (const double stored : c.stored) empty_packs += stored == 0;
+      for (const uint8_t is_hindered : c.hindered) hindered += is_hindered;
+      for (size_t i = 0; i < c.before.size(); i++)
+        pushed += !scene->movers[i % scene->movers.size()].robot && !(c.before[i] == c.pose[i]);
     }
     placed_by_seed += scene->populations != nullptr;
     wide += !scene->narrow;
@@ -267,12 +273,17 @@ TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
   EXPECT_GT(noisy, 3u);
   EXPECT_GT(controlled, 20u);
   EXPECT_GT(remembering, 20u);
+  EXPECT_EQ(hindered > 300, outlines) << hindered;
+  EXPECT_EQ(pushed > 30, outlines) << pushed;
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, DeviceRowsTest,
-                         testing::Values(Case{kHost, false}, Case{kHost, true},
-                                         Case{kChosen, false}, Case{kChosen, true}, Case{32, false},
-                                         Case{5, true}));
+                         testing::Values(Case{kHost, false, false}, Case{kHost, true, false},
+                                         Case{kChosen, false, false}, Case{kChosen, true, false},
+                                         Case{32, false, false}, Case{5, true, false},
+                                         Case{kHost, false, true}, Case{kHost, true, true},
+                                         Case{kChosen, false, true}, Case{kChosen, true, true},
+                                         Case{32, false, true}, Case{5, true, true}));
 
 constexpr char kTwoRobots[] = R"(
 contacts "cells"
@@ -332,12 +343,16 @@ TEST(DeviceRowsReasonsTest, ControllersThatAreNotBuiltInAreRefusedWithAReason) {
   EXPECT_EQ(reason_of("nothing"), "the controller of \"r\" is not built in");
 }
 
-TEST(DeviceRowsReasonsTest, ContactsOfOutlinesAreRefusedWithAReason) {
-  const ScenePointer scene = SceneOf("position( size [0.3 0.3 0.3] )", 0);
+TEST(DeviceRowsReasonsTest, ContactsThatMayTakeTooMuchMemoryAreRefusedWithAReason) {
+  std::string text =
+      "define wall model( size [0.01 0.01 1] )\ndefine robot position( size [0.3 0.3 1] )\n";
+  for (int i = 0; i < 1000; i++) text += "wall( pose [" + std::to_string(i) + " 9 0 0] )\n";
+  for (int i = 0; i < 250; i++) text += "robot( pose [" + std::to_string(i) + " 0 0 0] )\n";
+  const ScenePointer scene = SceneOf(text, 0);
   ASSERT_TRUE(scene);
-  EXPECT_NE(Stg::rows::WhyNotOnDevice(scene).find("contacts are those of outlines"),
-            std::string::npos);
-  EXPECT_EQ(Stg::rows::WhyNotOnDevice(SceneOf(kTwoRobots, 0)), "");
+  EXPECT_NE(Stg::rows::WhyNotOnDevice(scene).find("250 movers"), std::string::npos)
+      << Stg::rows::WhyNotOnDevice(scene);
+  EXPECT_EQ(Stg::rows::WhyNotOnDevice(SceneOf("position( size [0.3 0.3 0.3] )", 0)), "");
 }
 
 /// A device with an error in one bit of a column.

@@ -49,17 +49,17 @@ class HostRowDevice : public rows::RowDevice {
   void Step(uint32_t steps, uint32_t unseen) override {
     for (size_t i = 0; i < worlds_; i++) {
       const row_world_t world = WorldAt(i);
-      row_step(&world, steps, unseen);
+      StepRow(world, steps, unseen);
     }
   }
   void StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) override {
     for (const uint32_t i : worlds) {
       const row_world_t world = WorldAt(i);
-      row_step(&world, steps, unseen);
+      StepRow(world, steps, unseen);
     }
   }
   void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
-             uint32_t columns) override {
+             uint64_t columns) override {
     for (size_t i = 0; i < worlds.size(); i++) {
       const row_world_t world = WorldAt(worlds[i]);
       row_reset(
@@ -69,7 +69,7 @@ class HostRowDevice : public rows::RowDevice {
     }
   }
   void Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
-               std::span<const std::byte> given, uint32_t columns) override {
+               std::span<const std::byte> given, uint64_t columns) override {
     for (size_t i = 0; i < worlds.size(); i++) {
       const row_world_t world = WorldAt(worlds[i]);
       row_restore(
@@ -129,7 +129,7 @@ class HostRowDevice : public rows::RowDevice {
     for (size_t i = 0; i < worlds_; i++) {
       const row_world_t world = WorldAt(i);
       if (static_cast<const row_byte*>(flags.data)[i])
-        row_reset(&world, ROW_COLUMN(&world, row_byte, ROW_SEED), 1u << ROW_SEED);
+        row_reset(&world, ROW_COLUMN(&world, row_byte, ROW_SEED), uint64_t{1} << ROW_SEED);
     }
   }
   void WriteMemory(rows::RowMemory* memory, const void* from) override {
@@ -141,6 +141,9 @@ class HostRowDevice : public rows::RowDevice {
   void WaitForCuda() override {}
 
  private:
+  static void StepRow(const row_world_t& world, uint32_t steps, uint32_t unseen) {
+    (world.scene->outlines ? row_step_outlines : row_step_cells)(&world, steps, unseen);
+  }
   row_byte* state() { return reinterpret_cast<row_byte*>(state_.data()); }
   std::vector<uint32_t> Chosen(const rows::RowChoice& worlds) const {
     std::vector<uint32_t> chosen(worlds.list.begin(), worlds.list.end());
@@ -186,7 +189,7 @@ class LostRowDevice final : public HostRowDevice {
     HostRowDevice::StepSome(worlds, steps, unseen);
   }
   void Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
-               std::span<const std::byte> given, uint32_t columns) override {
+               std::span<const std::byte> given, uint64_t columns) override {
     Count();
     HostRowDevice::Restore(worlds, start, given, columns);
   }

@@ -318,10 +318,9 @@ TEST_P(PoolRows, WorldsEqualThoseAloneWhateverIsDoneWithThem) {
   Happened happened;
   for (uint64_t seed = 1; seed <= Worlds(); seed++) {
     RandomSource random(seed * 100 + GetParam());
-    // Devices do not know contacts of outlines and several update intervals.
-    const bool outlines = random.OneIn(on_device ? 6 : 2);
-    const ClosedWorldKind kind{outlines, random.OneIn(2), random.Int(1, 5),
-                               3,        random.OneIn(2), random.OneIn(on_device ? 6 : 3)};
+    // Devices do not know several update intervals.
+    const ClosedWorldKind kind{random.OneIn(2), random.OneIn(2), random.Int(1, 5),
+                               3,               random.OneIn(2), random.OneIn(on_device ? 6 : 3)};
     const std::string text = ClosedWorld(kind, &random);
     SCOPED_TRACE("seed " + std::to_string(seed) + "\n" + text);
     std::vector<uint64_t> seeds(static_cast<size_t>(random.Int(1, 9)));
