@@ -274,33 +274,40 @@ void RowBridge::WriteBumpers(const rows::Rows& from, size_t row, World* world) {
   }
 }
 
-void RowBridge::WriteFiducials(const rows::Rows& from, size_t row, World* world) {
+void RowBridge::ListFiducials(const rows::Rows& from, size_t row,
+                              const rows::FiducialFinder& finder,
+                              std::vector<ModelFiducial::Fiducial>* to) {
   const rows::Scene& scene = from.scene();
   const rows::Columns& c = from.columns;
   const auto pose_of = [&](uint32_t mover, uint32_t node) {
     const rows::Mover& of = scene.movers[mover];
     return of.GlobalPoseOf(node, rows::PoseOf(c.sensed[row * scene.movers.size() + mover], of.z));
   };
-  for (const rows::FiducialFinder& of : scene.finders.fiducial_finders) {
+  const size_t first = row * scene.finders.target_count + finder.first_target;
+  for (size_t i = 0; i < finder.targets.size(); i++) {
+    if (!c.found[first + i]) continue;
+    const rows::FiducialTarget& target = finder.targets[i];
+    ModelFiducial::Fiducial seen;
+    if (c.seen.empty()) {
+      const bool stands = target.mover == rows::FiducialTarget::kStands;
+      const Pose there = stands ? target.place : pose_of(target.mover, target.node);
+      MakeCandidate(finder, pose_of(finder.finder.mover, finder.finder.node), target, there, &seen);
+    } else {
+      seen = c.seen[first + i];
+    }
+    seen.mod = target.model;
+    to->push_back(seen);
+  }
+}
+
+void RowBridge::WriteFiducials(const rows::Rows& from, size_t row, World* world) {
+  for (const rows::FiducialFinder& of : from.scene().finders.fiducial_finders) {
     if (!from.HasReadings(row, of.finder.rate)) continue;
     auto& finder = static_cast<ModelFiducial&>(*world->FindModel(of.model->GetId()));
     finder.fiducials_.clear();
-    for (size_t i = 0; i < of.targets.size(); i++) {
-      const size_t number = row * scene.finders.target_count + of.first_target + i;
-      if (!c.found[number]) continue;
-      const rows::FiducialTarget& target = of.targets[i];
-      if (!c.seen.empty()) {
-        finder.fiducials_.push_back(c.seen[number]);
-        finder.fiducials_.back().mod = world->FindModel(target.model->GetId());
-        continue;
-      }
-      const bool stands = target.mover == rows::FiducialTarget::kStands;
-      const Pose there = stands ? target.place : pose_of(target.mover, target.node);
-      ModelFiducial::Fiducial seen;
-      finder.MakeCandidate(pose_of(of.finder.mover, of.finder.node),
-                           world->FindModel(target.model->GetId()), there, &seen);
-      finder.fiducials_.push_back(seen);
-    }
+    ListFiducials(from, row, of, &finder.fiducials_);
+    for (ModelFiducial::Fiducial& seen : finder.fiducials_)
+      seen.mod = world->FindModel(seen.mod->GetId());
   }
 }
 

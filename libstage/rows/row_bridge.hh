@@ -64,6 +64,9 @@ class RowBridge {
                         std::vector<ModelBlobfinder::Blob>* blobs) {
     finder.model->FindBlobs(hits, finder.fov, blobs);
   }
+  /// Lists what a fiducial finder of a row has found. The models are those of the prototype.
+  static void ListFiducials(const rows::Rows& from, size_t row, const rows::FiducialFinder& finder,
+                            std::vector<ModelFiducial::Fiducial>* to);
   /// Calls put(mover, pose) for the members of all populations, with the poses that loading with
   /// that seed gives them. Throws LoadError if they do not fit.
   static void PlacePopulations(const rows::Scene& scene, uint64_t seed,

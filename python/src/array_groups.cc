@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string>
 
+#include "finder_rows.hh"
 #include "messages/assert.hh"
 
 namespace Stg::python {
@@ -27,9 +28,9 @@ Model* FindInTree(const ModelType& type, Model* tree, size_t* n) {
   return nullptr;
 }
 
-RaysOfRanger FindRaysOfRanger(const rows::Scene& scene, const ModelPosition* robot,
-                              const ModelType& type, size_t index) {
-  RaysOfRanger found;
+SensorOfRow FindSensorOfRow(const rows::Scene& scene, const ModelPosition* robot,
+                            const ModelType& type, size_t index) {
+  SensorOfRow found;
   if (robot) found.model = FindInTree(type, const_cast<ModelPosition*>(robot), &index);
   if (found.model && found.model->HasSubscribers()) found.rate = scene.RateOf(*found.model);
   for (const rows::Sensor& sensor : scene.sensors) {
@@ -37,6 +38,7 @@ RaysOfRanger FindRaysOfRanger(const rows::Scene& scene, const ModelPosition* rob
     if (found.count == 0) found.first = sensor.first_ray;
     found.count += sensor.rays;
   }
+  if (found.model && IsFinderOfRows(type)) FindInFinders(scene.finders, &found);
   return found;
 }
 
@@ -111,12 +113,12 @@ const SensorArrays::Plan& SensorArrays::SensorPlanFor(const RowRobots& robots) {
   return plans_.Get(*robots.scene, [&] { return MakePlan(robots); });
 }
 
-/// Rows have the readings of rangers.
+/// Rows have the readings of rangers, bumpers, fiducial finders and blobfinders.
 SensorArrays::Plan SensorArrays::MakePlan(const RowRobots& robots) const {
   Plan plan;
-  plan.row.possible = type_->name == "ranger";
+  plan.row.possible = type_->name == "ranger" || IsFinderOfRows(*type_);
   for (const ModelPosition* robot : robots.models) {
-    plan.sensors.push_back(FindRaysOfRanger(*robots.scene, robot, *type_, index_));
+    plan.sensors.push_back(FindSensorOfRow(*robots.scene, robot, *type_, index_));
     const Model* const model = plan.sensors.back().model;
     if (model && !model->HasSubscribers()) plan.row.needs.push_back(model->GetId());
   }
@@ -127,24 +129,31 @@ void SensorArrays::FillFromRow(size_t world, const RowOfCrowd& row) {
   const Plan& plan = SensorPlanFor(row.robots);
   for (size_t i = 0; i < plan.sensors.size(); i++)
     for (const ReadingArray& of : arrays_)
-      if (of.array.exists()) FillFromRays(of, plan.sensors[i], row, of.array.Row(world, i));
+      if (of.array.exists()) FillFromSensor(of, plan.sensors[i], row, of.array.Row(world, i));
+}
+
+void SensorArrays::FillFromSensor(const ReadingArray& of, const SensorOfRow& sensor,
+                                  const RowOfCrowd& row, void* to) const {
+  if (!sensor.model) return CopyReading(*of.reading, nullptr, of.space, to);
+  if (of.reading == &kTime) {
+    const usec_t time = row.rows.LastUpdate(row.row, sensor.rate);
+    *static_cast<double*>(to) = time > 0 ? static_cast<double>(time) / 1e6 : kNaN;
+  } else if (type_->name == "ranger") {
+    FillFromRays(of, sensor, row, to);
+  } else {
+    FillFromFinder(*of.reading, sensor, row, of.space, to);
+  }
 }
 
 /// Writes a reading of a ranger. What is constant is that of the prototype.
-void SensorArrays::FillFromRays(const ReadingArray& of, const RaysOfRanger& sensor,
+void SensorArrays::FillFromRays(const ReadingArray& of, const SensorOfRow& sensor,
                                 const RowOfCrowd& row, void* to) {
   const rows::Columns& columns = row.rows.columns;
   const std::string& name = of.reading->name;
   auto* const numbers = static_cast<double*>(to);
   const bool ranges = name == "ranges", intensities = name == "intensities";
-  if (!sensor.model || !(ranges || intensities || of.reading == &kTime))
-    return CopyReading(*of.reading, sensor.model, of.space, to);
+  if (!(ranges || intensities)) return CopyReading(*of.reading, sensor.model, of.space, to);
   const bool has_readings = row.rows.HasReadings(row.row, sensor.rate);
-  if (of.reading == &kTime) {
-    *numbers =
-        has_readings ? static_cast<double>(row.rows.LastUpdate(row.row, sensor.rate)) / 1e6 : kNaN;
-    return;
-  }
   const size_t first = row.row * row.robots.scene->ray_count + sensor.first;
   const size_t space = of.space.Count(), known = has_readings ? sensor.count : 0;
   STAGE_ASSERT(known <= space);

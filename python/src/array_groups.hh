@@ -134,15 +134,17 @@ class SensorArrays : public ArrayGroup {
   /// Where the readings of the robots are in rows of a scene.
   struct Plan {
     RowPlan row;
-    std::vector<RaysOfRanger> sensors;  // by robot
+    std::vector<SensorOfRow> sensors;  // by robot
   };
   using Sensors = std::vector<Model*>;  // by robot; null: no such sensor
   Sensors SensorsOf(const Members& members) const;
   ReadingShape SpaceFor(const Reading& reading, const std::vector<Sensors>& examples) const;
   const Plan& SensorPlanFor(const RowRobots& robots);
   Plan MakePlan(const RowRobots& robots) const;
-  static void FillFromRays(const ReadingArray& of, const RaysOfRanger& sensor,
-                           const RowOfCrowd& row, void* to);
+  void FillFromSensor(const ReadingArray& of, const SensorOfRow& sensor, const RowOfCrowd& row,
+                      void* to) const;
+  static void FillFromRays(const ReadingArray& of, const SensorOfRow& sensor, const RowOfCrowd& row,
+                           void* to);
 
   const ModelType* const type_;  // registered for good
   const size_t index_, max_count_, robots_;

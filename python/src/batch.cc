@@ -347,6 +347,13 @@ std::vector<std::string> Batch::Reasons() {
   return reasons;
 }
 
+size_t Batch::CountObjects() {
+  const Use use(this);
+  size_t count = 0;
+  for (uint32_t i = 0; i < size(); i++) count += PoolAccess::HasWorld(*pool_, i);
+  return count;
+}
+
 void Batch::SetFailures(const std::map<uint32_t, std::string>& failures) {
   const Use use(this);
   for (const auto& [index, text] : failures)

@@ -97,6 +97,8 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   std::map<uint32_t, std::string> Failures();
   /// For each world what keeps it from being a row, or "".
   std::vector<std::string> Reasons();
+  /// Number of worlds whose state is in a World object.
+  size_t CountObjects();
   /// Marks worlds as failed: they make no steps until they are reset or restored.
   void SetFailures(const std::map<uint32_t, std::string>& failures);
   /// Metrics in order of first appearance: a name and one value per world; NaN: no value.

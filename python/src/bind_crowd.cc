@@ -174,6 +174,7 @@ void BindBatch(nb::module_& module) {
       .def_prop_ro("threads", &Batch::threads)
       .def("failures", &Batch::Failures)
       .def("reasons", &Batch::Reasons)
+      .def("count_objects", &Batch::CountObjects)
       .def("set_failures", &Batch::SetFailures, nb::arg("failures"))
       .def("metrics", &Batch::MetricsOfAll)
       .def("seeds", &Batch::Seeds)

@@ -171,18 +171,17 @@ DevicePlan PlanCommands(const RowRobots& robots) {
 
 namespace {
 
-std::vector<RaysOfRanger> FindRangers(const ModelType& type, size_t index,
-                                      const RowRobots& robots) {
-  std::vector<RaysOfRanger> rangers;
+std::vector<SensorOfRow> FindRangers(const ModelType& type, size_t index, const RowRobots& robots) {
+  std::vector<SensorOfRow> rangers;
   for (const ModelPosition* robot : robots.models)
-    rangers.push_back(FindRaysOfRanger(*robots.scene, robot, type, index));
-  if (std::ranges::none_of(rangers, [](const RaysOfRanger& of) { return of.model != nullptr; }))
+    rangers.push_back(FindSensorOfRow(*robots.scene, robot, type, index));
+  if (std::ranges::none_of(rangers, [](const SensorOfRow& of) { return of.model != nullptr; }))
     throw Failure{Kind::kGone, "no robot has a " + type.name + " number " + std::to_string(index)};
   return rangers;
 }
 
 /// Plans the times of the last updates.
-DevicePlan PlanTimes(const std::vector<RaysOfRanger>& rangers) {
+DevicePlan PlanTimes(const std::vector<SensorOfRow>& rangers) {
   Planner planner({rangers.size()});
   for (size_t i = 0; i < rangers.size(); i++) {
     if (!rangers[i].model) continue;
@@ -194,7 +193,7 @@ DevicePlan PlanTimes(const std::vector<RaysOfRanger>& rangers) {
 
 /// Plans a reading whose numbers do not change.
 void FillReading(const Reading& reading, const ReadingShape& space,
-                 const std::vector<RaysOfRanger>& rangers, Planner* planner) {
+                 const std::vector<SensorOfRow>& rangers, Planner* planner) {
   std::vector<double> numbers(space.Count());
   for (size_t i = 0; i < rangers.size(); i++) {
     CopyReading(reading, rangers[i].model, space, numbers.data());
@@ -202,8 +201,7 @@ void FillReading(const Reading& reading, const ReadingShape& space,
   }
 }
 
-void AddRays(bool ranges, size_t space, const std::vector<RaysOfRanger>& rangers,
-             Planner* planner) {
+void AddRays(bool ranges, size_t space, const std::vector<SensorOfRow>& rangers, Planner* planner) {
   for (size_t i = 0; i < rangers.size(); i++)
     for (size_t k = 0; k < rangers[i].count; k++)
       planner->Add(ranges ? ROW_NUMBERS : ROW_LOOKED_UP, ranges ? ROW_RANGES : ROW_BRIGHTNESS,
@@ -217,17 +215,17 @@ DevicePlan PlanReading(const ModelType& type, size_t index, const std::string& n
   if (type.name != "ranger")
     throw Failure{Kind::kStage, "a batch on a device has no arrays of the sensor " + type.name +
                                     "; a batch without device= has them"};
-  const std::vector<RaysOfRanger> rangers = FindRangers(type, index, robots);
+  const std::vector<SensorOfRow> rangers = FindRangers(type, index, robots);
   if (name == "time") return PlanTimes(rangers);
   const auto reading = std::ranges::find(type.readings, name, &Reading::name);
   if (reading == type.readings.end() || reading->element != Reading::kDouble)
     throw Failure{Kind::kStage, "a " + type.name + " has no reading called " + name};
   ReadingShape space;
-  for (const RaysOfRanger& of : rangers) MakeRoom(*reading, of.model, &space);
+  for (const SensorOfRow& of : rangers) MakeRoom(*reading, of.model, &space);
   std::vector<size_t> shape{rangers.size()};
   shape.insert(shape.end(), space.lengths, space.lengths + space.axes);
   Planner planner(std::move(shape));
-  for (const RaysOfRanger& of : rangers)
+  for (const SensorOfRow& of : rangers)
     if (of.model) planner.Need(of.model);
   if (name == "ranges" || name == "intensities")
     AddRays(name == "ranges", space.Count(), rangers, &planner);

@@ -85,16 +85,18 @@ struct RowOfCrowd {
   const RowRobots& robots;
 };
 
-/// Where the readings of a ranger are in rows of a scene.
-struct RaysOfRanger {
+/// Where the readings of a sensor are in rows of a scene: rays of a ranger, lines of a bumper, or
+/// the number of another finder.
+struct SensorOfRow {
   const Model* model = nullptr;  ///< of the prototype; null: the robot has none
   uint32_t first = 0, count = 0;
   uint32_t rate = 0;  ///< in Scene::rates
 };
 
-/// Finds ranger number `index` in the tree of a robot of the prototype, which may be null.
-RaysOfRanger FindRaysOfRanger(const rows::Scene& scene, const ModelPosition* robot,
-                              const ModelType& type, size_t index);
+/// Finds sensor number `index` of a type in the tree of a robot of the prototype, which may be
+/// null.
+SensorOfRow FindSensorOfRow(const rows::Scene& scene, const ModelPosition* robot,
+                            const ModelType& type, size_t index);
 
 /// How a group of arrays is filled from rows of a scene.
 struct RowPlan {

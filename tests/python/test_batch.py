@@ -354,7 +354,7 @@ def test_explain_tells_what_keeps_worlds_from_fast_steps(tmp_path: Path) -> None
     with_radio = tmp_path / "radio.world"
     with_radio.write_text("position( name \"r\" wifi( alwayson 1 ) )\n")
     for reason in st.Batch(with_radio, 2).explain():
-        assert reason is not None and "runs and is a wifi" in reason
+        assert reason is not None and "is a wifi with subscribers" in reason
 
 
 #: Each model and sensor twice: robots with odometry errors and noise, several kinds of readings, a thing to push.

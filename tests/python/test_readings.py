@@ -237,3 +237,67 @@ def test_models_have_their_readings() -> None:
             assert found.dtype == row.dtype and found.ndim == row.ndim
             np.testing.assert_array_equal(found, row[:len(found)] if reading.is_list else row)
     assert world.model("a").sensor_type is None and world.model("a").readings == {}
+
+
+def random_world(random: np.random.Generator) -> str:
+    """Robots with rangers, bumpers, fiducial finders and blobfinders, and what they find."""
+    def one(low: float, high: float) -> float:
+        return round(random.uniform(low, high), 3)
+
+    def rate() -> str:
+        return f"update_interval {random.choice([50, 100, 200, 300])}" if several else ""
+
+    several = random.random() < .5
+    text = f"interval_sim {random.choice([50, 100])}\ncontacts \"{random.choice(['cells', 'outlines'])}\"\n"
+    for i in range(6):
+        text += (f"model( pose [{one(-3, 3)} {one(-3, 3)} 0 {one(0, 360)}] size [{one(.1, .6)} {one(.1, .6)} 1] "
+                 f"fiducial_return {i} color \"{random.choice(['red', 'blue'])}\" pushable {random.integers(2)} )\n")
+    for i in range(3):
+        text += (f"position( name \"r{i}\" pose [{one(-1, 1)} {one(-1, 1)} 0 {one(0, 360)}] size [.3 .3 .4] {rate()} "
+                 f"fiducial_return {10 + i} ranger( {rate()} sensor( range [0 3] samples 5 fov 90 ) ) "
+                 f"fiducial( {rate()} range_max {one(1, 8)} range_max_id {one(1, 8)} fov {one(60, 360)} ) "
+                 f"blobfinder( {rate()} range {one(1, 8)} fov {one(30, 120)} image [{random.integers(10, 60)} 30] ) "
+                 f"bumper( {rate()} bcount 2 blength .2 bpose[0] [.16 0 0 0] bpose[1] [-.16 0 0 180] ) )\n")
+    return text + "position( name \"blind\" pose [2 2 0 0] )\n"
+
+
+def test_arrays_of_closed_worlds_equal_those_of_worlds() -> None:
+    kinds = ("ranger", "fiducial", "blobfinder", "bumper")
+    events: dict[str, int] = dict.fromkeys(kinds, 0)
+    for seed in range(12):
+        random = np.random.default_rng(seed)
+        world = st.World.from_text(random_world(random))
+        batch = st.Batch.of(world, 3, threads=1 + seed % 3)
+        worlds = [batch.fork(i) for i in range(3)]
+        fleets = [w.fleet() for w in worlds]
+        most = int(random.integers(1, 9))
+        names = [(kind, name) for kind in kinds for name in (*SHAPES[kind], "time")]
+        found = {key: getattr(batch.sensor(key[0], most=most), key[1]) for key in names}
+        alone = [{key: getattr(f.sensor(key[0], most=most), key[1]) for key in names} for f in fleets]
+        snapshot = batch.snapshot(1)
+        for moment in range(20):
+            batch.cmd[...] = random.uniform((-.2, 0, -1), (.6, 0, 1), (3, 4, 3))
+            for f, commands in zip(fleets, batch.cmd):
+                f.cmd[...] = commands
+            n = int(random.integers(1, 6))
+            batch.step(n)
+            for w in worlds:
+                w.step(n)
+            if moment % 7 == 5:
+                batch.reset([seed + 100], ids=[0])
+                worlds[0].reset(seed + 100)
+                batch.restore(snapshot, 2)
+                worlds[2].restore(snapshot)
+            for i in range(3):
+                check_equal({key: view[i] for key, view in found.items()}, alone[i])
+            snapshot = batch.snapshot(1) if moment == 9 else snapshot
+            events["ranger"] += int((found["ranger", "ranges"] < 3).sum())
+            events["fiducial"] += int((found["fiducial", "count"] > 0).sum())
+            events["blobfinder"] += int((found["blobfinder", "count"] > 0).sum())
+            events["bumper"] += int(found["bumper", "hit"].sum())
+        assert batch.state_hashes() == [w.state_hash() for w in worlds]
+        assert batch.explain() == [None] * 3
+        batch.reset()
+        batch.step(3)
+        assert batch._core.count_objects() == 0  # arrays were read without World objects
+    assert min(events.values()) > 50, events

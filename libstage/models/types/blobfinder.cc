@@ -14,6 +14,7 @@
 #include "models/host.hh"
 #include "models/state_exchange.hh"
 #include "models/types/built_in_types.hh"
+#include "models/types/detections.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
 #include "worldfile/worldfile.hh"
@@ -52,15 +53,6 @@ bool CopyCount(const ModelBlobfinder& finder, size_t, int32_t* to) {
   *to = static_cast<int32_t>(Seen(finder).size());
   return true;
 }
-void PutColor(const Blob& blob, double* to) {
-  const Color& color = blob.color;
-  std::ranges::copy(std::initializer_list<double>{color.r, color.g, color.b, color.a}, to);
-}
-void PutBox(const Blob& blob, int32_t* to) {
-  for (const uint32_t side : {blob.left, blob.top, blob.right, blob.bottom})
-    *to++ = static_cast<int32_t>(side);
-}
-void PutRange(const Blob& blob, double* to) { *to = blob.range; }
 
 }  // namespace
 
@@ -74,11 +66,12 @@ ModelType BlobfinderType() {
       .Reads(MakeListReading("color", "",
                              "Red, green, blue and opacity, each 0 to 1, of each blob, from "
                              "right to left in the image.",
-                             Seen, PutColor, 4))
+                             Seen, detections::PutColor, 4))
       .Reads(MakeListReading("box", "pixels",
-                             "Left, top, right and bottom, from the top left corner.", Seen, PutBox,
-                             4))
-      .Reads(MakeListReading("range", "m", "Mean range of the blob.", Seen, PutRange));
+                             "Left, top, right and bottom, from the top left corner.", Seen,
+                             detections::PutBox, 4))
+      .Reads(
+          MakeListReading("range", "m", "Mean range of the blob.", Seen, detections::PutBlobRange));
 }
 
 ModelBlobfinder::ModelBlobfinder(World* world_, Model* parent_, const std::string& type_)

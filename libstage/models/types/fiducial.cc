@@ -12,6 +12,7 @@
 #include "models/property_checks.hh"
 #include "models/state_exchange.hh"
 #include "models/types/built_in_types.hh"
+#include "models/types/detections.hh"
 #include "models/types/fiducial_index.hh"
 #include "sensing/scene.hh"
 #include "worldfile/worldfile.hh"
@@ -27,18 +28,15 @@ bool StopsFinder(Model* candidate, const Model* finder, const void*) {
 
 void Describe(const ModelFiducial&, SensorExtent* extent) { extent->rays_vary = true; }
 
-using Fiducial = ModelFiducial::Fiducial;
-const std::vector<Fiducial>& Seen(const ModelFiducial& finder) { return finder.GetFiducials(); }
+const std::vector<ModelFiducial::Fiducial>& Seen(const ModelFiducial& finder) {
+  return finder.GetFiducials();
+}
 
 ReadingShape ShapeOfCount(const ModelFiducial&) { return ReadingShape(); }
 bool CopyCount(const ModelFiducial& finder, size_t, int32_t* to) {
   *to = static_cast<int32_t>(Seen(finder).size());
   return true;
 }
-void PutId(const Fiducial& seen, int32_t* to) { *to = seen.id; }
-void PutRange(const Fiducial& seen, double* to) { *to = seen.range; }
-void PutBearing(const Fiducial& seen, double* to) { *to = seen.bearing; }
-void PutHeading(const Fiducial& seen, double* to) { *to = seen.geom.a; }
 
 }  // namespace
 
@@ -54,14 +52,14 @@ ModelType FiducialType() {
       .Reads(MakeListReading("id", "",
                              "The fiducial_return of each fiducial, in the order of creation; 0 "
                              "if it is too far away to be read.",
-                             Seen, PutId))
+                             Seen, detections::PutId))
       .Reads(MakeListReading("range", "m", "From the origin of the finder to that of the fiducial.",
-                             Seen, PutRange))
+                             Seen, detections::PutRange))
       .Reads(MakeListReading("bearing", "rad", "Direction relative to the finder's heading.", Seen,
-                             PutBearing))
+                             detections::PutBearing))
       .Reads(MakeListReading("heading", "rad",
                              "Heading of the fiducial relative to the finder's heading.", Seen,
-                             PutHeading));
+                             detections::PutHeading));
 }
 
 ModelFiducial::ModelFiducial(World* world_, Model* parent_, const std::string& type_)
