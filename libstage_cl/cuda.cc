@@ -55,6 +55,8 @@ bool GetFunctions(void* library, cuda::Functions* to) {
   get("cuMemFree_v2", &to->free);
   get("cuMemcpyHtoD_v2", &to->to_device);
   get("cuMemcpyDtoH_v2", &to->to_host);
+  get("cuMemAllocHost_v2", &to->allocate_on_host);
+  get("cuMemFreeHost", &to->free_on_host);
   get("cuModuleLoadData", &to->load_module);
   get("cuModuleUnload", &to->unload_module);
   get("cuModuleGetFunction", &to->get_function);

@@ -68,6 +68,8 @@ struct Functions {
   Result (*free)(Address);
   Result (*to_device)(Address, const void*, size_t);
   Result (*to_host)(void*, Address, size_t);
+  Result (*allocate_on_host)(void**, size_t);  // memory that copies need no detour for
+  Result (*free_on_host)(void*);
   Result (*load_module)(Module*, const void*);
   Result (*unload_module)(Module);
   Result (*get_function)(Function*, Module, const char*);

@@ -213,6 +213,18 @@ void CudaRowDevice::Read(size_t offset, void* to, size_t bytes) {
   });
 }
 
+std::shared_ptr<std::byte> CudaRowDevice::MakeHostMemory(size_t bytes) {
+  void* memory = nullptr;
+  Call([&] {
+    Check(device_->functions().allocate_on_host(&memory, std::max<size_t>(bytes, 1)),
+          "memory of the host");
+  });
+  return {static_cast<std::byte*>(memory), [device = device_](std::byte* held) {
+            const CudaDevice::Current current(*device);
+            device->functions().free_on_host(held);
+          }};
+}
+
 void CudaRowDevice::Step(uint32_t steps, uint32_t unseen) {
   if (steps == 0) return;
   Call([&] {

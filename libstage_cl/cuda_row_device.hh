@@ -85,6 +85,7 @@ class CudaRowDevice final : public rows::RowDevice {
   void Begin(std::span<const uint64_t> image, const rows::RowBuffers& buffers) override;
   void Write(size_t offset, const void* from, size_t bytes) override;
   void Read(size_t offset, void* to, size_t bytes) override;
+  std::shared_ptr<std::byte> MakeHostMemory(size_t bytes) override;
   void Step(uint32_t steps, uint32_t unseen) override;
   void StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) override;
   void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,

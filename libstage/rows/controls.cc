@@ -73,6 +73,17 @@ void Rows::Stepper::CallForSome(const ControlGroup& group) {
                 MemoryOf(group, b.some[i]));
 }
 
+void Rows::RunControls(size_t world, Scratch* scratch) {
+  Stepper(this, world, scratch).RunControlsAfterStep();
+}
+
+/// Calls controllers of robots that updated in the last step. The models have one update interval.
+void Rows::Stepper::RunControlsAfterStep() {
+  if (c_.last_update[rate_] != c_.time[world_]) return;
+  due_ = 1;
+  RunControls();
+}
+
 /// The doubles that a controller keeps for robot i of a group.
 double* Rows::Stepper::MemoryOf(const ControlGroup& group, size_t i) const {
   return c_.memory.data() + memory_ + group.first_memory + i * group.memory_size;

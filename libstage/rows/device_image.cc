@@ -231,6 +231,7 @@ void ImageMaker::AddSensors() {
 }
 
 void ImageMaker::AddControls() {
+  if (!WhyNotControls(scene_).empty()) return;  // the host calls them
   const DeviceControls controls(scene_);
   SetPart(ROW_CONTROLLED, controls.driven());
   SetPart(ROW_CONTROLS, controls.records());
@@ -374,7 +375,6 @@ std::string WhyNotOnDevice(const std::shared_ptr<const Scene>& scene) {
     return "its contacts are those of outlines, and models that stand are placed in each world";
   if (std::string reason = WhyNotContacts(*scene); !reason.empty()) return reason;
   if (scene->finders.any) return "a bumper, fiducial finder or blobfinder runs";
-  if (std::string reason = WhyNotControls(*scene); !reason.empty()) return reason;
   for (const Mover& mover : scene->movers) {
     if (!mover.runs) continue;
     const auto is = [&](motion::BuiltInDrive kind) {

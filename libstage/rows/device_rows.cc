@@ -9,6 +9,7 @@
 
 #include "messages/assert.hh"
 #include "rows/device_columns.hh"
+#include "rows/device_controls.hh"
 #include "world/plugin.hh"
 #include "world/prefilter_loader.hh"
 
@@ -74,6 +75,7 @@ DeviceRows::DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds,
   add({ROW_SEED, ROW_ERROR, ROW_RANDOM, ROW_NOISE});
   if (scene_->populations)
     add({ROW_EXTENT, ROW_POSE, ROW_TURN, ROW_SENSED, ROW_ESTIMATE, ROW_BOX, ROW_BITS});
+  if (!WhyNotControls(*scene_).empty()) PlanControls();
   device_->Begin(image_.words, {.movers = image_.scene().movers,
                                 .rays = image_.scene().rays,
                                 .work_items = work_items,
@@ -82,6 +84,52 @@ DeviceRows::DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds,
                                 .scratch_bytes = image_.scratch_bytes});
   constexpr uint64_t kUnlocked = 0;
   device_->Write(image_.scene().lock, &kUnlocked, sizeof kUnlocked);
+}
+
+void DeviceRows::PlanControls() {
+  const auto is_noisy = [](const Mover& mover) { return mover.has_noisy_odometry; };
+  const bool shares_random = std::ranges::any_of(scene_->movers, is_noisy);
+  of_controls_ = {ROW_TIME,     ROW_LAST_UPDATE, ROW_POSE,    ROW_SENSED,
+                  ROW_ESTIMATE, ROW_VELOCITY,    ROW_STALLED, ROW_RANGES};
+  of_host_ = ColumnSet{1} << ROW_MEMORY;
+  if (shares_random)
+    of_controls_.push_back(ROW_RANDOM);
+  else
+    of_host_ |= ColumnSet{1} << ROW_RANDOM;
+  size_t bytes = 0;
+  for (const int id : of_controls_) {
+    places_of_controls_.push_back(bytes);
+    bytes += worlds_ * image_.scene().row_bytes[id];
+  }
+  read_for_controls_ = device_->MakeHostMemory(bytes);
+}
+
+void DeviceRows::ReadForControls() {
+  for (size_t i = 0; i < of_controls_.size(); i++) {
+    const row_scene_t& scene = image_.scene();
+    const size_t bytes = worlds_ * scene.row_bytes[of_controls_[i]];
+    if (bytes > 0)
+      device_->Read(scene.columns[of_controls_[i]],
+                    read_for_controls_.get() + places_of_controls_[i], bytes);
+  }
+}
+
+void DeviceRows::TakeForControls(size_t world, Rows* to) const {
+  ForEachDeviceColumn(&to->columns, [&](int id, auto* column) {
+    using T = typename std::decay_t<decltype(*column)>::value_type;
+    const auto found = std::ranges::find(of_controls_, id);
+    const size_t bytes = image_.scene().row_bytes[id], count = bytes / kSizeOnDevice<T>;
+    if (found == of_controls_.end() || count == 0) return;
+    const size_t place = places_of_controls_[static_cast<size_t>(found - of_controls_.begin())];
+    FromDevice(read_for_controls_.get() + place + world * bytes, count,
+               column->data() + world * count);
+  });
+}
+
+void DeviceRows::WriteControls(const Rows& from) {
+  ColumnSet columns = ColumnSet{1} << ROW_COMMAND | ColumnSet{1} << ROW_MODE;
+  if (!Has(of_host_, ROW_RANDOM)) columns |= ColumnSet{1} << ROW_RANDOM;
+  Write(from, columns);
 }
 
 void DeviceRows::Write(const Rows& from, ColumnSet columns) {

@@ -62,6 +62,15 @@ class DeviceRows {
   void StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen = 0) {
     device_->StepSome(worlds, steps, unseen);
   }
+  /// True if some controller is not built in: the host calls all of them after each step, between
+  /// ReadForControls() and WriteControls(), and has the newest memory of controllers.
+  bool has_controls_on_host() const { return !of_controls_.empty(); }
+  /// Reads what controllers need. After that, each thread may call TakeForControls().
+  void ReadForControls();
+  void TakeForControls(size_t world, Rows* to) const;
+  void WriteControls(const Rows& from);
+  /// Columns that only the host has.
+  ColumnSet of_host() const { return of_host_; }
   /// Starts to give robots commands. No robot is listed twice.
   void Give(std::span<const row_given_t> commands) { device_->Give(commands); }
   /// Resets worlds, which differ, to their states after loading with these seeds.
@@ -81,6 +90,8 @@ class DeviceRows {
   bool DependsOnSeed() const { return seeded_ != ColumnSet{1} << ROW_SEED; }
 
  private:
+  void PlanControls();
+
   const std::shared_ptr<const Scene> scene_;
   const size_t worlds_;
   const DeviceImage image_;
@@ -88,6 +99,10 @@ class DeviceRows {
   ColumnSet seeded_ = 0;         // columns that depend on the seed, which is one of them
   std::unique_ptr<Rows> reset_;  // one world
   std::vector<std::byte> buffer_, start_;
+  std::vector<int> of_controls_;  // columns that they need
+  ColumnSet of_host_ = 0;
+  std::vector<size_t> places_of_controls_;  // by column, in read_for_controls_
+  std::shared_ptr<std::byte> read_for_controls_;
   std::vector<uint32_t> watched_;
   std::shared_ptr<RowMemory> watched_memory_;
   std::vector<double> watched_numbers_;

@@ -113,6 +113,10 @@ class RowDevice {
   /// Writes and reads bytes of the state. Both wait until they are done.
   virtual void Write(size_t offset, const void* from, size_t bytes) = 0;
   virtual void Read(size_t offset, void* to, size_t bytes) = 0;
+  /// Memory of the host that Read() copies to fastest; valid as long as the device.
+  virtual std::shared_ptr<std::byte> MakeHostMemory(size_t bytes) {
+    return {new std::byte[bytes], std::default_delete<std::byte[]>()};
+  }
   /// Starts steps of all worlds. Nobody looks at readings before `unseen` further steps.
   virtual void Step(uint32_t steps, uint32_t unseen) = 0;
   /// Starts steps of some worlds.

@@ -155,6 +155,9 @@ class Rows {
   /// looks at the readings of rangers before `unseen` further steps have been made, so rays are
   /// cast only for readings that are not replaced by then.
   void Step(size_t world, uint64_t steps, Scratch* scratch, uint64_t unseen = 0);
+  /// Calls the controllers of a world, if its robots updated in the step that it has made without
+  /// them.
+  void RunControls(size_t world, Scratch* scratch);
   /// Bytes of a world.
   size_t BytesPerWorld() const;
 

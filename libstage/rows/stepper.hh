@@ -109,6 +109,7 @@ class Rows::Stepper {
   Stepper(Rows* rows, size_t world, Scratch* scratch);
   /// Makes a step. Nobody looks at readings before `unseen` further ones have been made.
   void Step(uint64_t unseen);
+  void RunControlsAfterStep();
   void Place(size_t index, const Planar& pose);
 
  private:

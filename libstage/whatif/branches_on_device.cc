@@ -52,6 +52,7 @@ class Branches::Impl::DeviceRun {
   void AddCommand(const row_given_t& given, size_t first);
   uint64_t StepsOfLaunch() const;
   void Launch(uint64_t steps);
+  void NoteFailures(const std::vector<ControlFailure>& failures);
   void Watch();
   void Watch(const Member& member, const double* numbers);
   void RemoveEnded();
@@ -138,6 +139,7 @@ bool Branches::Impl::DeviceRun::AddCommands(const Member& member) {
     if (!models_.CanApply(seen.commands[next])) return false;
     if (const auto given = models_.Given(seen.commands[next], member.place))
       AddCommand(*given, first);
+    if (device_->has_controls_on_host()) models_.Apply(seen.commands[next], &rows_, member.place);
   }
   return true;
 }
@@ -172,18 +174,28 @@ void Branches::Impl::DeviceRun::Launch(uint64_t steps) {
   const uint64_t unseen = std::min<uint64_t>((scenario_ ? 0 : left_) + omitted, INT32_MAX);
   places_.clear();
   for (const Member& member : members_) places_.push_back(member.place);
-  PoolAccess::NoteDeviceSteps(of_.pool, &rows_);
-  device_->StepSome(places_, static_cast<uint32_t>(steps), static_cast<uint32_t>(unseen));
+  NoteFailures(PoolAccess::StepOnDevice(of_.pool, of_.IdOf(members_[0].branch), places_,
+                                        static_cast<uint32_t>(steps),
+                                        static_cast<uint32_t>(unseen)));
   if (Watches())
     Watch();
   else
-    for (const Member& member : members_) member.row->seen.steps += steps;
+    for (const Member& member : members_)
+      if (member.row->seen.state == Branch::kAlive) member.row->seen.steps += steps;
   of_.steps_on_device += places_.size() * steps;
   of_.steps_in_rows += places_.size() * steps;
-  if (Watches())
-    RemoveEnded();
-  else
-    device_->device().Finish();
+  if (!Watches()) device_->device().Finish();
+  RemoveEnded();
+}
+
+/// Makes branches fail whose controllers have.
+void Branches::Impl::DeviceRun::NoteFailures(const std::vector<ControlFailure>& failures) {
+  for (const ControlFailure& failure : failures) {
+    Branch& seen = members_[failure.index].row->seen;
+    seen.steps += failure.step;
+    seen.state = Branch::kFailed;
+    seen.error = failure.why;
+  }
 }
 
 void Branches::Impl::DeviceRun::Watch() {
@@ -198,6 +210,7 @@ void Branches::Impl::DeviceRun::Watch() {
 
 void Branches::Impl::DeviceRun::Watch(const Member& member, const double* numbers) {
   Branch& seen = member.row->seen;
+  if (seen.state != Branch::kAlive) return;
   seen.steps++;
   try {
     models_.Watch(numbers, &seen.sightings);
@@ -256,8 +269,9 @@ std::vector<uint32_t> Branches::Impl::ChooseForDevice(const std::vector<uint32_t
 void Branches::Impl::EnterRow(Row* row, uint32_t branch, bool whole) {
   const SnapshotRow& from = row->origin->row;
   row->at = PoolAccess::Enter(pool, IdOf(branch), from);
-  whole ? row->at.rows->Copy(row->at.row, *from.rows, 0)
-        : row->at.rows->CopyRandomNumbers(row->at.row, *from.rows, 0);
+  whole || PoolAccess::HasControlsOnHost(pool)
+      ? row->at.rows->Copy(row->at.row, *from.rows, 0)
+      : row->at.rows->CopyRandomNumbers(row->at.row, *from.rows, 0);
   if (row->reseed) RowBridge::Reseed(row->at.rows, row->at.row, row->seed);
   row->start = {true, whole, row->reseed, row->seen.steps, row->applied};
   row->reseed = false;

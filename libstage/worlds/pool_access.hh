@@ -10,6 +10,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "rows/device_rows.hh"
 #include "rows/rows.hh"
@@ -34,6 +35,13 @@ struct SnapshotRow {
   std::unique_ptr<rows::Rows> rows;  ///< one row; null if rows cannot hold the snapshot
 
   explicit operator bool() const { return rows != nullptr; }
+};
+
+/// An exception of a controller that the host calls between steps of a device.
+struct ControlFailure {
+  size_t index;   ///< of the world, among those that are stepped
+  uint32_t step;  ///< number of the step, from 0
+  std::string why;
 };
 
 class PoolAccess {
@@ -94,6 +102,14 @@ class PoolAccess {
   /// Like that, for the scene of a world that has just been loaded, in a pool of one variant that
   /// has rows.
   static std::string WhyNotOnDevice(WorldPool& pool);
+  /// Steps worlds that are in the same rows as world `id`. Nobody looks at their readings before
+  /// `unseen` further steps.
+  static std::vector<ControlFailure> StepOnDevice(WorldPool& pool, uint32_t id,
+                                                  std::span<const uint32_t> places, uint32_t steps,
+                                                  uint32_t unseen);
+  /// True if the host calls controllers of worlds of the first variant between steps of a device,
+  /// so that OnDevice() is null.
+  static bool HasControlsOnHost(WorldPool& pool);
   /// Call it after OnDevice()->Step() and the like.
   static void NoteDeviceSteps(WorldPool& pool);
   static void NoteDeviceSteps(WorldPool& pool, const rows::Rows* rows);

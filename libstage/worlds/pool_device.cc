@@ -11,7 +11,7 @@ namespace Stg {
 void PoolDevice::FetchNow(Copy* copy) {
   const std::lock_guard lock(fetching_);
   if (!copy->host_is_old) return;
-  copy->on_device->Read(copy->rows);
+  copy->on_device->Read(copy->rows, rows::kAllColumns & ~copy->on_device->of_host());
   copy->host_is_old.store(false, std::memory_order_release);
 }
 

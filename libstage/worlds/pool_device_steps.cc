@@ -3,9 +3,11 @@
 // How the worlds of a pool are stepped on its device.
 
 #include <algorithm>
+#include <mutex>
 #include <string>
 #include <utility>
 
+#include "rows/device_controls.hh"
 #include "threads/wall_clock.hh"
 #include "worlds/pool_access.hh"
 #include "worlds/pool_impl.hh"
@@ -52,7 +54,8 @@ std::vector<WorldPool::Impl::DeviceGroup> WorldPool::Impl::GroupForDevice(const 
       continue;
     }
     auto group = std::ranges::find(groups, slot.rows, &DeviceGroup::rows);
-    if (group == groups.end()) group = groups.insert(group, DeviceGroup{slot.rows, {}});
+    if (group == groups.end()) group = groups.insert(group, DeviceGroup{slot.rows, {}, {}});
+    group->ids.push_back(id);
     group->places.push_back(slot.place);
   }
   return groups;
@@ -87,28 +90,82 @@ WorldPool::Ids WorldPool::Impl::StepOnDevice(const Ids& ids, uint64_t steps, Ste
 }
 
 /// Makes rounds of steps of these worlds, which are in these rows.
-void WorldPool::Impl::StepOnDevice(const std::vector<DeviceGroup>& groups, const Ids& ids,
-                                   uint64_t steps, StepObserver* observer, uint64_t unit) {
-  for (uint64_t done = 0; done < steps;) {
+void WorldPool::Impl::StepOnDevice(std::vector<DeviceGroup> groups, Ids ids, uint64_t steps,
+                                   StepObserver* observer, uint64_t unit) {
+  for (uint64_t done = 0; done < steps && !ids.empty();) {
     const uint64_t end = done + std::min({StepsOfRound(device_step_seconds, ids.size(), unit),
                                           steps - done, uint64_t{UINT32_MAX}});
     const double start = threads::WallClock();
     const auto count = static_cast<uint32_t>(end - done);
-    for (const DeviceGroup& group : groups) {
-      rows::DeviceRows* const on_device = device->Send(group.rows);
-      const bool is_all = group.places.size() == on_device->size();
-      is_all ? on_device->Step(count) : on_device->StepSome(group.places, count);
-      device->NoteSteps(group.rows);
-    }
+    for (DeviceGroup& group : groups) StepGroup(&group, count);
     device->Finish();
     device_step_seconds = (threads::WallClock() - start) / static_cast<double>(count * ids.size());
     if (observer)
       ForEach(ids, [&](uint32_t id, Thread*) {
-        observer->AfterRound(id, done, end, StepObserver::kMadeAllSteps);
+        observer->AfterRound(
+            id, done, end,
+            slots[id].failure.empty() ? StepObserver::kMadeAllSteps : StepObserver::kHasFailed);
       });
+    std::erase_if(ids, [&](uint32_t id) { return !slots[id].failure.empty(); });
     done = end;
     if (observer && done < steps) observer->BetweenRounds();
   }
+}
+
+/// Steps the worlds of a group. Those whose controllers fail leave it.
+void WorldPool::Impl::StepGroup(DeviceGroup* group, uint32_t steps) {
+  if (group->ids.empty()) return;
+  std::vector<ControlFailure> failures = StepRows(slots[group->ids[0]], group->places, steps, 0);
+  for (const ControlFailure& failure : failures) Fail({group->ids[failure.index]}, failure.why);
+  if (failures.empty()) return;
+  std::erase_if(group->ids, [&](uint32_t id) { return !slots[id].failure.empty(); });
+  group->places.clear();
+  for (const uint32_t id : group->ids) group->places.push_back(slots[id].place);
+}
+
+/// Steps rows at these places, which those of `any` are among. Controllers that are not built in
+/// are called by the host, on all threads, after each step.
+std::vector<ControlFailure> WorldPool::Impl::StepRows(const Slot& any,
+                                                      std::span<const uint32_t> places,
+                                                      uint32_t steps, uint32_t unseen) {
+  std::vector<ControlFailure> failures;
+  rows::DeviceRows* const on_device = device->Send(any.rows);
+  device->NoteSteps(any.rows);
+  if (!on_device->has_controls_on_host()) {
+    const bool is_all = places.size() == on_device->size();
+    is_all ? on_device->Step(steps, unseen) : on_device->StepSome(places, steps, unseen);
+    return failures;
+  }
+  for (uint32_t step = 0; step < steps; step++) {
+    on_device->StepSome(places, 1);
+    on_device->ReadForControls();
+    CallControllers(any, places, step, &failures);
+    on_device->WriteControls(*any.rows);
+  }
+  return failures;
+}
+
+/// Calls the controllers of all worlds, except for those that have failed.
+void WorldPool::Impl::CallControllers(const Slot& any, std::span<const uint32_t> places,
+                                      uint32_t step, std::vector<ControlFailure>* failures) {
+  constexpr size_t kGrain = 8;
+  const rows::DeviceRows& on_device = *device->Send(any.rows);
+  std::vector<bool> failed(places.size());
+  for (const ControlFailure& failure : *failures) failed[failure.index] = true;
+  std::mutex failing;
+  workers->Run(places.size(), kGrain, [&](size_t begin, size_t end, unsigned thread) {
+    rows::Rows::Scratch* const scratch = ScratchOf(any, &of_threads[thread]);
+    for (size_t i = begin; i < end; i++) {
+      if (failed[i]) continue;
+      try {
+        on_device.TakeForControls(places[i], any.rows);
+        any.rows->RunControls(places[i], scratch);
+      } catch (...) {
+        const std::lock_guard lock(failing);
+        failures->push_back({i, step, DescribeException()});
+      }
+    }
+  });
 }
 
 std::string WorldPool::WhyNotOnDevice(uint32_t id) const {
@@ -126,7 +183,19 @@ rows::DeviceRows* PoolAccess::OnDevice(WorldPool& pool) {
   WorldPool::Impl& impl = *pool.impl_;
   rows::Rows* const of = impl.device ? impl.CommonRows() : nullptr;
   if (!of || !impl.device->WhyNot(of->shared_scene()).empty()) return nullptr;
-  return impl.device->Send(of);
+  rows::DeviceRows* const on_device = impl.device->Send(of);
+  return on_device->has_controls_on_host() ? nullptr : on_device;
+}
+
+std::vector<ControlFailure> PoolAccess::StepOnDevice(WorldPool& pool, uint32_t id,
+                                                     std::span<const uint32_t> places,
+                                                     uint32_t steps, uint32_t unseen) {
+  return pool.impl_->StepRows(pool.impl_->slots[id], places, steps, unseen);
+}
+
+bool PoolAccess::HasControlsOnHost(WorldPool& pool) {
+  PoolScene& scene = *pool.impl_->variants[0]->scene;
+  return scene.has_rows() && !rows::WhyNotControls(*scene.loaded()->scene()).empty();
 }
 
 rows::DeviceRows* PoolAccess::OnDevice(WorldPool& pool, rows::Rows* rows) {

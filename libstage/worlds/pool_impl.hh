@@ -159,6 +159,7 @@ struct WorldPool::Impl {
   /// Worlds that are in the same rows, by their places there.
   struct DeviceGroup {
     rows::Rows* rows;
+    Ids ids;
     std::vector<uint32_t> places;
   };
   void BecomeRows();
@@ -166,8 +167,13 @@ struct WorldPool::Impl {
   std::vector<DeviceGroup> GroupForDevice(const Ids& ids, Ids* others);
   void AbandonDevice(const std::string& why);
   Ids StepOnDevice(const Ids& ids, uint64_t steps, StepObserver* observer, uint64_t unit);
-  void StepOnDevice(const std::vector<DeviceGroup>& groups, const Ids& ids, uint64_t steps,
+  void StepOnDevice(std::vector<DeviceGroup> groups, Ids ids, uint64_t steps,
                     StepObserver* observer, uint64_t unit);
+  void StepGroup(DeviceGroup* group, uint32_t steps);
+  std::vector<ControlFailure> StepRows(const Slot& any, std::span<const uint32_t> places,
+                                       uint32_t steps, uint32_t unseen);
+  void CallControllers(const Slot& any, std::span<const uint32_t> places, uint32_t step,
+                       std::vector<ControlFailure>* failures);
   void Fail(const Ids& ids, const std::string& why);
 
   /// Calls f(id, thread) for these worlds on all threads. An exception fails its world.

@@ -68,7 +68,7 @@ void Batch::MakeWorlds() {
 
 void Batch::MakeCrowd(const std::vector<Crowd::Robots>& robots) {
   crowd_ = std::make_shared<Crowd>(weak_from_this(), robots, size(), false);
-  if (!device().empty() && pool_->CountVariants() == 1)
+  if (!device().empty() && pool_->CountVariants() == 1 && !PoolAccess::HasControlsOnHost(*pool_))
     device_crowd_ = std::make_shared<DeviceCrowd>(shared_from_this(), crowd_);
 }
 

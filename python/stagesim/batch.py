@@ -53,8 +53,8 @@ class Batch(Crowd):
     update interval. The arrays are in the memory of the device. If CUDA has the device, they are DeviceArray objects, which PyTorch, JAX and CuPy use in
     place; otherwise they are arrays of NumPy, which are copied after each call. Arrays of positions, commands,
     stalls, energy and rangers are there; ask for those of rangers before the first step, or after a reset of all
-    worlds. All other methods work as without a device. With several variants, the device steps the worlds that it
-    can step, and the arrays are those of a batch without a device.
+    worlds. All other methods work as without a device. With several variants, or controllers in C++ that are not
+    built in, the device steps the worlds that it can step, and the arrays are those of a batch without a device.
 
     Args:
         file: path of the world file, or the name of a shipped world, as in World().

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "rows/device_columns.hh"
+#include "rows/device_controls.hh"
 #include "rows/row_bridge.hh"
 #include "support/closed_world.hh"
 #include "support/device.hh"
@@ -331,16 +332,20 @@ class DoNothing : public Stg::BatchController {
   void Step(const Stg::ControllerBatch&) const override {}
 };
 
-TEST(DeviceRowsReasonsTest, ControllersThatAreNotBuiltInAreRefusedWithAReason) {
+TEST(DeviceRowsReasonsTest, ControllersThatAreNotBuiltInAreLeftToTheHost) {
   Stg::InitLibrary();
   static const DoNothing controller;
   ASSERT_TRUE(Stg::RegisterBatchController("nothing", &controller));
   const std::string text = "contacts \"cells\"\nposition( name \"r\" ctrl \"";
-  const auto reason_of = [&](const std::string& ctrl) {
-    return Stg::rows::WhyNotOnDevice(SceneOf(text + ctrl + "\" )", 0));
-  };
-  EXPECT_EQ(reason_of("stage/goal x=1 y=1"), "");
-  EXPECT_EQ(reason_of("nothing"), "the controller of \"r\" is not built in");
+  for (const bool is_built_in : {false, true}) {
+    const ScenePointer scene =
+        SceneOf(text + (is_built_in ? "stage/goal x=1 y=1" : "nothing") + "\" )", 0);
+    EXPECT_EQ(Stg::rows::WhyNotOnDevice(scene), "");
+    EXPECT_EQ(Stg::rows::WhyNotControls(*scene),
+              is_built_in ? "" : "the controller of \"r\" is not built in");
+    const DeviceRows rows(scene, 2, std::make_shared<Stg::test::HostRowDevice>());
+    EXPECT_EQ(rows.has_controls_on_host(), !is_built_in);
+  }
 }
 
 TEST(DeviceRowsReasonsTest, ContactsThatMayTakeTooMuchMemoryAreRefusedWithAReason) {

@@ -620,6 +620,58 @@ TEST(PoolRowsOfThings, AThingThatIsNotListedNeedsAWorldObject) {
   EXPECT_FALSE(twins.pool().Place(2, 2, 0, 0, 0));
 }
 
+/// A controller of a client. It fails in worlds whose random numbers say so.
+class Swerves : public BatchController {
+ public:
+  std::shared_ptr<const ControllerParameters> Prepare(ControllerSetup* setup) const override {
+    if (ModelRanger* const ranger = setup->FindUnusedRanger()) setup->Use(ranger);
+    return nullptr;
+  }
+  size_t memory_size() const override { return 1; }
+  void Step(const ControllerBatch& batch) const override {
+    for (size_t i = 0; i < batch.worlds * batch.robots; i++) {
+      const double* const ranges = batch.RangesOf(i / batch.robots, i % batch.robots, 0);
+      batch.memory[i] += batch.random[i].Uniform(0, ranges ? ranges[0] : 0);
+      if (batch.random[i].Choose(200) == 0) throw std::runtime_error("swerved too far");
+      batch.command[i] = {0.3, 0, batch.memory[i] - 0.2 * batch.time[i / batch.robots]};
+    }
+  }
+};
+
+TEST(PoolRowsOfClients, ControllersOfClientsAreCalledBetweenStepsOfADevice) {
+  if (!device::WhyNone().empty()) GTEST_SKIP() << device::WhyNone();
+  InitLibrary();
+  static const Swerves controller;
+  RegisterBatchController("swerves", &controller);
+  const auto world = LoadText(
+      "contacts \"cells\"\nmodel( pose [1.5 0 0 0] size [0.1 4 1] )\n"
+      "define bot position( size [0.3 0.3 0.3] ctrl \"swerves\" localization \"odom\"\n"
+      "  ranger( sensor( range [0 3] fov 270 samples 9 ) ) )\n"
+      "bot( pose [0 0 0 0] ) bot( pose [0 1 0 90] odom_noise [0.1 0.1 0.1 0.1] )\n",
+      1);
+  WorldPoolOptions options;
+  options.threads = 2;
+  WorldPool host(*world, {1, 2, 3, 4, 5, 6, 7, 8, 9}, options);
+  options.device_steps = true;
+  WorldPool device(*world, {1, 2, 3, 4, 5, 6, 7, 8, 9}, options);
+  size_t failed = 0;
+  for (int round = 0; round < 12; round++) {
+    for (WorldPool* pool : {&host, &device}) pool->Step(pool->All(), 5, nullptr, 5);
+    for (uint32_t id = 0; id < 9; id++) {
+      ASSERT_EQ(device.Failure(id), host.Failure(id)) << id << " in round " << round;
+      failed += !host.Failure(id).empty();
+      if (host.Failure(id).empty()) {
+        EXPECT_EQ(device.WhyNotOnDevice(id), "");
+        ASSERT_EQ(device.StateHashes({id}), host.StateHashes({id})) << id << " in round " << round;
+      } else {
+        for (WorldPool* pool : {&host, &device}) pool->Reset({id}, {uint64_t{10} * id + 1});
+      }
+    }
+  }
+  EXPECT_GT(failed, 2u);
+  EXPECT_LT(failed, 60u);
+}
+
 INSTANTIATE_TEST_SUITE_P(Threads, PoolVariants, testing::Values(1u, 2u, 4u, kOnDevice));
 INSTANTIATE_TEST_SUITE_P(Threads, PoolRows, testing::Values(1u, 2u, 7u, 16u, kOnDevice));
 
