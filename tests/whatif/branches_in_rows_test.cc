@@ -490,6 +490,58 @@ TEST_P(BranchesInRowsTest, ThatEndHaveTheReadingsOfTheirLastStep) {
   EXPECT_EQ(branches.steps_on_device(), GetParam() ? 45u : 0u);
 }
 
+/// Scores progress to the right, of which a step can add at most 0.1 m.
+class Rightward : public Judge {
+ public:
+  bool NeedsWorld() const override { return false; }
+  bool Watch(const Sighting* watched, size_t, double* score) override {
+    *score = watched[0].pose.x;
+    return watched[0].stalled;
+  }
+  Bounds Outlook(uint64_t steps) const override {
+    return Bounds(-0.1 * static_cast<double>(steps), 0.1 * static_cast<double>(steps));
+  }
+};
+
+TEST(BranchesInRows, ADecisionOnADeviceIsThatOfTheHost) {
+  if (!device::WhyNone().empty()) GTEST_SKIP() << device::WhyNone();
+  InitLibrary();
+  const std::unique_ptr<World> world = LoadEndless(kTwoRobots, 3);
+  Question question;
+  question.horizon = 4000000;
+  ASSERT_TRUE(world->Take(&question.now, Snapshot::kLean));
+  const uint32_t robot = world->GetModel("a")->GetId();
+  for (int i = 0; i < 12; i++)
+    question.candidates.push_back(
+        {"", {{0, robot, Command::kSetSpeed, 0.1 * (i % 6), 0, 0.3 * (i / 4) - 0.3}}});
+  ConsequenceEngine::Options options;
+  options.watched = {robot};
+  options.samples = 3;
+  ConsequenceEngine host(*world, options);
+  options.device_steps = true;
+  ConsequenceEngine device(*world, options);
+  ASSERT_TRUE(device.IsReady());
+  EXPECT_EQ(device.WhyNotOnDevice(), "");
+  EXPECT_NE(device.StepDevice(), "");
+  Rightward judge;
+  for (int time = 0; time < 3; time++) {
+    const Decision expected = host.Choose(question, Budget(), &judge);
+    const Decision decision = device.Choose(question, Budget(), &judge);
+    EXPECT_EQ(decision.best, expected.best);
+    size_t dominated = 0;
+    for (size_t i = 0; i < 12; i++) {
+      EXPECT_EQ(decision.outcomes[i].score, expected.outcomes[i].score) << i;
+      EXPECT_EQ(decision.outcomes[i].steps, expected.outcomes[i].steps) << i;
+      EXPECT_EQ(decision.outcomes[i].dominated, expected.outcomes[i].dominated) << i;
+      dominated += decision.outcomes[i].dominated;
+    }
+    EXPECT_GT(dominated, 0u);
+    EXPECT_GT(decision.best, 0u);
+  }
+  EXPECT_EQ(device.steps_on_device(), device.steps_in_rows());
+  EXPECT_EQ(host.steps_on_device(), 0u);
+}
+
 TEST(BranchesInRows, TellWhyTheyCannotBe) {
   InitLibrary();
   const std::unique_ptr<World> world = LoadEndless("wifi( name \"w\" alwayson 1 )\n", 1);
