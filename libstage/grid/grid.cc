@@ -89,11 +89,13 @@ BodyId Grid::AddBody(const Body& body) {
     bodies_[id] = body;
   } else {
     if (stamps_.size() <= id) stamps_.resize(id + 1);
+    if (tracking_) changed_exact_bodies_.resize(id + 1);
     bodies_.push_back(body);
     free_bodies_.reserve(bodies_.capacity());  // so that RemoveBody() does not allocate
   }
   stamps_[id] = 0;  // a reused id must not inherit the stamp of its previous body
   bodies_[id].layers = LayersOf(body);
+  if (body.exact()) NoteExactBody(id);
   return id;
 }
 
@@ -103,6 +105,7 @@ void Grid::ChangeBody(BodyId id, const Body& body, std::span<const CellSet> curr
   const uint32_t before = bodies_[id].layers;
   bodies_[id] = body;
   bodies_[id].layers = LayersOf(body);
+  if (body.exact()) NoteExactBody(id);
   if (bodies_[id].layers == before) return;
   for (const CellSet& set : current) {
     STAGE_ASSERT(IsInRegion(set.slot));
@@ -528,6 +531,7 @@ void Grid::AddFreeRegion() {
   tiles_.resize(count * kTilesPerRegion);
   if (outlines_.size() > 0) outlines_.resize(count * kTilesPerRegion);
   changed_bodies_.Resize(count);
+  changed_outlines_.Resize(count);
   for (Layer& layer : layers_) layer.cells.Resize(static_cast<uint32_t>(count));
   regions_.emplace_back();
   free_regions_.push_back(static_cast<uint32_t>(count - 1));

@@ -325,6 +325,10 @@ class Grid {
   LayerIndex FindRangerLayer(double z, bool z_test, bool exact) const {
     return FindRangerLayerOf(z, z_test, exact, false);
   }
+  /// Masks of layers: those for rangers that show bodies of all heights, and those made since the
+  /// last call of ExpireLayers().
+  uint32_t LayersOfAllHeights() const;
+  uint32_t NewLayers() const;
   /// The layer of all bodies, thin or exact. Makes it if needed.
   LayerIndex EverythingLayer(bool exact);
   /// Call once a step: frees layers of heights that were not requested for 1000 steps.
@@ -353,6 +357,16 @@ class Grid {
   const ChangedTiles& changed_bodies() const { return changed_bodies_; }
   /// Const, because the bodies do not change.
   void ForgetChangedBodies() const { changed_bodies_.Forget(); }
+
+  /// Tiles whose list of outlines may have changed: which outlines are in it, and their edges.
+  const ChangedTiles& changed_outlines() const { return changed_outlines_; }
+  /// By body: nonzero if it is exact and may have changed.
+  const std::vector<uint8_t>& changed_exact_bodies() const { return changed_exact_bodies_; }
+  void ForgetChangedOutlines() const;
+  /// Upper bound of the numbers in OutlineList.
+  std::size_t outline_count() const { return outline_fragments_.made(); }
+  /// Another number if a copy of the outlines must be made anew: changes do not tell all.
+  uint64_t OutlinesVersion() const;
 
   /// Directory of superregions and their tables of regions, as described in ray_walk.h. Unchanged
   /// as long as structure_version() is.
@@ -433,6 +447,7 @@ class Grid {
     double z = 0;                    // kHeight only, metres
     bool exact = false;              // kind of rasterization
     bool map = false;                // omits robots
+    uint64_t made = 0;               // step
     mutable uint64_t last_used = 0;  // step of the last request
     Occupancy cells;
   };
@@ -457,6 +472,9 @@ class Grid {
   OutlineList* FindOutline(uint32_t slot, BodyId id);
   bool HasOutline(uint32_t slot, BodyId id) const;
   void RefreshOutlines(uint32_t slot);
+  void NoteExactBody(BodyId id) {
+    if (tracking_) changed_exact_bodies_[id] = 1;
+  }
   bool IsEmpty(uint32_t slot) const { return tiles_[slot].cells == 0 && OutlinesIn(slot) == 0; }
   /// True if the tile of this slot lies in a region that exists.
   bool IsInRegion(uint32_t slot) const;
@@ -523,7 +541,8 @@ class Grid {
   std::vector<Layer> layers_;
   uint64_t step_ = 0;
   bool tracking_ = false;
-  mutable ChangedTiles changed_bodies_;
+  mutable ChangedTiles changed_bodies_, changed_outlines_;
+  mutable std::vector<uint8_t> changed_exact_bodies_;
   CellBox occupied_;
   int64_t pretended_cells_ = 0;  // see AddRasterizedCells()
   Edit serial_edit_;             // used outside of concurrent edits

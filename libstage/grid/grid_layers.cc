@@ -53,6 +53,20 @@ LayerIndex Grid::FindRangerLayerOf(double z, bool z_test, bool exact, bool map) 
   return FindLayer(Layer::kAnyHeight, 0, exact, map);
 }
 
+uint32_t Grid::LayersOfAllHeights() const {
+  uint32_t layers = 0;
+  for (LayerIndex i = 0; i < layers_.size(); i++)
+    if (layers_[i].kind == Layer::kAnyHeight) layers |= 1u << i;
+  return layers;
+}
+
+uint32_t Grid::NewLayers() const {
+  uint32_t layers = 0;
+  for (LayerIndex i = 0; i < layers_.size(); i++)
+    if (layers_[i].kind != Layer::kUnused && layers_[i].made == step_) layers |= 1u << i;
+  return layers;
+}
+
 /// True if further heights must share the layer of any height.
 bool Grid::HeightsAreFull(bool exact) const {
   const auto heights = std::count_if(layers_.begin(), layers_.end(), [&](const Layer& layer) {
@@ -88,7 +102,7 @@ LayerIndex Grid::MakeLayer(Layer::Kind kind, double z, bool exact, bool map) {
   layer.z = z;
   layer.exact = exact;
   layer.map = map;
-  layer.last_used = step_;
+  layer.made = layer.last_used = step_;
   layer.cells = std::move(cells);
   for (Body& body : bodies_)
     if (body.model) body.layers = LayersOf(body);
@@ -126,6 +140,8 @@ void Grid::ExpireLayers() {
 void Grid::TrackChanges(bool on) {
   tracking_ = on;
   changed_bodies_.Track(on);
+  changed_outlines_.Track(on);
+  changed_exact_bodies_.assign(on ? bodies_.size() : 0, 0);
   for (Layer& layer : layers_) layer.cells.TrackChanges(on);
 }
 

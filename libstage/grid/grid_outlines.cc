@@ -2,6 +2,8 @@
 //
 // The exact rasterization: which outlines lie in which tiles.
 
+#include <algorithm>
+
 #include "grid/grid.hh"
 #include "messages/assert.hh"
 
@@ -37,6 +39,7 @@ void Grid::AddOutline(const CellSet& set, BodyId id, Edit* edit) {
   OutlineList& first = outlines_[set.slot];
   outline_fragments_[number] = {set.cells, id, set.edges, first};
   first = number;
+  changed_outlines_.Note(set.slot);
   SetBits(bodies_[id].layers, set.slot, set.cells);
 }
 
@@ -44,6 +47,7 @@ void Grid::ChangeOutline(const CellSet& from, const CellSet& to, BodyId id) {
   STAGE_ASSERT(from.slot == to.slot);
   OutlineFragment& fragment = outline_fragments_[*FindOutline(to.slot, id)];
   STAGE_ASSERT(fragment.cells == from.cells && fragment.edges == from.edges);
+  if (fragment.edges != to.edges) changed_outlines_.Note(to.slot);
   fragment.cells = to.cells;
   fragment.edges = to.edges;
   ClearOutlineCells(to.slot, from.cells & ~to.cells, id);
@@ -56,6 +60,7 @@ void Grid::RemoveOutline(const CellSet& set, BodyId id, Edit* edit) {
   STAGE_ASSERT(outline_fragments_[number].cells == set.cells);
   *place = outline_fragments_[number].next;
   outline_fragments_.Give(number, edit->outlines());
+  changed_outlines_.Note(set.slot);
   ClearOutlineCells(set.slot, set.cells, id);
   if (IsEmpty(set.slot)) CountEmptiedTile(set.slot, edit);
 }
@@ -98,6 +103,18 @@ void Grid::RefreshOutlines(uint32_t slot) {
     SetBits(1u << layer, slot, cells);
     ClearBits(1u << layer, slot, ~cells);
   });
+}
+
+void Grid::ForgetChangedOutlines() const {
+  changed_outlines_.Forget();
+  std::fill(changed_exact_bodies_.begin(), changed_exact_bodies_.end(), uint8_t{0});
+}
+
+/// Another grid, and one with another layer, has other layers of outlines.
+uint64_t Grid::OutlinesVersion() const {
+  uint64_t version = 0;
+  for (const Layer& layer : layers_) version = 31 * version + (layer.exact ? layer.cells.id() : 0);
+  return version;
 }
 
 }  // namespace Stg::internal::grid
