@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
  * The fans of a world's rangers, and rays of the cell model among what stands. See
- * libstage/rows/rays.cc. Compiled after row_move.h.
+ * libstage/rows/rays.cc. Compiled after row_move.h and row_ranges.h.
  */
 #ifndef STAGE_KERNELS_ROW_WALLS_H
 #define STAGE_KERNELS_ROW_WALLS_H
@@ -9,6 +9,7 @@
 #ifndef RAY_IN_OPENCL
 #include "kernels/records.h"
 #include "kernels/row_move.h"
+#include "kernels/row_ranges.h"
 namespace Stg {
 #endif
 
@@ -84,22 +85,6 @@ RAY_FUNCTION void row_place_fan(const row_world_t* w, ray_uint index) {
   fan.meets_walls = row_is_clear(w, sensor->seen, fan.x, fan.y, (int)sensor->leg_cells + 3) ? 0 : 1;
   fan.unused = 0;
   *to = fan;
-}
-
-/* ---- ranges in the cell model, see sensing/middle.hh --------------------------------------- */
-
-RAY_FUNCTION double row_larger_quotient(int a, int across, int b, int along) {
-  const int first = along == 0 || (across != 0 && ray_product(a, along) > ray_product(b, across));
-  return first ? (double)a / across : (double)b / along;
-}
-
-/* See MiddleOf(). */
-RAY_FUNCTION double row_middle(int in_x, int in_y, int across, int along) {
-  double in, out;
-  if ((across | along) == 0) return 0.5;
-  in = row_larger(0.0, row_larger_quotient(in_x, across, in_y, along));
-  out = row_smaller(1.0, -row_larger_quotient(-(in_x + 65536), across, -(in_y + 65536), along));
-  return 0.5 * (in + out);
 }
 
 /* ---- what stands -------------------------------------------------------------------------- */

@@ -7,10 +7,12 @@
 #include <algorithm>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "libstage_cl/environment.hh"
 #include "messages/assert.hh"
+#include "sensing/range_check.hh"
 #include "threads/wall_clock.hh"
 
 namespace Stg::cl {
@@ -60,12 +62,14 @@ ClPrefilter::ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits
       memory_(device_->context, queue_, SharesMemory(device_->found.device), &statistics_),
       batch_(&memory_),
       directions_(&memory_),
+      unit_vectors_(&memory_),
       hits_(&memory_) {
   calls::SetDriver(device_->found.platform);
   walk_ = ::cl::Kernel(device_->program, "walk_fans");
   const std::size_t max_work_group =
       walk_.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_->found.device);
   work_group_ = std::min(is_cpu_ ? kWorkGroupCpu : kWorkGroupGpu, max_work_group);
+  if (device_->ranges() != nullptr && per_ray_ == 1) FindRangesIfPossible();
   const ::cl::Kernel update(device_->program, "update_words");
   const auto forget_grid = [&] {
     grid_ = std::make_unique<DeviceGrid>(&memory_, update, work_group_);
@@ -74,14 +78,26 @@ ClPrefilter::ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits
   forget_grid();
   statistics_.compile_seconds = device_->compile_seconds;
   statistics_.shared_memory = memory_.shared;
+  const sensing::PrefilterStatistics before = statistics_;
   WarmUp();
   forget_grid();
+  if (ranges_.cell && !sensing::FindsRangesOfHost(this)) ranges_ = {};
+  forget_grid();
+  statistics_ = before;
+}
+
+void ClPrefilter::FindRangesIfPossible() {
+  find_cell_ranges_ = ::cl::Kernel(device_->ranges, "find_cell_ranges");
+  find_exact_ranges_ = ::cl::Kernel(device_->ranges, "find_exact_ranges");
+  for (const ::cl::Kernel* const kernel : {&find_cell_ranges_, &find_exact_ranges_})
+    work_group_ = std::min<std::size_t>(
+        work_group_, kernel->getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_->found.device));
+  ranges_ = {.cell = true, .exact = true};
 }
 
 /// Walks a dummy scene while the world loads: the first use of each function of a driver may take a
 /// thousand times as long as a step with few robots.
 void ClPrefilter::WarmUp() {
-  const sensing::PrefilterStatistics before = statistics_;
   grid::Grid grid;
   grid.TrackChanges(true);
   const grid::BodyId body = grid.AddBody({});
@@ -100,7 +116,6 @@ void ClPrefilter::WarmUp() {
     grid.Rasterize(body, {}, std::span(&cell, 1));
     Walk(grid, tables, batch, &workers);
   }
-  statistics_ = before;
 }
 
 std::string ClPrefilter::DeviceName() const {
@@ -130,6 +145,8 @@ sensing::HitLists ClPrefilter::Walk(grid::Grid& grid, const sensing::DirectionTa
   STAGE_ASSERT(batch.FitsDevice());
   sorted_.Sort(batch, workers);
   SendGrid(grid);
+  if (sorted_.Has(sensing::DeviceResult::kExactRanges))
+    CountSent(grid_->SendOutlines(grid, workers));
   SendBatch(batch, workers);
   SendDirections(tables, batch);
   hits_.Reserve(BytesOf(batch.ray_count()));
@@ -209,16 +226,21 @@ void ClPrefilter::SendBatch(const sensing::RayBatch& batch, threads::WorkerPool*
 
 void ClPrefilter::SendDirections(const sensing::DirectionTables& tables,
                                  const sensing::RayBatch& batch) {
-  const std::vector<sensing::Direction>&shared = tables.all(), &own = batch.own_directions();
-  if (own.empty() && directions_sent_ == shared.size() && generation_sent_ == tables.generation())
-    return;
-  const std::size_t bytes = (shared.size() + own.size()) * sizeof(sensing::Direction);
-  auto* directions = static_cast<sensing::Direction*>(directions_.MapForWriting(bytes));
-  std::copy(own.begin(), own.end(), std::copy(shared.begin(), shared.end(), directions));
-  directions_.Unmap();
-  directions_sent_ = own.empty() ? shared.size() : 0;
+  const std::size_t shared = tables.all().size();
+  const bool has_own = !batch.own_directions().empty();
+  if (!has_own && directions_sent_ == shared && generation_sent_ == tables.generation()) return;
+  const auto send = [&](const auto& of_tables, const auto& own, Buffer* buffer) {
+    const std::size_t bytes = (of_tables.size() + own.size()) * sizeof(of_tables[0]);
+    auto* const to =
+        static_cast<std::remove_cvref_t<decltype(of_tables[0])>*>(buffer->MapForWriting(bytes));
+    std::copy(own.begin(), own.end(), std::copy(of_tables.begin(), of_tables.end(), to));
+    buffer->Unmap();
+    CountSent(bytes);
+  };
+  send(tables.all(), batch.own_directions(), &directions_);
+  if (ranges_.exact) send(tables.unit_vectors(), batch.own_unit_vectors(), &unit_vectors_);
+  directions_sent_ = has_own ? 0 : shared;
   generation_sent_ = tables.generation();
-  CountSent(bytes);
 }
 
 /// Starts to walk the rays of a part and to fetch their lists. Returns the address where the lists
@@ -244,22 +266,39 @@ void ClPrefilter::Enqueue(const grid::Grid& grid, const sensing::DeviceBatch::La
   const cl_int4 box = {{view.min_x, view.min_y, view.max_x, view.max_y}};
   STAGE_ASSERT(launch.items > 0 && launch.items % work_group_ == 0);
   STAGE_ASSERT(launch.first_group < launch.end_group);
+  using enum sensing::DeviceResult;
+  ::cl::Kernel& kernel = launch.result == kHits         ? walk_
+                         : launch.result == kCellRanges ? find_cell_ranges_
+                                                        : find_exact_ranges_;
   cl_uint i = 0;
-  walk_.setArg(i++, grid_->directory());
-  walk_.setArg(i++, static_cast<cl_uint>(view.directory_mask));
-  walk_.setArg(i++, grid_->regions());
-  walk_.setArg(i++, grid_->words());
-  walk_.setArg(i++, box);
-  walk_.setArg(i++, batch_.memory());  // group records
-  walk_.setArg(i++, static_cast<cl_uint>(launch.first_group));
-  walk_.setArg(i++, static_cast<cl_uint>(launch.end_group));
-  walk_.setArg(i++, batch_.memory());  // fan records
-  walk_.setArg(i++, directions_.memory());
-  walk_.setArg(i++, batch_.memory());  // self-masks
-  walk_.setArg(i++, static_cast<cl_uint>(sorted_.first_mask()));
-  walk_.setArg(i++, static_cast<cl_uint>(per_ray_));
-  walk_.setArg(i++, hits_.memory());
-  queue_.enqueueNDRangeKernel(walk_, ::cl::NullRange, ::cl::NDRange(launch.items),
+  const auto give = [&](const auto& argument) { kernel.setArg(i++, argument); };
+  const auto give_number = [&](std::size_t number) { give(static_cast<cl_uint>(number)); };
+  give(grid_->directory());
+  give_number(view.directory_mask);
+  give(grid_->regions());
+  give(grid_->words());
+  give(box);
+  give(batch_.memory());  // group records
+  give_number(launch.first_group);
+  give_number(launch.end_group);
+  give(batch_.memory());  // fan records
+  give(directions_.memory());
+  give(batch_.memory());  // self-masks
+  give_number(sorted_.first_mask());
+  if (launch.result == kHits) {
+    give_number(per_ray_);
+  } else {
+    give(batch_.memory());  // records for ranges
+    give_number(sorted_.to_range_record());
+  }
+  give(hits_.memory());
+  if (launch.result == kExactRanges) {
+    give(unit_vectors_.memory());
+    give(grid_->outline_words());
+    give_number(grid_->outlines().first_body());
+    give_number(grid_->outlines().first_outline());
+  }
+  queue_.enqueueNDRangeKernel(kernel, ::cl::NullRange, ::cl::NDRange(launch.items),
                               ::cl::NDRange(work_group_), nullptr, done);
 }
 

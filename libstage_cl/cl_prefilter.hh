@@ -23,9 +23,11 @@ namespace Stg::cl {
 
 class ClPrefilter final : public sensing::Prefilter {
  public:
-  /// Throws sensing::PrefilterError or cl::Error.
+  /// Finds ranges if the device has the program for them and hits_per_ray is 1. Throws
+  /// sensing::PrefilterError or cl::Error.
   ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits_per_ray);
 
+  sensing::RangeModels ranges() const override { return ranges_; }
   sensing::HitLists Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
                          const sensing::RayBatch& batch, threads::WorkerPool* workers) override;
   std::size_t WaitFor(const sensing::RayBatch& batch, std::size_t fan) override;
@@ -42,6 +44,7 @@ class ClPrefilter final : public sensing::Prefilter {
   void SendGrid(const grid::Grid& grid);
   void SendBatch(const sensing::RayBatch& batch, threads::WorkerPool* workers);
   void SendDirections(const sensing::DirectionTables& tables, const sensing::RayBatch& batch);
+  void FindRangesIfPossible();
   const uint32_t* EnqueueChunk(const grid::Grid& grid, const sensing::RayBatch& batch,
                                std::size_t chunk);
   void Enqueue(const grid::Grid& grid, const sensing::DeviceBatch::Launch& launch,
@@ -61,13 +64,14 @@ class ClPrefilter final : public sensing::Prefilter {
 
   ::cl::CommandQueue queue_;
   Memory memory_;
-  ::cl::Kernel walk_;
+  ::cl::Kernel walk_, find_cell_ranges_, find_exact_ranges_;
+  sensing::RangeModels ranges_;
   std::size_t work_group_ = 64;
   std::unique_ptr<DeviceGrid> grid_;
   bool sent_ahead_ = false;  // since the last batch
   sensing::DeviceBatch sorted_;
   Buffer batch_;  // output of sorted_.Write()
-  Buffer directions_, hits_;
+  Buffer directions_, unit_vectors_, hits_;
   // Per part of the batch: events for walked rays and fetched lists; null without rays.
   struct Progress {
     ::cl::Event walked, fetched;

@@ -13,7 +13,9 @@ DeviceGrid::DeviceGrid(Memory* memory, const ::cl::Kernel& update, std::size_t w
       directory_(memory),
       regions_(memory),
       words_(memory),
-      changes_(memory) {}
+      changes_(memory),
+      outline_words_(memory),
+      outline_changes_(memory) {}
 
 std::size_t DeviceGrid::Send(const grid::Grid& grid, const std::vector<grid::LayerIndex>& wanted) {
   const std::size_t structure = SendStructure(grid);
@@ -42,18 +44,40 @@ std::size_t DeviceGrid::SendAll(const grid::Grid& grid) {
   return bytes;
 }
 
-/// Sends the changed words and their indices.
 std::size_t DeviceGrid::SendChanges(const grid::Grid& grid,
                                     const std::vector<grid::LayerIndex>& wanted) {
-  const std::size_t count = layers_.CountChanges(grid, wanted);
+  return SendWords(layers_.CountChanges(grid, wanted), &changes_, words_,
+                   [&](uint64_t* values, uint32_t* places) {
+                     layers_.WriteChanges(grid, wanted, values, places);
+                   });
+}
+
+std::size_t DeviceGrid::SendOutlines(const grid::Grid& grid, threads::WorkerPool* workers) {
+  outlines_.Allocate(grid);
+  const std::size_t bytes = outlines_.words() * sizeof(uint64_t);
+  if (outline_words_.Reserve(bytes)) outlines_.Invalidate();
+  if (outlines_.NeedsFullCopy(grid)) {
+    outlines_.WriteAll(grid, static_cast<uint64_t*>(outline_words_.MapForWriting(bytes)), workers);
+    outline_words_.Unmap();
+    return bytes;
+  }
+  return SendWords(
+      outlines_.FindChanges(grid, workers), &outline_changes_, outline_words_,
+      [&](uint64_t* values, uint32_t* places) { outlines_.WriteChanges(values, places); });
+}
+
+/// Sends `count` changed words and their indices, which write() writes.
+template <typename Write>
+std::size_t DeviceGrid::SendWords(std::size_t count, Buffer* changes, const Buffer& words,
+                                  Write write) {
   if (count == 0) return 0;
   const std::size_t bytes = count * (sizeof(uint64_t) + sizeof(uint32_t));
-  auto* values = static_cast<uint64_t*>(changes_.MapForWriting(bytes));
-  layers_.WriteChanges(grid, wanted, values, reinterpret_cast<uint32_t*>(values + count));
-  changes_.Unmap();
-  update_.setArg(0, words_.memory());
-  update_.setArg(1, changes_.memory());
-  update_.setArg(2, changes_.memory());
+  auto* values = static_cast<uint64_t*>(changes->MapForWriting(bytes));
+  write(values, reinterpret_cast<uint32_t*>(values + count));
+  changes->Unmap();
+  update_.setArg(0, words.memory());
+  update_.setArg(1, changes->memory());
+  update_.setArg(2, changes->memory());
   update_.setArg(3, static_cast<cl_uint>(count));
   const std::size_t items = (count + work_group_ - 1) / work_group_ * work_group_;
   memory_.queue.enqueueNDRangeKernel(update_, ::cl::NullRange, ::cl::NDRange(items),

@@ -40,26 +40,31 @@ void CheckDevice(const ::cl::Device& device) {
                                   " bits, the kernels need " + std::to_string(kBits));
 }
 
-/// Rows need doubles whose operations are rounded as on the host.
-void CheckDoubles(const ::cl::Device& device) {
+/// True if it has doubles whose operations are rounded as on the host.
+bool HasDoubles(const ::cl::Device& device) {
   constexpr cl_device_fp_config kNeeded = CL_FP_ROUND_TO_NEAREST | CL_FP_DENORM | CL_FP_INF_NAN;
   cl_device_fp_config config = 0;
   if (device.getInfo<CL_DEVICE_EXTENSIONS>().find("cl_khr_fp64") != std::string::npos)
     device.getInfo(CL_DEVICE_DOUBLE_FP_CONFIG, &config);
-  if ((config & kNeeded) != kNeeded)
-    throw sensing::PrefilterError("it has no doubles (cl_khr_fp64), which steps of rows need");
+  return (config & kNeeded) == kNeeded;
 }
 
 std::string SourceOf(Kernels kernels) {
   std::string source = std::string(kRayWalkSource) + "\n" + kRecordsSource + "\n";
   if (kernels == Kernels::kWalks) return source + kPrefilterSource;
+  if (kernels == Kernels::kRanges) {
+    for (const char* const part :
+         {kPrefilterSource, kRowRecordsSource, kRowMathSource, kRowRangesSource, kRangesSource})
+      source += std::string(part) + "\n";
+    return source;
+  }
   for (const char* const part :
-       {kRowRecordsSource,    kRowMathSource,     kRowAccessSource,   kRowDriveSource,
-        kRowOdometrySource,   kRowMoveSource,     kRowWallsSource,    kRowExactSource,
-        kRowRaysSource,       kRowControlSource,  kRowDrivenSource,   kRowVectorSource,
-        kRowSeparationSource, kRowSafePartSource, kRowCrowdSource,    kRowIslandSource,
-        kRowForcesSource,     kRowJointSource,    kRowOutlinesSource, kRowStepSource,
-        kRowArraysSource,     kRowKernelsSource})
+       {kRowRecordsSource,  kRowMathSource,       kRowAccessSource,   kRowDriveSource,
+        kRowOdometrySource, kRowMoveSource,       kRowRangesSource,   kRowWallsSource,
+        kRowExactSource,    kRowRaysSource,       kRowControlSource,  kRowDrivenSource,
+        kRowVectorSource,   kRowSeparationSource, kRowSafePartSource, kRowCrowdSource,
+        kRowIslandSource,   kRowForcesSource,     kRowJointSource,    kRowOutlinesSource,
+        kRowStepSource,     kRowArraysSource,     kRowKernelsSource})
     source += std::string(part) + "\n";
   return source;
 }
@@ -91,10 +96,19 @@ OpenDevice::OpenDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> w
     : watch(std::move(watch_)), found(device) {
   calls::SetDriver(found.platform);
   CheckDevice(found.device);
-  if (kernels == Kernels::kRows) CheckDoubles(found.device);
+  const bool has_doubles = HasDoubles(found.device);
+  if (kernels == Kernels::kRows && !has_doubles)
+    throw sensing::PrefilterError("it has no doubles (cl_khr_fp64), which steps of rows need");
   context = ::cl::Context(found.device);
   const double start = threads::WallClock();
-  program = Compile(context, found.device, kernels);
+  program =
+      Compile(context, found.device, kernels == Kernels::kRows ? Kernels::kRows : Kernels::kWalks);
+  if (kernels == Kernels::kRanges && has_doubles) {
+    try {
+      ranges = Compile(context, found.device, Kernels::kRanges);
+    } catch (const sensing::PrefilterError&) {  // the device gives hit lists
+    }
+  }
   compile_seconds = threads::WallClock() - start;
 }
 

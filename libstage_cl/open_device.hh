@@ -14,8 +14,9 @@
 
 namespace Stg::cl {
 
-/// The programs: walks of rays (prefilter.cl), or steps of rows (row_step.cl), which need doubles.
-enum class Kernels { kWalks, kRows };
+/// The programs: walks of rays (prefilter.cl); the same, and ranges (ranges.cl) if the device has
+/// doubles; or steps of rows (row_step.cl), which need doubles.
+enum class Kernels { kWalks, kRanges, kRows };
 
 struct OpenDevice {
   /// Compiles the kernels. Throws cl::Error, or sensing::PrefilterError with the start of the
@@ -29,6 +30,7 @@ struct OpenDevice {
   double compile_seconds;
   ::cl::Context context;
   ::cl::Program program;
+  ::cl::Program ranges;  ///< null without doubles, or if its compiler rejects them
 };
 
 }  // namespace Stg::cl

@@ -2,6 +2,7 @@
 //
 // The exports of the plug-in. Everything that calls drivers is first tried in a child process.
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <memory>
@@ -24,8 +25,8 @@ namespace Stg::cl {
 
 namespace {
 
-/// STAGE_CL_HITS: number of potential hits per ray's list.
-uint32_t HitsPerRay() { return NumberFromEnvironment("STAGE_CL_HITS", 1, 1, 16); }
+/// STAGE_CL_HITS: number of potential hits per ray's list; 0 if it is not set.
+uint32_t HitsPerRay() { return NumberFromEnvironment("STAGE_CL_HITS", 0, 1, 16); }
 
 /// STAGE_CL_TIMEOUT: time limit of a call in seconds.
 uint32_t Timeout() { return NumberFromEnvironment("STAGE_CL_TIMEOUT", 120, 0, 100000); }
@@ -105,12 +106,15 @@ std::unique_ptr<sensing::Prefilter> MakePrefilter(const std::string& choice, std
   const uint32_t hits_per_ray = HitsPerRay();
   const auto make = [&](std::unique_ptr<DriverWatch> watch, std::string* wrong) {
     return MakeFor(choice, wrong, [&](const FoundDevice& device) {
-      return std::make_unique<ClPrefilter>(std::make_shared<OpenDevice>(device, std::move(watch)),
-                                           hits_per_ray);
+      const Kernels kernels = hits_per_ray == 0 ? Kernels::kRanges : Kernels::kWalks;
+      return std::make_unique<ClPrefilter>(
+          std::make_shared<OpenDevice>(device, std::move(watch), kernels),
+          std::max(hits_per_ray, 1u));
     });
   };
   const auto test = [](sensing::Prefilter*) { return std::string(); };
-  return MakeProbed("walks " + choice, message, make, test);
+  const std::string kind = hits_per_ray == 0 ? "ranges " : "walks ";
+  return MakeProbed(kind + choice, message, make, test);
 }
 
 std::unique_ptr<rows::RowDevice> MakeRowDevice(const std::string& choice, uint32_t work_items,

@@ -7,6 +7,7 @@
 
 #include "grid/cover.hh"
 #include "messages/assert.hh"
+#include "sensing/device_outlines.hh"
 
 namespace Stg {
 
@@ -71,6 +72,7 @@ void ExactRasterization::Rasterize(grid::Grid* grid, const grid::Body& body,
 }
 
 grid::Body ExactRasterization::BodyOf(const grid::Body& body, size_t fragment) const {
+  static_assert(kFragmentEdges <= internal::sensing::DeviceOutlines::kMaxEdges);
   grid::Body part = body;
   const size_t first = fragment * kFragmentEdges;
   STAGE_ASSERT(first + 1 < corners_.size());

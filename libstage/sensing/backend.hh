@@ -25,7 +25,7 @@
 namespace Stg::internal::sensing {
 
 /// Raise it whenever the meaning of an interface between libstage and plug-ins changes.
-inline constexpr uint32_t kBackendVersion = 5;
+inline constexpr uint32_t kBackendVersion = 6;
 
 /// A hash that differs if the layout of shared objects differs.
 constexpr uint64_t BackendLayout() {

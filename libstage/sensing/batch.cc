@@ -26,6 +26,7 @@ void RayBatch::Clear() {
   fans_with_own_directions_.clear();
   tables_ = nullptr;
   ray_count_ = 0;
+  asked_ = RangeModels();
 }
 
 void RayBatch::Add(Fan fan, uint32_t samples, const SelfMask& mask) {
@@ -66,7 +67,12 @@ void RayBatch::Put(uint32_t index, Fan fan, uint64_t first_ray, uint32_t samples
   fan.record.first_ray = static_cast<uint32_t>(first_ray);  // see FitsDevice()
   fan.record.samples = samples;
   fans_[index] = fan;
-  device_fans_[index] = {fan.record, fan.layer, fan.single_leg() && samples > 0};
+  device_fans_[index] = {.record = fan.record,
+                         .layer = fan.layer,
+                         .fits = fan.single_leg() && samples > 0,
+                         .exact = fan.exact,
+                         .sees_all = fan.sees_all_but != nullptr,
+                         .one_height = fan.z_test && !std::isnan(fan.z)};
 }
 
 void RayBatch::Put(const BatchSpace& first, const FanList& list, const FanList::Entry& entry,
@@ -148,14 +154,26 @@ SelfMask RayBatch::SelfMaskBounds(const grid::Rasterizations& own) {
 
 namespace {
 
-/// Mask of the cell set's cells that also hold bodies of other trees.
-uint64_t CellsOfOthers(const grid::Grid& grid, const grid::CellSet& set, const void* tree) {
-  const auto is_other = [&](grid::BodyId id) { return grid.body(id).tree != tree; };
+/// Mask of the cell set's cells that also hold bodies of other trees. Adds to *layers those in
+/// which a body of the tree is in such a cell, but none of another tree.
+uint64_t CellsOfOthers(const grid::Grid& grid, const grid::CellSet& set, const void* tree,
+                       uint64_t* layers) {
   uint64_t cells = 0;
   grid::CellSet crowded = set;
   crowded.cells = grid.Crowded(set);
   grid::ForEachCell(crowded, [&](grid::CellRef cell) {
-    if (grid.AnyIn(cell, is_other)) cells |= uint64_t{1} << (cell & 63);
+    uint32_t own = 0, others = 0;
+    bool has_others = false;
+    grid.AnyIn(cell, [&](grid::BodyId id) {
+      const grid::Body& body = grid.body(id);
+      const bool is_other = body.tree != tree;
+      (is_other ? others : own) |= body.layers;
+      has_others = has_others || is_other;
+      return false;
+    });
+    if (!has_others) return;
+    cells |= uint64_t{1} << (cell & 63);
+    *layers |= own & ~others;
   });
   return cells;
 }
@@ -178,7 +196,8 @@ void RayBatch::FillSelfMask(const SelfMask& mask, const grid::Grid& grid,
   uint64_t* words = &mask_words_[mask.first];
   own.ForEachSet([&](const grid::CellSet& set) {
     const uint64_t hidden =
-        set.cells & ~(exact ? OutlinesOfOthers(grid, set, tree) : CellsOfOthers(grid, set, tree));
+        set.cells & ~(exact ? OutlinesOfOthers(grid, set, tree)
+                            : CellsOfOthers(grid, set, tree, words + mask.tiles()));
     const uint32_t x = static_cast<uint32_t>(set.x - mask.x);
     STAGE_ASSERT(x < mask.width && static_cast<uint32_t>(set.y - mask.y) < mask.height);
     words[static_cast<uint32_t>(set.y - mask.y) * mask.width + x] |= hidden;

@@ -17,12 +17,14 @@
 namespace Stg::internal::sensing {
 
 /// Tiles whose marked cells hold nothing but one tree of models. Rays of that tree's sensors skip
-/// these cells, because they never stop at their own tree.
+/// these cells, because they never stop at their own tree. Behind the tiles is a word with the
+/// layers in which the tree has unmarked cells that hold nothing else of that layer.
 struct SelfMask {
   int32_t x = 0, y = 0;  ///< tile coordinates of the first tile
   uint32_t width = 0, height = 0;
   uint32_t first = 0;  ///< index of the first word in the batch's mask words
-  uint32_t words() const { return width * height; }
+  uint32_t tiles() const { return width * height; }
+  uint32_t words() const { return tiles() == 0 ? 0 : tiles() + 1; }
 };
 /// Maximum width and height of a self-mask, in tiles. Larger bodies get none.
 inline constexpr uint32_t kMaxMaskSide = 16;
@@ -57,6 +59,17 @@ struct DeviceFan {
   FanRecord record{};
   grid::LayerIndex layer = 0;
   bool fits = false;  ///< a device may walk it: it has rays and a single leg, and was not excluded
+  bool exact = false;
+  bool sees_all = false;    ///< see Fan::sees_all_but
+  bool one_height = false;  ///< rays of one height, which pass above and below bodies
+};
+
+/// A device's result for each ray of a fan: potential hits, or the range in one of the ray models.
+enum class DeviceResult : uint8_t { kHits, kCellRanges, kExactRanges };
+
+/// The ray models whose ranges a device can find.
+struct RangeModels {
+  bool cell = false, exact = false;
 };
 
 class RayBatch {
@@ -99,12 +112,31 @@ class RayBatch {
     device_fans_[index].fits = false;
   }
   std::span<const DeviceFan> device_fans() const { return {device_fans_.data(), fan_count_}; }
+  /// Lets a device find the ranges of fans of these models.
+  void AskForRanges(RangeModels models, const grid::Grid& grid) {
+    asked_ = models;
+    layers_of_all_heights_ = grid.LayersOfAllHeights();
+    new_layers_ = grid.NewLayers();
+  }
+  /// The result that a device gives for the fan, if it fits. It cannot find ranges if bodies of the
+  /// layer may be passed: bodies at other heights or, in the cell model, of the finder's own tree,
+  /// which a self-mask must hide. Self-masks may be older than the newest layers.
+  DeviceResult ResultOf(const DeviceFan& fan) const {
+    const uint32_t layer = 1u << fan.layer;
+    if (!fan.sees_all || (fan.one_height && (layers_of_all_heights_ & layer) != 0))
+      return DeviceResult::kHits;
+    if (fan.exact) return asked_.exact ? DeviceResult::kExactRanges : DeviceResult::kHits;
+    return asked_.cell && fan.record.mask_size != 0 && (new_layers_ & layer) == 0
+               ? DeviceResult::kCellRanges
+               : DeviceResult::kHits;
+  }
   uint64_t ray_count() const { return ray_count_; }
   /// True if a device can number the rays: it has 32 bits for that.
   bool FitsDevice() const { return ray_count_ <= UINT32_MAX; }
   const std::vector<uint64_t>& mask_words() const { return mask_words_; }
   /// Directions of this step's noisy sensors. Their indices start where those of the tables end.
   const std::vector<Direction>& own_directions() const { return own_directions_; }
+  const std::vector<SineCosine>& own_unit_vectors() const { return own_unit_vectors_; }
   /// Call when all fans are in.
   void Close(const DirectionTables& tables);
 
@@ -123,6 +155,8 @@ class RayBatch {
   std::vector<uint32_t> fans_with_own_directions_;
   const DirectionTables* tables_ = nullptr;
   uint64_t ray_count_ = 0;
+  RangeModels asked_;
+  uint32_t layers_of_all_heights_ = 0, new_layers_ = 0;
 };
 
 }  // namespace Stg::internal::sensing

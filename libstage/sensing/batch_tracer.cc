@@ -208,6 +208,16 @@ void BatchTracer::TraceProbe(const Probe& probe, bool probe_device) {
   chooser_.Report(send + (probed - start - send) * parts);
 }
 
+/// Asks the device for ranges where it can find them.
+void BatchTracer::AskForRanges() {
+  const RangeModels models = prefilter_->ranges();
+  if (!find_ranger_view_ || !(models.cell || models.exact)) return;
+  const RangerView view = find_ranger_view_();
+  if (!view.is_uniform) return;
+  ranger_return_ = view.ranger_return;
+  scene_.batch.AskForRanges(models, scene_.grid);
+}
+
 /// `rays` is the number of rays in fans that the device may walk.
 HitLists BatchTracer::Prefilter(uint64_t rays) {
   // On a device that is the host's CPU, spinning threads would compete with it. Applies until the
@@ -215,6 +225,7 @@ HitLists BatchTracer::Prefilter(uint64_t rays) {
   workers_->AllowSpinning(!prefilter_->UsesHost());
   try {
     STAGE_ASSERT(scene_.batch.FitsDevice() && rays <= scene_.batch.ray_count());
+    AskForRanges();
     const HitLists lists = prefilter_->Walk(scene_.grid, scene_.tables, scene_.batch, workers_);
     statistics_.device_steps++;
     statistics_.device_rays += rays;
@@ -263,6 +274,7 @@ void BatchTracer::SumCounters() {
     statistics_.trace.rays += data.counters.rays;
     statistics_.trace.potential_hits += data.counters.potential_hits;
     statistics_.trace.resumed += data.counters.resumed;
+    statistics_.trace.ranges_given += data.counters.ranges_given;
     data.counters = TraceCounters();
   }
 }
@@ -273,9 +285,40 @@ void BatchTracer::TraceInterval(const Tracer& tracer, const FanInterval& interva
   const std::span<const Fan> fans = scene_.batch.fans().subspan(interval.first, interval.count);
   STAGE_ASSERT(std::ranges::all_of(fans, [](const Fan& fan) { return fan.sink != nullptr; }));
   for (const Fan& fan : fans) fan.sink->PrefetchHits(fan.tag);
+  const auto has_ranges = [&](std::size_t i) {
+    const DeviceFan& fan = scene_.batch.device_fans()[interval.first + i];
+    return lists.per_ray > 0 && fan.fits && scene_.batch.ResultOf(fan) != DeviceResult::kHits;
+  };
+  for (std::size_t i = 0; i < fans.size();) {
+    const std::size_t first = i;
+    if (has_ranges(i)) {
+      PassRanges(tracer, fans[i++], lists, mine);
+      continue;
+    }
+    do i++;
+    while (i < fans.size() && !has_ranges(i));
+    TraceFans(tracer, fans.subspan(first, i - first), lists, mine);
+  }
+}
+
+/// Traces fans of one interval and passes their hits on.
+void BatchTracer::TraceFans(const Tracer& tracer, std::span<const Fan> fans, const HitLists& lists,
+                            ThreadData* mine) const {
   tracer.TraceFans(scene_.batch, fans, lists, &mine->hits, &mine->counters);
   mine->hits.ForEachFan(
       fans, [](const Fan& fan, const RayHits& hits) { fan.sink->ReceiveHits(fan.tag, hits); });
+}
+
+/// Passes on ranges that the device has found.
+void BatchTracer::PassRanges(const Tracer& tracer, const Fan& fan, const HitLists& lists,
+                             ThreadData* mine) const {
+  const FanRecord& record = fan.record;
+  STAGE_ASSERT(lists.per_ray == 1);
+  const DeviceRanges ranges{lists.RangesOf(record.first_ray), record.samples, ranger_return_};
+  if (!fan.sink->ReceiveRanges(fan.tag, ranges))
+    return TraceFans(tracer, std::span(&fan, 1), HitLists(), mine);
+  mine->counters.rays += record.samples;
+  mine->counters.ranges_given += record.samples;
 }
 
 std::size_t BatchTracer::CountRays(const FanInterval& interval) const {

@@ -8,7 +8,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "sensing/counters.hh"
@@ -36,6 +39,15 @@ class BatchTracer {
   void SharePrefilterOf(const BatchTracer& other, bool always);
   /// Keeps the prefilter when a new world begins. Returns false if there is none.
   bool KeepPrefilter(bool always);
+
+  /// The view of rangers is uniform if all bodies that they may see have the same ranger_return,
+  /// and the grid shows exactly these to them. Then a device can find their ranges.
+  struct RangerView {
+    bool is_uniform = false;
+    double ranger_return = 0;
+  };
+  /// Sets how to find out, before a batch goes to the device. Without it, devices give hit lists.
+  void SetRangerView(std::function<RangerView()> find) { find_ranger_view_ = std::move(find); }
 
   /// The path that batches take: the faster one or, for measurements, a fixed one.
   enum class Path { kFaster, kHost, kDevice };
@@ -73,6 +85,7 @@ class BatchTracer {
   void TraceProbe(const Probe& probe, bool probe_device);
   void ExcludeOthersFromDevice(const Probe& probe);
   void TraceOnDevice();
+  void AskForRanges();
   HitLists Prefilter(uint64_t rays);
   std::size_t WaitFor(std::size_t fan, HitLists* lists);
   void LoseDevice(const PrefilterError& error);
@@ -80,6 +93,10 @@ class BatchTracer {
   void TraceIntervals(const HitLists& lists, std::size_t count, At at);
   void TraceInterval(const Tracer& tracer, const FanInterval& interval, const HitLists& lists,
                      ThreadData* mine) const;
+  void TraceFans(const Tracer& tracer, std::span<const Fan> fans, const HitLists& lists,
+                 ThreadData* mine) const;
+  void PassRanges(const Tracer& tracer, const Fan& fan, const HitLists& lists,
+                  ThreadData* mine) const;
   void SumCounters();
   std::size_t CountRays(const FanInterval& interval) const;
   uint64_t CountRays(const Probe& probe) const;
@@ -93,6 +110,8 @@ class BatchTracer {
   PathChooser chooser_;
   Path path_ = Path::kFaster;
   bool device_in_use_ = false;  // for the last batch
+  std::function<RangerView()> find_ranger_view_;
+  double ranger_return_ = 0;  // of all that is hit by rays whose ranges the device finds
   struct Observed {
     const Model* finder = nullptr;
     uint32_t tag = 0, sample = 0;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <utility>
 
 #include "messages/assert.hh"
@@ -27,29 +28,41 @@ void ForEachBlock(std::size_t fans, threads::WorkerPool* workers, F f) {
   });
 }
 
+ray_range_record_t RangeRecordOf(const Fan& fan) {
+  const auto bits = [](double number) { return std::bit_cast<uint64_t>(number); };
+  return {.x = bits(fan.x),
+          .y = bits(fan.y),
+          .cosine = bits(fan.heading.cosine),
+          .sine = bits(fan.heading.sine),
+          .range = bits(fan.range),
+          .tree = reinterpret_cast<uintptr_t>(fan.sees_all_but)};
+}
+
 }  // namespace
 
-/// Groups fans by layer and number of samples and keeps their order within a group. There are few
-/// kinds of sensors, so there are few groups, mostly the same from batch to batch.
+/// Groups fans by layer, result and number of samples and keeps their order within a group. There
+/// are few kinds of sensors, so there are few groups, mostly the same from batch to batch.
 void DeviceBatch::Sort(const RayBatch& batch, threads::WorkerPool* workers) {
-  const std::span<const DeviceFan> fans = batch.device_fans();
-  if (!CountGroups(fans, workers)) {
-    FindGroups(fans);
-    CountGroups(fans, workers);
+  if (!CountGroups(batch, workers)) {
+    FindGroups(batch);
+    CountGroups(batch, workers);
   }
   fan_count_ = 0;
+  has_ranges_ = false;
   for (std::size_t g = 0; g < groups_.size(); g++) {
     groups_[g].first_fan = static_cast<uint32_t>(fan_count_);
     for (std::size_t i = g; i < counts_or_next_.size(); i += groups_.size())
       fan_count_ += std::exchange(counts_or_next_[i], static_cast<uint32_t>(fan_count_));
     groups_[g].fans = static_cast<uint32_t>(fan_count_) - groups_[g].first_fan;
+    has_ranges_ |= groups_[g].fans > 0 && groups_[g].result != DeviceResult::kHits;
   }
   mask_words_ = batch.mask_words().size();
   NameLayers();
 }
 
 /// Counts the fans of each group. Returns false if a fan belongs to no known group.
-bool DeviceBatch::CountGroups(std::span<const DeviceFan> fans, threads::WorkerPool* workers) {
+bool DeviceBatch::CountGroups(const RayBatch& batch, threads::WorkerPool* workers) {
+  const std::span<const DeviceFan> fans = batch.device_fans();
   group_of_fan_.resize(fans.size());
   counts_or_next_.assign(CountBlocks(fans.size()) * groups_.size(), 0);
   std::atomic<bool> all_known{true};
@@ -59,7 +72,7 @@ bool DeviceBatch::CountGroups(std::span<const DeviceFan> fans, threads::WorkerPo
     for (std::size_t i = first; i < end; i++) {
       group_of_fan_[i] = kNoGroup;
       if (!fans[i].fits) continue;
-      last = GroupOf(fans[i], last);
+      last = GroupOf(fans[i], batch.ResultOf(fans[i]), last);
       if (last == kNoGroup) return all_known.store(false, std::memory_order_relaxed);
       group_of_fan_[i] = last;
       counts[last]++;
@@ -69,26 +82,33 @@ bool DeviceBatch::CountGroups(std::span<const DeviceFan> fans, threads::WorkerPo
 }
 
 /// Rebuilds the list of groups.
-void DeviceBatch::FindGroups(std::span<const DeviceFan> fans) {
+void DeviceBatch::FindGroups(const RayBatch& batch) {
   groups_.clear();
   uint32_t last = 0;
-  for (const DeviceFan& fan : fans) {
+  for (const DeviceFan& fan : batch.device_fans()) {
     if (!fan.fits) continue;
-    last = GroupOf(fan, last);
+    const DeviceResult result = batch.ResultOf(fan);
+    last = GroupOf(fan, result, last);
     if (last != kNoGroup) continue;
     last = static_cast<uint32_t>(groups_.size());
-    groups_.push_back({fan.layer, fan.record.samples, 0, 0});
+    groups_.push_back({fan.layer, result, fan.record.samples, 0, 0});
   }
 }
 
 /// Index of the fan's group, or kNoGroup. Tests `likely` first: neighbours are mostly alike.
-uint32_t DeviceBatch::GroupOf(const DeviceFan& fan, uint32_t likely) const {
+uint32_t DeviceBatch::GroupOf(const DeviceFan& fan, DeviceResult result, uint32_t likely) const {
   const auto fits = [&](const Group& group) {
-    return group.layer == fan.layer && group.samples == fan.record.samples;
+    return group.layer == fan.layer && group.samples == fan.record.samples &&
+           group.result == result;
   };
   if (likely < groups_.size() && fits(groups_[likely])) return likely;
   const auto found = std::find_if(groups_.begin(), groups_.end(), fits);
   return found == groups_.end() ? kNoGroup : static_cast<uint32_t>(found - groups_.begin());
+}
+
+bool DeviceBatch::Has(DeviceResult result) const {
+  return std::ranges::any_of(
+      groups_, [&](const Group& group) { return group.fans > 0 && group.result == result; });
 }
 
 void DeviceBatch::NameLayers() {
@@ -145,8 +165,10 @@ void DeviceBatch::PlanGroup(std::size_t group, std::size_t chunk, std::size_t wo
   const std::size_t items = std::size_t{fans} * samples;
   const std::size_t padded = (items + work_group - 1) / work_group * work_group;
   const bool first = launches_.empty() || launches_.back().chunk != chunk ||
-                     launches_.back().items + padded > kMaxItems;
-  if (first || (one_for_each_group && items > 0)) launches_.push_back({g, g, 0, chunk});
+                     launches_.back().items + padded > kMaxItems ||
+                     launches_.back().result != groups_[group].result;
+  if (first || (one_for_each_group && items > 0))
+    launches_.push_back({g, g, 0, chunk, groups_[group].result});
   Launch& launch = launches_.back();
   group_records_.push_back({.first_item = static_cast<uint32_t>(launch.items),
                             .fans = fans,
@@ -155,7 +177,7 @@ void DeviceBatch::PlanGroup(std::size_t group, std::size_t chunk, std::size_t wo
                             .region_maps = place.region_maps,
                             .tile_maps = place.tile_maps,
                             .tiles = place.tiles,
-                            .unused = 0});
+                            .layer = groups_[group].layer});
   launch.items += padded;
   STAGE_ASSERT(launch.items <= kMaxItems && launch.items % work_group == 0);
   launch.end_group = g + 1;
@@ -169,6 +191,8 @@ void DeviceBatch::Write(const RayBatch& batch, void* memory, threads::WorkerPool
   STAGE_ASSERT(reinterpret_cast<uintptr_t>(memory) % alignof(ray_group_record_t) == 0);
   auto* const groups = static_cast<ray_group_record_t*>(memory);
   auto* const records = static_cast<FanRecord*>(memory) + first_fan_record();
+  auto* const for_ranges =
+      static_cast<ray_range_record_t*>(memory) + first_fan_record() + to_range_record();
   auto* const words = static_cast<uint64_t*>(memory) + first_mask();
   std::copy(group_records_.begin(), group_records_.end(), groups);
   const std::size_t blocks = CountBlocks(fans.size());
@@ -177,7 +201,9 @@ void DeviceBatch::Write(const RayBatch& batch, void* memory, threads::WorkerPool
     for (std::size_t i = first; i < end; i++) {
       if (group_of_fan_[i] == kNoGroup) continue;
       STAGE_ASSERT(fans[i].fits && next[group_of_fan_[i]] < fan_count_);
-      records[next[group_of_fan_[i]]++] = fans[i].record;
+      const uint32_t place = next[group_of_fan_[i]]++;
+      records[place] = fans[i].record;
+      if (has_ranges_) for_ranges[place] = RangeRecordOf(batch.fans()[i]);
     }
     const std::size_t word = masks.size() * block / blocks;  // plus a slice of the self-masks
     std::copy(masks.data() + word, masks.data() + masks.size() * (block + 1) / blocks,

@@ -107,6 +107,9 @@ struct Fan {
   const void* arg = nullptr;
   RaySink* sink = nullptr;
   uint32_t tag = 0;
+  /// The finder's tree, if the predicate accepts all that rangers see but this tree: then a device
+  /// can find the ranges. Otherwise null.
+  const void* sees_all_but = nullptr;
 
   /// True if a device can walk it.
   bool single_leg() const { return !nothing && legs == 1; }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The prefilter walks all rays of a step and finds where each may hit. It never decides: the host
-// runs the predicates on its results. This is the whole interface between simulator and device.
+// The prefilter walks all rays of a step and finds where each may hit; the host runs the predicates
+// on its results. For rays of rangers with the stock predicate it may find the ranges instead. This
+// is the whole interface between simulator and device.
 
 #ifndef STAGE_SENSING_PREFILTER_HH
 #define STAGE_SENSING_PREFILTER_HH
@@ -19,7 +20,8 @@
 
 namespace Stg::internal::sensing {
 
-/// The first potential hits of each ray of a batch, 1 + per_ray words per ray.
+/// The first potential hits of each ray of a batch, 1 + per_ray words per ray; or, if RayBatch has
+/// asked for them and per_ray is 1, ranges in the same place.
 struct HitLists {
   const uint32_t* words = nullptr;
   uint32_t per_ray = 0;
@@ -31,6 +33,10 @@ struct HitLists {
   /// per_ray hits, packed as by ray_pack(). RAY_NO_HIT ends a list early; after a full list the
   /// host resumes behind its last hit.
   const uint32_t* ListOf(std::size_t ray) const { return words + WordsOf(ray) + 1; }
+  /// The ranges of a fan from its first ray on, as in DeviceRanges.
+  const double* RangesOf(std::size_t first_ray) const {
+    return static_cast<const double*>(static_cast<const void*>(words + WordsOf(first_ray)));
+  }
 };
 
 /// Thrown by a prefilter that cannot continue; plug-ins share this type. The run continues without
@@ -44,8 +50,13 @@ class Prefilter {
  public:
   virtual ~Prefilter() = default;
 
-  /// Walks every fan of the batch that fits a device. Lists of other fans are undefined. The result
-  /// is valid until the next call. Resets the grid's changes. Throws PrefilterError.
+  /// The ray models whose ranges it can find, bit-equal to those of the host. Only with lists of
+  /// one hit.
+  virtual RangeModels ranges() const { return {}; }
+
+  /// Walks every fan of the batch that fits a device, and finds what RayBatch::ResultOf() asks for.
+  /// Results of other fans are undefined. The result is valid until the next call. Resets the
+  /// grid's changes. Throws PrefilterError.
   virtual HitLists Walk(grid::Grid& grid, const DirectionTables& tables, const RayBatch& batch,
                         threads::WorkerPool* workers) = 0;
 

@@ -3,6 +3,7 @@
 #include "world/engine.hh"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <exception>
 #include <new>
@@ -81,6 +82,7 @@ bool WorldEngine::ReportWorldLost(const char* what) const {
 WorldEngine::WorldEngine() : snapshot_buffers(std::make_unique<SnapshotBuffers>()) {
   UsePool(threads::MakeWorkerPool(1));
   fiducials = &fiducial_index;
+  tracer.SetRangerView([this] { return FindRangerView(); });
 }
 
 WorldEngine::~WorldEngine() = default;
@@ -216,6 +218,29 @@ void WorldEngine::WarnAboutUnsubscribed() {
 
 void WorldEngine::RestoreRangerVisibilities() {
   std::erase_if(hidden_from_rangers, [](Model* model) { return model->RestoreRangerVisibility(); });
+}
+
+/// Clients may write to Model::vis at any time, so all bodies are asked before each batch.
+sensing::BatchTracer::RangerView WorldEngine::FindRangerView() {
+  const grid::Grid& grid = scene.grid;
+  const auto count = static_cast<grid::BodyId>(grid.body_count());
+  grid::BodyId first = 0;
+  while (first < count && !(grid.body(first).model && grid.body(first).ranger_visible)) first++;
+  if (first == count) return {};
+  const double value = grid.body(first).model->vis.ranger_return;
+  const auto fits = [&](grid::BodyId id) {
+    const grid::Body& body = grid.body(id);
+    if (!body.model) return true;
+    const double found = body.model->vis.ranger_return;
+    return body.ranger_visible ? found == value && !(found < 0) : found < 0;
+  };
+  constexpr size_t kGrain = 512;
+  std::atomic<bool> is_uniform{true};
+  workers()->Run(count, kGrain, [&](size_t begin, size_t end, unsigned) {
+    for (size_t i = begin; i < end && is_uniform.load(std::memory_order_relaxed); i++)
+      if (!fits(static_cast<grid::BodyId>(i))) is_uniform.store(false, std::memory_order_relaxed);
+  });
+  return {is_uniform, value};
 }
 
 }  // namespace Stg

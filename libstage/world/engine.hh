@@ -145,6 +145,8 @@ class WorldEngine : public Host {
   /// Moves bodies whose ranger_return is no longer negative back into the rangers' layer.
   void RestoreRangerVisibilities();
 
+  /// Whether rangers see only bodies with one ranger_return, all of which the grid shows to them.
+  sensing::BatchTracer::RangerView FindRangerView();
   /// Statistics of the whole engine, including the tracer.
   RunStatistics Statistics() const;
 

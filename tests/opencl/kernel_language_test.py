@@ -18,9 +18,10 @@ from pathlib import Path
 KERNELS = Path(__file__).resolve().parents[2] / "kernels"
 # The programs: their parts in the order in which drivers get them.
 WALKS = ("ray_walk.h", "records.h", "prefilter.cl")
+RANGES = (*WALKS, "row_records.h", "row_math.h", "row_ranges.h", "ranges.cl")
 ROWS = ("ray_walk.h", "records.h", "row_records.h", "row_math.h", "row_access.h", "row_drive.h", "row_odometry.h",
-        "row_move.h", "row_walls.h", "row_exact.h", "row_rays.h", "row_control.h", "row_driven.h",
-        "row_vector.h", "row_separation.h", "row_safe_part.h", "row_crowd.h", "row_island.h", "row_forces.h",
+        "row_move.h", "row_ranges.h", "row_walls.h", "row_exact.h", "row_rays.h", "row_control.h",
+        "row_driven.h", "row_vector.h", "row_separation.h", "row_safe_part.h", "row_crowd.h", "row_island.h", "row_forces.h",
         "row_joint.h", "row_outlines.h", "row_step.h", "row_arrays.h", "row_step.cl")
 CLANG = next((name for name in ("clang", "clang-19", "clang-16", "clang-14") if shutil.which(name)), None)
 
@@ -49,18 +50,19 @@ class KernelLanguageTest(unittest.TestCase):
     def test_every_version_and_width_of_addresses(self) -> None:
         for version in ("CL1.1", "CL1.2", "CL2.0", "CL3.0"):
             for target in ("spir", "spir64"):
-                for parts in (WALKS, ROWS):
+                for parts in (WALKS, RANGES, ROWS):
                     with self.subTest(version=version, target=target, kernels=parts[-1]):
                         self.assertEqual(compile_kernels(version, target, parts=parts), "")
 
     def test_drivers_get_all_parts_in_this_order(self) -> None:
         """A part that is embedded, but not here, would not be checked."""
-        self.assertEqual({path.name for path in KERNELS.iterdir()}, {*WALKS, *ROWS})
+        self.assertEqual({path.name for path in KERNELS.iterdir()}, {*WALKS, *RANGES, *ROWS})
         source = (KERNELS.parent / "libstage_cl/open_device.cc").read_text(encoding="utf-8")
         embedded = (KERNELS.parent / "libstage_cl/CMakeLists.txt").read_text(encoding="utf-8")
         files = dict(re.findall(r"(k\w+Source) kernels/([\w.]+)", embedded))
-        order = [files[name] for name in re.findall(r"kRow\w+Source", source)]
-        self.assertEqual(order, list(ROWS[2:]))
+        lists = re.findall(r"const part :\s*\{(.*?)\}", source, re.DOTALL)
+        orders = [[files[name] for name in re.findall(r"k\w+Source", text)] for text in lists]
+        self.assertEqual(orders, [list(RANGES[2:]), list(ROWS[2:])])
 
     def test_newer_functions_would_be_noticed(self) -> None:
         later = "__kernel void later(__global uint* a) { a[0] = popcount(a[0]); }\n"
@@ -70,7 +72,7 @@ class KernelLanguageTest(unittest.TestCase):
     def test_no_load_of_a_record_straddles_cache_lines(self) -> None:
         """A record is read in pieces of at most 16 bytes, each aligned to its size."""
         for record, alignment in (("ray_super_t", 16), ("ray_fan_record_t", 16), ("ray_group_record_t", 16),
-                                  ("ray_direction_t", 8)):
+                                  ("ray_direction_t", 8), ("ray_range_record_t", 16)):
             def check(size: int, record: str = record) -> str:
                 return (f"struct behind_{record} {{ char c; {record} r; }};\n"
                         f"typedef char of_{record}[sizeof(struct behind_{record}) - sizeof({record}) == {size} "
@@ -93,7 +95,7 @@ class KernelLanguageTest(unittest.TestCase):
 
     def test_records_are_the_same_for_all_devices(self) -> None:
         """The sizes of size_t and of pointers depend on the device."""
-        for header, least, allowed in (("records.h", 3, {"int", "ray_uint"}),
+        for header, least, allowed in (("records.h", 4, {"int", "ray_uint", "ray_ulong"}),
                                        ("row_records.h", 20, {"int", "ray_uint", "ray_ulong", "double"})):
             text = (KERNELS / header).read_text(encoding="utf-8")
             records = re.findall(r"typedef struct[^{]*\{(.*?)\}", text, re.DOTALL)

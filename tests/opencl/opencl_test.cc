@@ -129,6 +129,26 @@ TEST(PrefilterTest, CountsWhatItDoes) {
   EXPECT_EQ(scene.grid().occupancy(0).changed().Count(), 0u);
 }
 
+// Without STAGE_CL_HITS, a device with doubles finds ranges, if they have the bits of the host.
+TEST(PrefilterTest, FindsRangesIfTheyAreThoseOfTheHost) {
+  if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
+  const auto finds_ranges = [] {
+    std::string message;
+    const PrefilterPointer prefilter = LoadPrefilter(Stg::kOpenClPlugin, "", &message);
+    EXPECT_TRUE(prefilter) << message;
+    return prefilter && prefilter->ranges().cell && prefilter->ranges().exact;
+  };
+  if (!finds_ranges()) GTEST_SKIP() << "the device has no doubles";
+  setenv("STAGE_CL_OPTIONS", "-DROW_HALF=0.49999999999999994", 1);
+  EXPECT_FALSE(finds_ranges());
+  unsetenv("STAGE_CL_OPTIONS");
+  for (const uint32_t per_ray : {1u, 2u}) {
+    const PrefilterPointer prefilter = MakePrefilter(per_ray);
+    ASSERT_TRUE(prefilter);
+    EXPECT_FALSE(prefilter->ranges().cell || prefilter->ranges().exact);
+  }
+}
+
 // A device with separate memory returns the lists of a large batch in parts.
 TEST(PrefilterTest, LargeBatchesAreSplit) {
   if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
@@ -316,6 +336,7 @@ std::set<std::string> WordsOf(const std::string& text) {
 
 TEST(KernelText, IsPlainAndPortable) {
   std::set<std::string> all;
+  // Ranges and rows need doubles, and are not compiled for devices without them.
   for (const std::string name : {"ray_walk.h", "records.h", "prefilter.cl"}) {
     const std::string text = WithoutComments(SourceFile(name));
     ASSERT_GT(text.size(), 500u) << name << " can't be read";

@@ -109,7 +109,7 @@ TEST(BackendTest, ChangesNothingInAnyWorld) {
 // ---- the interface of the plug-in ---------------------------------------------------------------
 
 TEST(BackendTest, IsRefusedIfItIsOfAnotherVersion) {
-  ExpectRefused("other_version", "found version 4711 of stage_backend, expected version 5");
+  ExpectRefused("other_version", "found version 4711 of stage_backend, expected version 6");
 }
 
 TEST(BackendTest, IsRefusedWithAnotherLayout) {

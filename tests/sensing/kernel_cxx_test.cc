@@ -123,7 +123,7 @@ std::vector<uint32_t> ListsByKernel(const RayScene& scene, uint32_t per_ray) {
                       .region_maps = region_maps,
                       .tile_maps = number(words.size()),
                       .tiles = number(words.size() + cells.tile_maps().size()),
-                      .unused = 0};
+                      .layer = layer};
     words.insert(words.end(), cells.tile_maps().begin(), cells.tile_maps().end());
     words.insert(words.end(), cells.tiles().begin(), cells.tiles().end());
     for (const sensing::FanRecord& fan : fans) {

@@ -33,7 +33,8 @@ std::string Text(const Parts&... parts) {
 
 // ---- the world file -----------------------------------------------------------------------------
 
-WorldText::WorldText(uint64_t seed) : random_(seed * 7919), seed_(seed) {
+WorldText::WorldText(uint64_t seed, Returns returns)
+    : random_(seed * 7919), seed_(seed), returns_(returns) {
   const double cells[] = {0.001, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 10.0};
   cell_ = OneOf(cells);
   const double offsets[] = {0, 0, 0, 20.48, -20.48, 1e3, -1e5, 1e6, -1e6};
@@ -108,8 +109,8 @@ std::string WorldText::Obstacle() {
   const double sizes[] = {0.3, 0.9, 3, 10, 30, 100};
   const double size = (Chance(0.03) ? 6000 : OneOf(sizes)) * cell_;
   const double returns[] = {1, 0.5, 0, -1};
-  return Text("model(", Pose(Chance(0.7) ? 0 : 0.1 * Below(10)), " ranger_return ", OneOf(returns),
-              " obstacle_return ", Chance(0.8), Body(size), " )\n");
+  return Text("model(", Pose(Chance(0.7) ? 0 : 0.1 * Below(10)), " ranger_return ",
+              Return(OneOf(returns)), " obstacle_return ", Chance(0.8), Body(size), " )\n");
 }
 
 std::string WorldText::Sensor() {
@@ -157,8 +158,9 @@ std::string WorldText::Robot(uint32_t number) {
   for (uint32_t i = 0; i < rangers; i++) text += Ranger(reach);
   if (Chance(0.3)) {
     // Add a tower, which may have a ranger, and may be transparent for other rangers.
-    text += Text(" model(", LocalPose(reach, 0), " ranger_return ", static_cast<int>(Below(3)) - 1,
-                 Body(reach), Chance(0.5) ? Ranger(reach) : "", " )");
+    text += Text(" model(", LocalPose(reach, 0), " ranger_return ",
+                 Return(static_cast<int>(Below(3)) - 1), Body(reach),
+                 Chance(0.5) ? Ranger(reach) : "", " )");
   }
   return text + " )\n";
 }
@@ -321,7 +323,9 @@ void Driver::ChangeVisibility() {
   Model* model = Any();
   if (!model) return;
   const double returns[] = {-1, -1, 0, 0.7};
-  model->SetRangerReturn(returns[Below(4)]);
+  const double value = returns[Below(4)];
+  model->SetRangerReturn(returns_ == WorldText::Returns::kAny || value < 0 ? value
+                                                                           : kUniformReturn);
   if (Chance(0.2)) model->SetObstacleReturn(Chance(0.5));
 }
 
@@ -406,6 +410,7 @@ Outcome LoadAndStep(Load load, uint64_t steps, const Stg::RunOptions& options, D
     outcome.rays = statistics.trace.rays;
     outcome.hits = statistics.trace.potential_hits;
     outcome.resumed = statistics.trace.resumed;
+    outcome.ranges_given = statistics.trace.ranges_given;
   }
   EXPECT_TRUE(loaded) << "the world can't be loaded";
   Stg::World::run_options = Stg::RunOptions();
@@ -415,7 +420,7 @@ Outcome LoadAndStep(Load load, uint64_t steps, const Stg::RunOptions& options, D
 }  // namespace
 
 Outcome RunWorld(const WorldText& text, const Stg::RunOptions& options, bool early) {
-  Driver driver(text.seed(), text.resolution(), early);
+  Driver driver(text.seed(), text.resolution(), early, text.returns());
   const auto load = [&](Stg::World* world) {
     std::istringstream stream(text.text());
     return world->Load(stream);

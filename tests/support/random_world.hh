@@ -14,19 +14,27 @@
 
 namespace random_world {
 
+inline constexpr double kUniformReturn = 1;  ///< the default of ranger_return
+
 /// A random world file: robots with rangers among boxes and polygons, with varied sizes, heights,
 /// resolutions and positions.
 class WorldText {
  public:
-  explicit WorldText(uint64_t seed);
+  /// The values of ranger_return: any, or one besides -1, so that devices find ranges.
+  enum class Returns { kAny, kUniform };
+  explicit WorldText(uint64_t seed, Returns returns = Returns::kAny);
 
   const std::string& text() const { return text_; }
   double resolution() const { return cell_; }
   uint64_t steps() const { return steps_; }
   uint64_t seed() const { return seed_; }
+  Returns returns() const { return returns_; }
 
  private:
   bool Chance(double probability) { return random_.Uniform() < probability; }
+  double Return(double value) const {
+    return returns_ == Returns::kAny || value < 0 ? value : kUniformReturn;
+  }
   uint32_t Below(uint32_t n) { return static_cast<uint32_t>(random_.Next() % n); }
   template <typename T, size_t n>
   T OneOf(const T (&values)[n]) {
@@ -45,6 +53,7 @@ class WorldText {
 
   Stg::RandomStream random_;
   uint64_t seed_;
+  Returns returns_;
   double cell_;  // metres
   double centre_x_, centre_y_;
   double half_width_;  // metres
@@ -58,7 +67,9 @@ class Driver {
  public:
   /// `cell`: resolution, metres. `early`: some poses are set during the updates, by timed callbacks
   /// and by velocity callbacks.
-  Driver(uint64_t seed, double cell, bool early) : seed_(seed), cell_(cell), early_(early) {}
+  Driver(uint64_t seed, double cell, bool early,
+         WorldText::Returns returns = WorldText::Returns::kAny)
+      : seed_(seed), cell_(cell), early_(early), returns_(returns) {}
   Driver(const Driver&) = delete;
   Driver& operator=(const Driver&) = delete;
   void Attach(Stg::World* world);
@@ -95,6 +106,7 @@ class Driver {
   uint64_t seed_;
   double cell_;
   bool early_;
+  WorldText::Returns returns_;
   Stg::World* world_ = nullptr;
   Stg::RandomStream random_;
   std::vector<Jump> jumps_;
@@ -104,8 +116,9 @@ struct Outcome {
   std::vector<uint64_t> hashes;  ///< state hashes at the beginning and after each step
   uint64_t device_steps = 0;
   uint64_t rays = 0;
-  uint64_t hits = 0;     ///< occupied cells that were examined
-  uint64_t resumed = 0;  ///< rays that continued past the end of their hit list
+  uint64_t hits = 0;          ///< occupied cells that were examined
+  uint64_t resumed = 0;       ///< rays that continued past the end of their hit list
+  uint64_t ranges_given = 0;  ///< rays whose ranges came from a device
 };
 
 /// Loads a world with these options and runs it with a Driver.

@@ -134,6 +134,26 @@ TEST(ExactnessTest, OnADevice) {
   EXPECT_GT(resumed, 0u);
 }
 
+TEST(ExactnessTest, RangesOfADevice) {
+  if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
+  uint64_t given = 0, others = 0;
+  for (uint64_t seed = 1; seed <= 3 * kWorlds && !HasFailure(); seed++) {
+    const WorldText world(seed, WorldText::Returns::kUniform);
+    const bool early = seed % 4 == 0;
+    const Outcome expected = RunWorld(world, Plain(), early);
+    RunOptions options = OnDevice();
+    options.threads = 1 + static_cast<int>(seed % 3);
+    const Outcome found = RunWorld(world, options, early);
+    ExpectSame(world, expected, found);
+    EXPECT_EQ(expected.ranges_given, 0u);
+    EXPECT_EQ(expected.rays, found.rays);
+    given += found.ranges_given;
+    others += found.rays - found.ranges_given;
+  }
+  EXPECT_GT(given, 100 * kWorlds);
+  EXPECT_GT(others, 100 * kWorlds);
+}
+
 // ---- shipped worlds -----------------------------------------------------------------------------
 
 struct Shipped {
@@ -160,8 +180,12 @@ TEST_P(ShippedWorlds, GiveTheSameResultsInAllModes) {
     const Outcome found = random_world::RunFile(Path(), steps, OnDevice());
     EXPECT_EQ(FirstDifference(expected, found), -1) << length << " hits";
     EXPECT_GT(found.device_steps, 0u);
+    EXPECT_EQ(found.ranges_given, 0u);
   }
   unsetenv("STAGE_CL_HITS");
+  const Outcome found = random_world::RunFile(Path(), steps, OnDevice());
+  EXPECT_EQ(FirstDifference(expected, found), -1) << "ranges";
+  EXPECT_GT(found.ranges_given, found.rays / 2);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedWorlds,

@@ -134,8 +134,9 @@ Environment
                        (default: the fastest of this processor). For measurements
   STAGE_PYTHON         the Python interpreter of --live and --foxglove (default: python3)
   STAGE_CL_DEVICE      DEVICE of an --opencl without one
-  STAGE_CL_HITS        potential hits that the device lists per ray, 1 (default) to 16. If none of
-                       them is a hit, the host continues the walk
+  STAGE_CL_HITS        1 to 16: the device lists that many potential hits of each ray, and the host
+                       decides or continues the walk, as Jones et al. did. Default: the device
+                       finds the ranges of rangers, and lists one hit of other rays
   STAGE_CL_MEMORY      own or shared: whether the device has its own memory, instead of what the
                        driver reports
   STAGE_CL_OPTIONS     further options of the device's compiler

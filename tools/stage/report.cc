@@ -106,6 +106,7 @@ Json Describe(const LoadedWorld& loaded) {
           {"rays_per_second", Ratio(rays, loaded.wall_seconds)},
           {"potential_hits_per_ray", Ratio(static_cast<double>(run.trace.potential_hits), rays)},
           {"resumed_rays", run.trace.resumed},
+          {"ranges_from_device", run.trace.ranges_given},
           {"threads", run.threads},
           {"metrics", MetricsOf(*world)},
           {"phases_ms_per_step", PhasesPerStep(run)},

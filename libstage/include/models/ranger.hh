@@ -72,6 +72,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     double Increment() const;
     bool HasAngleNoise() const;
     bool IsNoisy() const;
+    void Copy(const internal::sensing::DeviceRanges& given);
     void AddRangeNoise(RandomStream* random, double* ranges, size_t count) const;
     void Resize();
     void LoadRange(Worldfile* wf, int entity);
@@ -131,6 +132,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   void Prepare(Sensor* sensor, uint32_t index);
   void PrefetchHits(uint32_t tag) const override;
   void ReceiveHits(uint32_t tag, const internal::sensing::RayHits& hits) override;
+  bool ReceiveRanges(uint32_t tag, const internal::sensing::DeviceRanges& ranges) override;
 
   std::vector<Sensor> sensors_;
   Pose scan_pose_;  // see GetScanPose()

@@ -18,6 +18,7 @@ struct TraceCounters {
   uint64_t rays = 0;
   uint64_t potential_hits = 0;  ///< cells whose bodies were examined
   uint64_t resumed = 0;         ///< rays whose full hit list was not sufficient
+  uint64_t ranges_given = 0;    ///< rays whose ranges a device gave, without potential hits
 };
 
 /// Costs of a prefilter so far, for --stats.

@@ -36,6 +36,14 @@ struct RayHits {
   uint32_t count;                ///< number of rays
 };
 
+/// The ranges of a fan's rays as a device gives them. Everything that they hit has the same
+/// ranger_return.
+struct DeviceRanges {
+  const double* ranges;  ///< with a minus sign for rays that hit nothing; NaN: the device can't tell
+  uint32_t count;        ///< number of rays
+  double ranger_return;  ///< of everything that is hit
+};
+
 /// Receives the results of fans. Several threads may deliver different fans concurrently.
 class RaySink {
  public:
@@ -44,6 +52,9 @@ class RaySink {
   virtual void PrefetchHits(uint32_t /*tag*/) const {}
   /// `tag` is that of the fan.
   virtual void ReceiveHits(uint32_t tag, const RayHits& hits) = 0;
+  /// Like ReceiveHits(), for fans whose ranges a device gives. Returns false, and has done nothing,
+  /// if the host must trace the fan instead.
+  virtual bool ReceiveRanges(uint32_t /*tag*/, const DeviceRanges& /*ranges*/) { return false; }
 };
 
 }  // namespace sensing

@@ -363,6 +363,7 @@ sensing::Fan ModelRanger::FanOf(uint32_t index, const Pose& frame, const SineCos
   const Sensor& sensor = sensors_[index];
   sensing::Fan fan;
   fan.predicate = StopsRanger;
+  fan.sees_all_but = root;
   fan.finder = this;
   fan.sink = const_cast<ModelRanger*>(this);
   fan.tag = index;
@@ -468,6 +469,35 @@ void ModelRanger::ReceiveHits(uint32_t tag, const sensing::RayHits& hits) {
       if (intensities[i] != intensity) intensities[i] = intensity;
   }
   sensor.AddRangeNoise(&sensor.random_, sensor.ranges.data(), sensor.ranges.size());
+}
+
+bool ModelRanger::ReceiveRanges(uint32_t tag, const sensing::DeviceRanges& given) {
+  if (tag >= sensors_.size() || sensors_[tag].ranges.size() != given.count) return true;
+  if (std::any_of(given.ranges, given.ranges + given.count, [](double r) { return r != r; }))
+    return false;
+  Sensor& sensor = sensors_[tag];
+  sensor.intensities.resize(given.count);
+  sensor.Copy(given);
+  sensor.AddRangeNoise(&sensor.random_, sensor.ranges.data(), sensor.ranges.size());
+  return true;
+}
+
+/// Copies ranges and finds intensities.
+void ModelRanger::Sensor::Copy(const sensing::DeviceRanges& given) {
+  constexpr uint32_t kAtOnce = 16;
+  double* const to = ranges.data();
+  double* const intensity = intensities.data();
+  for (uint32_t begin = 0; begin < given.count; begin += kAtOnce) {
+    const uint32_t end = std::min(begin + kAtOnce, given.count);
+    bool changed = false;
+    for (uint32_t i = begin; i < end; i++) {
+      to[i] = std::fabs(given.ranges[i]);
+      changed |= intensity[i] != (std::signbit(given.ranges[i]) ? 0.0 : given.ranger_return);
+    }
+    if (!changed) continue;  // the usual case: not writing them saves memory bandwidth
+    for (uint32_t i = begin; i < end; i++)
+      intensity[i] = std::signbit(given.ranges[i]) ? 0.0 : given.ranger_return;
+  }
 }
 
 /// Adds noise, keeping ranges between the sensor's minimum and maximum. Ranges at the maximum or
