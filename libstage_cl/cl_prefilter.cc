@@ -54,7 +54,8 @@ sensing::PrefilterError AsPrefilterError(const ::cl::Error& error) {
 
 }  // namespace
 
-ClPrefilter::ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits_per_ray)
+ClPrefilter::ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits_per_ray,
+                         std::optional<sensing::RangeModels> tested)
     : device_(std::move(device)),
       is_cpu_(device_->found.kind == "cpu"),
       per_ray_(hits_per_ray),
@@ -69,7 +70,7 @@ ClPrefilter::ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits
   const std::size_t max_work_group =
       walk_.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_->found.device);
   work_group_ = std::min(is_cpu_ ? kWorkGroupCpu : kWorkGroupGpu, max_work_group);
-  if (device_->ranges() != nullptr && per_ray_ == 1) FindRangesIfPossible();
+  if (device_->ranges() != nullptr && per_ray_ == 1 && (!tested || tested->cell)) PrepareRanges();
   const ::cl::Kernel update(device_->program, "update_words");
   const auto forget_grid = [&] {
     grid_ = std::make_unique<DeviceGrid>(&memory_, update, work_group_);
@@ -81,12 +82,14 @@ ClPrefilter::ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits
   const sensing::PrefilterStatistics before = statistics_;
   WarmUp();
   forget_grid();
-  if (ranges_.cell && !sensing::FindsRangesOfHost(this)) ranges_ = {};
-  forget_grid();
+  if (ranges_.cell && !tested) {
+    if (!sensing::FindsRangesOfHost(this)) ranges_ = {};
+    forget_grid();
+  }
   statistics_ = before;
 }
 
-void ClPrefilter::FindRangesIfPossible() {
+void ClPrefilter::PrepareRanges() {
   find_cell_ranges_ = ::cl::Kernel(device_->ranges, "find_cell_ranges");
   find_exact_ranges_ = ::cl::Kernel(device_->ranges, "find_exact_ranges");
   for (const ::cl::Kernel* const kernel : {&find_cell_ranges_, &find_exact_ranges_})
@@ -126,7 +129,7 @@ std::string ClPrefilter::DeviceName() const {
 std::unique_ptr<sensing::Prefilter> ClPrefilter::CloneForWorld() const {
   try {
     CheckProcess();
-    return std::make_unique<ClPrefilter>(device_, per_ray_);
+    return std::make_unique<ClPrefilter>(device_, per_ray_, ranges_);
   } catch (const sensing::PrefilterError&) {
   } catch (const ::cl::Error&) {
   }

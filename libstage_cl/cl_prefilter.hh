@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,9 +24,11 @@ namespace Stg::cl {
 
 class ClPrefilter final : public sensing::Prefilter {
  public:
-  /// Finds ranges if the device has the program for them and hits_per_ray is 1. Throws
-  /// sensing::PrefilterError or cl::Error.
-  ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits_per_ray);
+  /// Finds ranges if the device has the program for them, hits_per_ray is 1, and a test shows that
+  /// they are those of the host; `tested` is a result of that test. Throws sensing::PrefilterError
+  /// or cl::Error.
+  ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits_per_ray,
+              std::optional<sensing::RangeModels> tested = {});
 
   sensing::RangeModels ranges() const override { return ranges_; }
   sensing::HitLists Walk(grid::Grid& grid, const sensing::DirectionTables& tables,
@@ -44,7 +47,7 @@ class ClPrefilter final : public sensing::Prefilter {
   void SendGrid(const grid::Grid& grid);
   void SendBatch(const sensing::RayBatch& batch, threads::WorkerPool* workers);
   void SendDirections(const sensing::DirectionTables& tables, const sensing::RayBatch& batch);
-  void FindRangesIfPossible();
+  void PrepareRanges();
   const uint32_t* EnqueueChunk(const grid::Grid& grid, const sensing::RayBatch& batch,
                                std::size_t chunk);
   void Enqueue(const grid::Grid& grid, const sensing::DeviceBatch::Launch& launch,
