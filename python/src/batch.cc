@@ -21,7 +21,7 @@ std::unique_ptr<WorldPool> PoolOf(const std::vector<Simulation*>& prototypes,
                                   const std::vector<uint64_t>& seeds,
                                   const std::vector<uint32_t>& variants, unsigned threads,
                                   const std::optional<std::string>& device,
-                                  const std::vector<std::string>& placed) {
+                                  const std::vector<std::string>& placed, bool branch) {
   const std::set<Simulation*> once(prototypes.begin(), prototypes.end());
   std::vector<std::unique_ptr<Source::Use>> uses;
   for (Simulation* const prototype : once) uses.push_back(std::make_unique<Source::Use>(prototype));
@@ -31,6 +31,7 @@ std::unique_ptr<WorldPool> PoolOf(const std::vector<Simulation*>& prototypes,
   options.device_steps = device.has_value();
   options.device_choice = device.value_or("");
   options.placed = placed;
+  options.branch = branch;
   std::vector<const World*> worlds;
   for (Simulation* const prototype : prototypes) worlds.push_back(&prototype->world());
   auto pool = std::make_unique<WorldPool>(worlds, seeds, variants, options);
@@ -48,8 +49,9 @@ std::unique_ptr<WorldPool> AnotherPool(Batch* other, const WorldPool& pool,
 
 Batch::Batch(const std::vector<Simulation*>& prototypes, const std::vector<uint64_t>& seeds,
              const std::vector<uint32_t>& variants, unsigned threads,
-             const std::optional<std::string>& device, const std::vector<std::string>& placed)
-    : pool_(PoolOf(prototypes, seeds, variants, threads, device, placed)) {
+             const std::optional<std::string>& device, const std::vector<std::string>& placed,
+             bool branch)
+    : pool_(PoolOf(prototypes, seeds, variants, threads, device, placed, branch)) {
   MakeWorlds();
 }
 
@@ -238,6 +240,17 @@ void Batch::Restore(const Indices& which, const Snapshot& from) {
   const GilRelease no_gil;
   pool_->Restore(which, from);
   Gather(which);
+}
+
+void Batch::Reseed(const std::vector<uint64_t>& seeds) {
+  const Use use(this);
+  const GilRelease no_gil;
+  pool_->ForEach(pool_->All(), [&](uint32_t id) {
+    if (PoolAccess::RowToChange(*pool_, id))
+      PoolAccess::Reseed(*pool_, id, seeds[id]);
+    else if (World* const world = WorldAt(id))
+      world->Reseed(seeds[id]);
+  });
 }
 
 Snapshot Batch::Take(uint32_t index) {

@@ -32,10 +32,12 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   /// Creates one world per seed, each as if loaded with that seed, and like one of the prototypes,
   /// which `variants` numbers for each world. `threads` is 1 or more. `device` chooses the OpenCL
   /// device that makes whole steps; none: the host makes them. `placed` are names, see
-  /// WorldPoolOptions. Throws Failure if a world cannot be created, or if there is no such device.
+  /// WorldPoolOptions; so is `branch`. Throws Failure if a world cannot be created, or if there is
+  /// no such device.
   Batch(const std::vector<Simulation*>& prototypes, const std::vector<uint64_t>& seeds,
         const std::vector<uint32_t>& variants, unsigned threads,
-        const std::optional<std::string>& device, const std::vector<std::string>& placed);
+        const std::optional<std::string>& device, const std::vector<std::string>& placed,
+        bool branch);
   /// Creates newly loaded worlds of the same file as those of `other`.
   Batch(Batch* other, const std::vector<uint64_t>& seeds);
 
@@ -65,6 +67,8 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   void Reset(const Indices& which, const std::optional<std::vector<uint64_t>>& seeds,
              const std::optional<std::vector<uint32_t>>& variants);
   void Restore(const Indices& which, const Snapshot& from);
+  /// See World::Reseed(); with a seed for each world.
+  void Reseed(const std::vector<uint64_t>& seeds);
   Snapshot Take(uint32_t index);
   std::vector<uint64_t> StateHashes();
   std::shared_ptr<Simulation> Fork(uint32_t index);

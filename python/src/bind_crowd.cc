@@ -41,11 +41,12 @@ std::shared_ptr<Batch> Make(const std::vector<std::shared_ptr<Simulation>>& prot
                             const std::vector<uint64_t>& seeds,
                             const std::vector<uint32_t>& variants, unsigned threads,
                             const RobotIds& ids, const std::optional<std::string>& device,
-                            const std::vector<std::string>& placed) {
+                            const std::vector<std::string>& placed, bool branch) {
   return Logged([&] {
     std::vector<Simulation*> pointers;
     for (const auto& prototype : prototypes) pointers.push_back(prototype.get());
-    const auto batch = std::make_shared<Batch>(pointers, seeds, variants, threads, device, placed);
+    const auto batch =
+        std::make_shared<Batch>(pointers, seeds, variants, threads, device, placed, branch);
     std::vector<Crowd::Robots> robots;
     for (const auto& of_variant : ids) {
       robots.emplace_back();
@@ -167,7 +168,7 @@ void BindBatch(nb::module_& module) {
   nb::class_<Batch>(module, "Batch", "Many worlds; see stagesim.Batch.")
       .def(nb::new_(&Make), nb::arg("prototypes"), nb::arg("seeds"), nb::arg("variants"),
            nb::arg("threads"), nb::arg("robots"), nb::arg("device").none() = nb::none(),
-           nb::arg("placed") = std::vector<std::string>())
+           nb::arg("placed") = std::vector<std::string>(), nb::arg("branch") = false)
       .def_prop_ro("crowd", &Batch::crowd)
       .def_prop_ro("device_crowd", &Batch::device_crowd)
       .def_prop_ro("device", &Batch::device)
@@ -207,6 +208,14 @@ void BindBatch(nb::module_& module) {
             Logged([&] { b.Restore(IndicesOf(which), from); });
           },
           nb::arg("which"), nb::arg("snapshot"))
+      .def(
+          "reseed",
+          [](Batch& b, const std::vector<uint64_t>& seeds) {
+            if (seeds.size() != b.size())
+              throw nb::value_error("found another number of seeds than there are worlds");
+            Logged([&] { b.Reseed(seeds); });
+          },
+          nb::arg("seeds"))
       .def("take", &Batch::Take, nb::arg("index"))
       .def("state_hashes", &Batch::StateHashes)
       .def("fork", &Batch::Fork, nb::arg("index"))

@@ -16,6 +16,7 @@ from .batch import Batch
 from .device_array import DeviceArray
 from .errors import GoneError, StageError, WorldError
 from .fleet import Fleet, Reading, Sensor, sensor_types
+from .futures import Futures
 from .pictures import Film, save_png
 from .world import Contacts, World
 
@@ -23,6 +24,6 @@ Ranger = Fiducials = Blobs = Camera = Sensor  # former names
 
 __version__: str = _core.version()
 __all__ = [
-    "Batch", "Contacts", "DeviceArray", "Film", "Fleet", "GoneError", "Model", "RangeSensor", "Reading", "Sensor",
-    "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "sensor_types", "shipped_worlds",
+    "Batch", "Contacts", "DeviceArray", "Film", "Fleet", "Futures", "GoneError", "Model", "RangeSensor", "Reading",
+    "Sensor", "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "sensor_types", "shipped_worlds",
 ]

@@ -99,7 +99,8 @@ class Batch(Crowd):
         return batch
 
     def _begin(self, prototypes: list[World], n: int, variant: npt.ArrayLike | None, seeds: Iterable[int] | None,
-               threads: int | None, robots: str | None, placed: str | None, device: str | None) -> None:
+               threads: int | None, robots: str | None, placed: str | None, device: str | None,
+               branch: bool = False) -> None:
         n = _checks.integer(n, "the number of worlds", 1, MAX_WORLDS)
         if not prototypes:
             raise ValueError("found no variants, expected one or more")
@@ -109,7 +110,7 @@ class Batch(Crowd):
         threads = _core.count_processors() if threads is None else _options.checked("threads", threads)
         core = _core.Batch([prototype._core for prototype in prototypes],
                            _options.seeds(range(n) if seeds is None else seeds, n), variant, threads, ids,
-                           _choice_of(device), list(things[1]))
+                           _choice_of(device), list(things[1]), branch)
         self._take(core, n, names, [prototype._recipe for prototype in prototypes], ids, things, device)
 
     def _take(self, core: _core.Batch, n: int, names: tuple[str, ...], recipes: list[Recipe], ids: _Ids,

@@ -222,3 +222,21 @@ bot( pose [0.5 -0.5 0 -100] )
             batch.cmd[...] = commands
             batch.step(1 + moment % 4)
         assert batches[0].state_hashes() == batches[1].state_hashes(), moment
+
+
+def test_futures_on_a_device_equal_those_on_the_host(device: str) -> None:
+    for kind, text in KINDS.items():
+        world = st.World.from_text(text)
+        fleet = world.fleet()
+        readings = fleet.ranger().ranges
+        here, there = (st.Futures(world, 3, device=where) for where in (None, device))
+        for seeds in (None, [1, 2, 2]):
+            fleet.cmd[:, 0] = .3
+            world.step(4)
+            told = np.random.default_rng(1).uniform((0, 0, -1), (.5, 0, 1), (3, 2, len(fleet), 3))
+            record = ("pose", "ranges", "stalled")
+            found, expected = (of.predict(told, n=3, record=record, seeds=seeds) for of in (there, here))
+            assert there.device is not None and there.explain() is None
+            for name, array in expected.items():
+                np.testing.assert_array_equal(found[name], array, err_msg=f"{kind}: {name}")
+        assert np.isfinite(readings).any()
