@@ -71,13 +71,13 @@ RAY_FUNCTION int row_squares_overlap(row_square_t a, row_square_t b) {
 
 /* See Nearby::SetBox(). */
 RAY_FUNCTION row_square_t row_square_of(const row_world_t* w, ray_uint i) {
-  const row_contact_t c = row_contacts(w)[i];
-  const double side = row_toucher(w, i)->bound + c.reach + ROW_TOUCH;
+  RAY_GLOBAL const row_contact_t* const c = row_contacts(w) + i;
+  const double side = row_toucher(w, i)->bound + c->reach + ROW_TOUCH;
   row_square_t square;
-  square.x0 = c.x - side;
-  square.y0 = c.y - side;
-  square.x1 = c.x + side;
-  square.y1 = c.y + side;
+  square.x0 = c->x - side;
+  square.y0 = c->y - side;
+  square.x1 = c->x + side;
+  square.y1 = c->y + side;
   return square;
 }
 
@@ -125,16 +125,14 @@ RAY_FUNCTION int row_is_edge_near(const row_world_t* w, ray_uint i, ray_uint num
   RAY_GLOBAL const row_edge_t* const edge = ROW_PART(w, row_edge_t, ROW_EDGES) + number;
   const row_point_t a = edge->ends[0], b = edge->ends[1];
   const row_square_t of_edge = row_square_of_edge(a, b);
-  const row_contact_t c = row_contacts(w)[i];
-  const ray_uint group = row_toucher(w, i)->group;
-  const double far = row_toucher(w, i)->bound + c.reach + ROW_TOUCH;
+  RAY_GLOBAL const row_contact_t* const c = row_contacts(w) + i;
+  const double far = row_toucher(w, i)->bound + c->reach + ROW_TOUCH;
   row_edge_cells_t own;
   if (!row_squares_overlap(box, of_edge)) return 0;
   own = row_edge_cells(w, of_edge);
   if ((own.x0 < near.x0 ? near.x0 : own.x0) != x || (own.y0 < near.y0 ? near.y0 : own.y0) != y)
     return 0;
-  if (edge->group == group && group != ROW_NONE) return 0;
-  return row_squared_distance_to_edge(row_point(c.x, c.y), a, b) < far * far;
+  return row_squared_distance_to_edge(row_point(c->x, c->y), a, b) < far * far;
 }
 
 /* Puts a number into an ascending list with `count` numbers. */
@@ -173,18 +171,17 @@ RAY_FUNCTION ray_uint row_find_walls(const row_world_t* w, ray_uint i, int lists
 
 /* ---- pairs ---------------------------------------------------------------------------------- */
 
-/* See Nearby::TryPair(). */
+/* See Nearby::TryPair(). Touchers and walls are whole trees, so none are related. */
 RAY_FUNCTION int row_may_touch(const row_world_t* w, ray_uint a, ray_uint b) {
-  const row_contact_t of_a = row_contacts(w)[a], of_b = row_contacts(w)[b];
-  RAY_GLOBAL const row_toucher_t* const toucher_a = row_toucher(w, a);
-  RAY_GLOBAL const row_toucher_t* const toucher_b = row_toucher(w, b);
+  RAY_GLOBAL const row_contact_t* const of_a = row_contacts(w) + a;
+  RAY_GLOBAL const row_contact_t* const of_b = row_contacts(w) + b;
   double dx, dy, far;
-  if (of_a.reach == 0.0 && of_b.reach == 0.0) return 0;
+  if (of_a->reach == 0.0 && of_b->reach == 0.0) return 0;
   if (!row_squares_overlap(row_square_of(w, a), row_square_of(w, b))) return 0;
-  if (toucher_a->group == toucher_b->group && toucher_a->group != ROW_NONE) return 0;
-  dx = of_a.x - of_b.x;
-  dy = of_a.y - of_b.y;
-  far = (toucher_a->bound + toucher_b->bound) + (of_a.reach + of_b.reach) + ROW_TOUCH;
+  dx = of_a->x - of_b->x;
+  dy = of_a->y - of_b->y;
+  far = (row_toucher(w, a)->bound + row_toucher(w, b)->bound) + (of_a->reach + of_b->reach) +
+        ROW_TOUCH;
   return dx * dx + dy * dy < far * far;
 }
 

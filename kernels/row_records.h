@@ -297,10 +297,9 @@ typedef struct RAY_ALIGNED(16) {
 /* A mover in contacts of outlines: its shape, and what does not change in motion::Columns. */
 typedef struct RAY_ALIGNED(16) {
   ray_uint mover, flags;
-  ray_uint group; /* ROW_NONE: it touches all others */
   ray_uint first_piece, pieces;
   ray_uint first_corner, corners;
-  ray_uint unused;
+  ray_uint unused[2];
   double core, bound, grip, arm, friction, elevation;
 } row_toucher_t;
 
@@ -313,8 +312,7 @@ typedef struct RAY_ALIGNED(16) {
 /* See motion::WallEdge. */
 typedef struct RAY_ALIGNED(16) {
   row_point_t ends[2], beyond[2];
-  double bottom, top, friction;
-  ray_uint group, unused;
+  double bottom, top, friction, unused;
 } row_edge_t;
 
 /* Memory for the contacts of a world: offsets of arrays, and numbers of their elements. */

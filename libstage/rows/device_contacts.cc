@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "kernels/row_outlines.h"
+
 namespace Stg::rows {
 
 namespace {
@@ -18,7 +20,6 @@ row_point_t PointOf(motion::Vector v) { return {v.x, v.y}; }
 }  // namespace
 
 static_assert(sizeof(motion::Vector) == sizeof(row_point_t));
-static_assert(motion::kNoGroup == ROW_NONE);
 
 DeviceContacts::DeviceContacts(const Scene& scene, size_t contact_bytes)
     : scene_(scene), contact_bytes_(contact_bytes) {
@@ -38,7 +39,6 @@ DeviceContacts::DeviceContacts(const Scene& scene, size_t contact_bytes)
                       edge.height.bottom,
                       edge.height.top,
                       edge.friction,
-                      edge.group,
                       0});
 }
 
@@ -52,7 +52,6 @@ void DeviceContacts::AddToucher(const Mover& mover, uint32_t number) {
   record.flags = flag(mover.robot != nullptr, ROW_IS_ROBOT) | flag(mover.is_pushed, ROW_IS_PUSHED) |
                  flag(columns.pushable[row] != 0, ROW_IS_PUSHABLE) |
                  flag(mover.bottom + mover.z < 0, ROW_IS_IN_FLOOR);
-  record.group = columns.group[row];
   record.first_piece = shape.first_piece;
   record.pieces = shape.piece_count;
   record.first_corner =
@@ -95,16 +94,29 @@ uint32_t DeviceContacts::MostPieces() const {
   return most;
 }
 
+/// Number of pieces of a toucher, on average and rounded up.
+uint32_t DeviceContacts::UsualPieces() const {
+  const auto count = static_cast<uint32_t>(touchers_.size());
+  uint32_t sum = 0;
+  for (const row_toucher_t& toucher : touchers_) sum += toucher.pieces;
+  return count > 0 ? (sum + count - 1) / count : 0;
+}
+
+/// Numbers of pairs of touchers, of touchers with walls, and of their pieces.
+DeviceContacts::Counts DeviceContacts::CountsOf(uint64_t near, uint64_t walls, uint64_t pieces) {
+  return {near, walls, near * pieces * pieces + walls * pieces};
+}
+
 /// Numbers that no world can exceed.
 DeviceContacts::Counts DeviceContacts::Most() const {
-  const uint64_t count = touchers_.size(), pieces = MostPieces();
+  const uint64_t count = touchers_.size();
   const uint64_t near = count > 0 ? count * (count - 1) / 2 : 0, walls = count * edges_.size();
-  return {near, walls, near * pieces * pieces + walls * pieces};
+  return CountsOf(near, walls, MostPieces());
 }
 
 /// Numbers that worlds rarely exceed.
 DeviceContacts::Counts DeviceContacts::Usual() const {
-  const uint64_t count = touchers_.size(), pieces = MostPieces();
+  const uint64_t count = touchers_.size();
   const double reach = 2 * kUsualSpeed * static_cast<double>(scene_.step) / 1e6;
   const uint64_t near = std::min(Most().near, count * kUsualNeighbours);
   uint64_t walls = 0;
@@ -115,7 +127,7 @@ DeviceContacts::Counts DeviceContacts::Usual() const {
     bound = toucher.bound;
     walls += around;
   }
-  return {near, walls, near * pieces * pieces + walls * pieces};
+  return CountsOf(near, walls, UsualPieces());
 }
 
 row_room_t DeviceContacts::RoomFor(const Counts& counts) const {
@@ -140,13 +152,16 @@ row_room_t DeviceContacts::RoomFor(const Counts& counts) const {
   return room;
 }
 
-/// A room for what is usual, or for as much of it as the bytes suffice for.
+/// A room for what is usual, or for as much of it as the bytes suffice for: rather for fewer walls
+/// than for fewer pairs of movers, because not all movers are at walls at a time.
 row_room_t DeviceContacts::RoomWithin(size_t bytes) const {
   Counts counts = Usual();
   for (;;) {
     const row_room_t room = RoomFor(counts);
-    if (room.bytes <= bytes || counts.near + counts.walls + counts.pairs == 0) return room;
-    counts = {counts.near * 3 / 4, counts.walls * 3 / 4, counts.pairs * 3 / 4};
+    if (room.bytes <= bytes || counts.near + counts.walls == 0) return room;
+    uint64_t& fewer = counts.walls > 0 ? counts.walls : counts.near;
+    fewer = fewer * 3 / 4;
+    counts = CountsOf(counts.near, counts.walls, UsualPieces());
   }
 }
 

@@ -12,14 +12,14 @@
 #include <string>
 #include <vector>
 
-#include "kernels/row_outlines.h"
+#include "kernels/row_records.h"
 #include "rows/scene.hh"
 
 namespace Stg::rows {
 
 /// Bytes for the pairs of a world, at most. Worlds with more pairs at a time take turns in memory
 /// that is large enough for any of them.
-inline constexpr size_t kContactBytes = size_t{64} << 10;
+inline constexpr size_t kContactBytes = size_t{128} << 10;
 
 /// Says why contacts take too much memory, in words that follow "because"; empty if they do not.
 std::string WhyNotContacts(const Scene& scene);
@@ -47,6 +47,8 @@ class DeviceContacts {
   void AddToucher(const Mover& mover, uint32_t number);
   uint64_t MostWallsNear(double distance) const;
   uint32_t MostPieces() const;
+  uint32_t UsualPieces() const;
+  static Counts CountsOf(uint64_t near, uint64_t walls, uint64_t pieces);
   Counts Most() const;
   Counts Usual() const;
   row_room_t RoomFor(const Counts& counts) const;

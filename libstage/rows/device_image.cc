@@ -10,6 +10,7 @@
 #include <span>
 #include <tuple>
 
+#include "kernels/row_outlines.h"
 #include "messages/assert.hh"
 #include "messages/report.hh"
 #include "motion/drive_table.hh"
