@@ -101,14 +101,15 @@ OpenDevice::OpenDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> w
     throw sensing::PrefilterError("it has no doubles (cl_khr_fp64), which steps of rows need");
   context = ::cl::Context(found.device);
   const double start = threads::WallClock();
-  program =
-      Compile(context, found.device, kernels == Kernels::kRows ? Kernels::kRows : Kernels::kWalks);
   if (kernels == Kernels::kRanges && has_doubles) {
     try {
-      ranges = Compile(context, found.device, Kernels::kRanges);
+      program = ranges = Compile(context, found.device, Kernels::kRanges);
     } catch (const sensing::PrefilterError&) {  // the device gives hit lists
     }
   }
+  if (program() == nullptr)
+    program = Compile(context, found.device,
+                      kernels == Kernels::kRows ? Kernels::kRows : Kernels::kWalks);
   compile_seconds = threads::WallClock() - start;
 }
 

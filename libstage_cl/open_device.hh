@@ -30,7 +30,7 @@ struct OpenDevice {
   double compile_seconds;
   ::cl::Context context;
   ::cl::Program program;
-  ::cl::Program ranges;  ///< null without doubles, or if its compiler rejects them
+  ::cl::Program ranges;  ///< the same if it finds ranges, otherwise null
 };
 
 }  // namespace Stg::cl
