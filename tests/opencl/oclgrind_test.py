@@ -5,6 +5,7 @@
 Oclgrind is about a hundred times slower than a device, so the world is tiny.
 """
 
+import json
 import os
 import re
 import shutil
@@ -59,7 +60,9 @@ def is_sanitized():
 
 class OclgrindTest(unittest.TestCase):
     def run_stage(self, before, options, hits):
-        environment = dict(os.environ, STAGE_CL_HITS=str(hits))
+        environment = dict(os.environ)
+        if hits is not None:
+            environment["STAGE_CL_HITS"] = str(hits)
         result = subprocess.run(
             before + [STAGE, "-g", self.world, "--state-hash"] + options,
             env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False)
@@ -82,13 +85,13 @@ class OclgrindTest(unittest.TestCase):
         with open(self.world, "w", encoding="utf-8") as file:
             file.write(WORLD)
 
-    def check(self, hits):
+    def check(self, hits, options=()):
         stats = os.path.join(self.directory.name, "stats.json")
-        expected, _ = self.run_stage([], [], hits)
+        expected, _ = self.run_stage([], list(options), hits)
         log = os.path.join(self.directory.name, "oclgrind.log")
         found, output = self.run_stage(
             [OCLGRIND, "--data-races", "--uninitialized", "--check-api", "--log", log],
-            ["--opencl", "--opencl-always", "--stats", stats], hits)
+            ["--opencl", "--opencl-always", "--stats", stats, *options], hits)
         self.assertEqual(found, expected)
         # Oclgrind prints nothing if there is no error.
         report = ""
@@ -98,13 +101,24 @@ class OclgrindTest(unittest.TestCase):
         self.assertEqual(report.strip(), "")
         self.assertNotIn("warning", output)
         with open(stats, encoding="utf-8") as file:
-            self.assertIn("Oclgrind", file.read())
+            text = file.read()
+        self.assertIn("Oclgrind", text)
+        ranges = json.loads(text)["ranges_from_device"]
+        self.assertEqual(ranges > 0, hits is None)
 
     def test_one_hit_for_each_ray(self):
         self.check(1)
 
     def test_four_hits_for_each_ray(self):
         self.check(4)
+
+    def test_ranges(self):
+        """The device finds ranges where all bodies have one ranger_return."""
+        with open(self.world, "w", encoding="utf-8") as file:
+            file.write(WORLD.replace(" ranger_return 0.5", ""))
+        for model in ("cell", "exact"):
+            with self.subTest(model=model):
+                self.check(None, ["--ray-model", model])
 
 
 if __name__ == "__main__":
