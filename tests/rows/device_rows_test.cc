@@ -310,6 +310,27 @@ TEST(DeviceRowsSizesTest, AnyNumberOfWorldsHasTheBitsOfTheHost) {
   }
 }
 
+/// Coordinates of contacts are relative to a place nearby.
+TEST(DeviceRowsFarTest, ContactsFarFromTheOriginHaveTheBitsOfTheHost) {
+  const ScenePointer scene = SceneOf(R"(
+define robot position( size [0.3 0.3 0.3] drive "omni" friction 0.3 )
+robot( pose [100000.3 -70000.2 0 10] )
+robot( pose [100000.7 -70000.2 0 60] pushable 1 )
+model( pose [100000.5 -70000 0 0] size [3 0.1 1] )
+)",
+                                     0);
+  ASSERT_TRUE(scene);
+  RandomSource random(1);
+  Comparison comparison(scene, 5, kHost, &random);
+  size_t hindered = 0;
+  for (int round = 0; round < 100; round++) {
+    comparison.Step(4);
+    ASSERT_EQ(comparison.Difference(), "") << round;
+    for (const uint8_t is_hindered : comparison.host().columns.hindered) hindered += is_hindered;
+  }
+  EXPECT_GT(hindered, 50u);
+}
+
 TEST(DeviceRowsReasonsTest, RunningFindersAreRefusedWithAReason) {
   Stg::InitLibrary();
   Stg::RunOptions options;
