@@ -34,6 +34,9 @@ typedef ulong ray_ulong;
 typedef uint ray_uint;
 #define RAY_GLOBAL __global
 #define RAY_FUNCTION
+/* A large function that is called in several places. Compilers of GPUs copy all others into their
+ * callers. */
+#define RAY_LARGE_FUNCTION __attribute__((noinline))
 /* Aligned, so that a device reads a record in few accesses, none across a cache line. */
 #define RAY_ALIGNED(bytes) __attribute__((aligned(bytes)))
 #else
@@ -44,6 +47,7 @@ typedef uint64_t ray_ulong;
 typedef uint32_t ray_uint;
 #define RAY_GLOBAL
 #define RAY_FUNCTION static inline
+#define RAY_LARGE_FUNCTION static inline
 #define RAY_ALIGNED(bytes)
 #endif
 

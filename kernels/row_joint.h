@@ -185,7 +185,7 @@ RAY_FUNCTION void row_store_island(const row_solver_t* s) {
 }
 
 /* See IslandSolver::Solve(). */
-RAY_FUNCTION void row_solve_island(row_solver_t* s, ray_uint number) {
+RAY_LARGE_FUNCTION void row_solve_island(row_solver_t* s, ray_uint number) {
   int pass;
   s->island = ROW_SCRATCH(s->w, row_island_t, ROW_ISLANDS)[number];
   row_load_island(s);

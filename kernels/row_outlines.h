@@ -79,7 +79,7 @@ RAY_FUNCTION void row_solve_in_shared_room(const row_world_t* w, ray_uint island
 }
 
 /* Forms the islands of a world. Those that are still to be solved are in its crowd. */
-RAY_FUNCTION void row_form_islands(const row_world_t* w) {
+RAY_LARGE_FUNCTION void row_form_islands(const row_world_t* w) {
   RAY_GLOBAL row_crowd_t* const crowd = ROW_SCRATCH(w, row_crowd_t, ROW_CROWD);
   row_solver_t solver;
   ray_uint near = 0, islands, i;

@@ -24,32 +24,20 @@ uint world_of_item(const uint first) {
   return first + (uint)(get_group_id(0) * get_local_size(1) + get_local_id(1));
 }
 
-__kernel void step_rows(const uint first, __global const ulong* image, __global ulong* state,
+/* Step all worlds, or those of a list. Contacts are those of cells, or those of outlines. */
+__kernel void step_rows(const uint first, __global const uint* list, const uint is_list,
+                        __global const ulong* image, __global ulong* state,
                         __global ulong* scratch, const uint steps, const uint unseen) {
-  const row_world_t w = world_number(image, state, scratch, world_of_item(first));
+  const uint place = world_of_item(first);
+  const row_world_t w = world_number(image, state, scratch, is_list ? list[place] : place);
   row_step_cells(&w, steps, unseen);
 }
 
-__kernel void step_outline_rows(const uint first, __global const ulong* image,
-                                __global ulong* state, __global ulong* scratch, const uint steps,
-                                const uint unseen) {
-  const row_world_t w = world_number(image, state, scratch, world_of_item(first));
-  row_step_outlines(&w, steps, unseen);
-}
-
-/* These step only the worlds of a list. */
-__kernel void step_some_rows(const uint first, __global const ulong* image, __global ulong* state,
-                             __global ulong* scratch, __global const uint* worlds,
-                             const uint steps, const uint unseen) {
-  const row_world_t w = world_number(image, state, scratch, worlds[world_of_item(first)]);
-  row_step_cells(&w, steps, unseen);
-}
-
-__kernel void step_some_outline_rows(const uint first, __global const ulong* image,
-                                     __global ulong* state, __global ulong* scratch,
-                                     __global const uint* worlds, const uint steps,
-                                     const uint unseen) {
-  const row_world_t w = world_number(image, state, scratch, worlds[world_of_item(first)]);
+__kernel void step_outline_rows(const uint first, __global const uint* list, const uint is_list,
+                                __global const ulong* image, __global ulong* state,
+                                __global ulong* scratch, const uint steps, const uint unseen) {
+  const uint place = world_of_item(first);
+  const row_world_t w = world_number(image, state, scratch, is_list ? list[place] : place);
   row_step_outlines(&w, steps, unseen);
 }
 

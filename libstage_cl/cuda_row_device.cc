@@ -103,18 +103,11 @@ void CudaRowDevice::Check(cuda::Result result, const std::string& what) const {
 void CudaRowDevice::FindKernels() {
   const CudaDevice::Current current(*device_);
   const std::pair<cuda::Function*, const char*> kernels[] = {
-      {&step_, "step_rows"},
-      {&step_some_, "step_some_rows"},
-      {&step_outlines_, "step_outline_rows"},
-      {&step_some_outlines_, "step_some_outline_rows"},
-      {&reset_, "reset_rows"},
-      {&restore_, "restore_rows"},
-      {&give_, "give_rows"},
-      {&gather_, "gather_rows"},
-      {&command_, "command_rows"},
-      {&clear_, "clear_rows"},
-      {&place_, "place_rows"},
-      {&reset_flagged_, "reset_flagged_rows"}};
+      {&step_, "step_rows"},       {&step_outlines_, "step_outline_rows"},
+      {&reset_, "reset_rows"},     {&restore_, "restore_rows"},
+      {&give_, "give_rows"},       {&gather_, "gather_rows"},
+      {&command_, "command_rows"}, {&clear_, "clear_rows"},
+      {&place_, "place_rows"},     {&reset_flagged_, "reset_flagged_rows"}};
   for (const auto& [kernel, name] : kernels) {
     Check(device_->functions().get_function(kernel, kernels_->module(), name), name);
     int most = 0;
@@ -225,21 +218,21 @@ std::shared_ptr<std::byte> CudaRowDevice::MakeHostMemory(size_t bytes) {
           }};
 }
 
-void CudaRowDevice::Step(uint32_t steps, uint32_t unseen) {
+/// Steps all worlds, if is_list is 0, or those of the list.
+void CudaRowDevice::StepWorlds(std::span<const uint32_t> list, uint32_t is_list, uint32_t steps,
+                               uint32_t unseen) {
   if (steps == 0) return;
   Call([&] {
-    LaunchForWorlds(outlines_ ? step_outlines_ : step_, worlds_, image_.address(), state_.address(),
-                    scratch_.address(), steps, unseen);
+    LaunchForWorlds(outlines_ ? step_outlines_ : step_, is_list ? list.size() : worlds_,
+                    SendList(list), is_list, image_.address(), state_.address(), scratch_.address(),
+                    steps, unseen);
   });
 }
 
+void CudaRowDevice::Step(uint32_t steps, uint32_t unseen) { StepWorlds({}, 0, steps, unseen); }
+
 void CudaRowDevice::StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) {
-  if (steps == 0) return;
-  Call([&] {
-    const cuda::Address list = SendList(worlds);
-    LaunchForWorlds(outlines_ ? step_some_outlines_ : step_some_, worlds.size(), image_.address(),
-                    state_.address(), scratch_.address(), list, steps, unseen);
-  });
+  StepWorlds(worlds, 1, steps, unseen);
 }
 
 void CudaRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,

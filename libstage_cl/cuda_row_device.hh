@@ -109,6 +109,8 @@ class CudaRowDevice final : public rows::RowDevice {
   bool IsInDefaultStream() const override { return true; }
 
  private:
+  void StepWorlds(std::span<const uint32_t> list, uint32_t is_list, uint32_t steps,
+                  uint32_t unseen);
   template <typename F>
   void Call(F f);
   void Check(cuda::Result result, const std::string& what) const;
@@ -131,8 +133,8 @@ class CudaRowDevice final : public rows::RowDevice {
   const std::string name_;
   const pid_t process_ = getpid();
   const std::shared_ptr<const CudaKernels> kernels_;
-  cuda::Function step_, step_some_, step_outlines_, step_some_outlines_, reset_, restore_, give_,
-      gather_, command_, clear_, place_, reset_flagged_;
+  cuda::Function step_, step_outlines_, reset_, restore_, give_, gather_, command_, clear_, place_,
+      reset_flagged_;
   RowLimits limits_;
   RowGroups groups_{1, 1};
   size_t worlds_ = 0;

@@ -45,18 +45,11 @@ ClRowDevice::ClRowDevice(const ClRowDevice& other)
 /// Makes the kernels, each of which holds its arguments.
 void ClRowDevice::FindKernels() {
   const std::pair<::cl::Kernel*, const char*> kernels[] = {
-      {&step_, "step_rows"},
-      {&step_some_, "step_some_rows"},
-      {&step_outlines_, "step_outline_rows"},
-      {&step_some_outlines_, "step_some_outline_rows"},
-      {&reset_, "reset_rows"},
-      {&restore_, "restore_rows"},
-      {&give_, "give_rows"},
-      {&gather_, "gather_rows"},
-      {&command_, "command_rows"},
-      {&clear_, "clear_rows"},
-      {&place_, "place_rows"},
-      {&reset_flagged_, "reset_flagged_rows"}};
+      {&step_, "step_rows"},       {&step_outlines_, "step_outline_rows"},
+      {&reset_, "reset_rows"},     {&restore_, "restore_rows"},
+      {&give_, "give_rows"},       {&gather_, "gather_rows"},
+      {&command_, "command_rows"}, {&clear_, "clear_rows"},
+      {&place_, "place_rows"},     {&reset_flagged_, "reset_flagged_rows"}};
   for (const auto& [kernel, name] : kernels) {
     *kernel = ::cl::Kernel(device_->program, name);
     const bool has_entries =
@@ -187,20 +180,21 @@ void ClRowDevice::LaunchForEntries(::cl::Kernel* kernel, const rows::RowChoice& 
                              });
 }
 
-void ClRowDevice::Step(uint32_t steps, uint32_t unseen) {
+/// Steps all worlds, if is_list is 0, or those of the list.
+void ClRowDevice::StepWorlds(std::span<const uint32_t> list, cl_uint is_list, uint32_t steps,
+                             uint32_t unseen) {
   if (steps == 0) return;
   Call([&] {
-    LaunchForWorlds(outlines_ ? &step_outlines_ : &step_, worlds_, image_, state_, scratch_,
-                    cl_uint{steps}, cl_uint{unseen});
+    LaunchForWorlds(outlines_ ? &step_outlines_ : &step_, is_list ? list.size() : worlds_,
+                    SendList(list), is_list, image_, state_, scratch_, cl_uint{steps},
+                    cl_uint{unseen});
   });
 }
 
+void ClRowDevice::Step(uint32_t steps, uint32_t unseen) { StepWorlds({}, 0, steps, unseen); }
+
 void ClRowDevice::StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) {
-  if (worlds.empty() || steps == 0) return;
-  Call([&] {
-    LaunchForWorlds(outlines_ ? &step_some_outlines_ : &step_some_, worlds.size(), image_, state_,
-                    scratch_, SendList(worlds), cl_uint{steps}, cl_uint{unseen});
-  });
+  StepWorlds(worlds, 1, steps, unseen);
 }
 
 void ClRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,

@@ -76,6 +76,7 @@ class ClRowDevice final : public rows::RowDevice {
   void WaitForCuda() override;
 
  private:
+  void StepWorlds(std::span<const uint32_t> list, cl_uint is_list, uint32_t steps, uint32_t unseen);
   template <typename F>
   auto Call(F f) const;
   ::cl::Buffer MakeBuffer(size_t bytes, const std::string& name) const;
@@ -104,8 +105,8 @@ class ClRowDevice final : public rows::RowDevice {
   const std::shared_ptr<const OpenDevice> device_;  // destroyed last
   const pid_t process_ = getpid();
   ::cl::CommandQueue queue_;
-  ::cl::Kernel step_, step_some_, step_outlines_, step_some_outlines_, reset_, restore_, give_,
-      gather_, command_, clear_, place_, reset_flagged_;
+  ::cl::Kernel step_, step_outlines_, reset_, restore_, give_, gather_, command_, clear_, place_,
+      reset_flagged_;
   RowLimits limits_;
   size_t items_of_entries_, worlds_ = 0;
   RowGroups groups_{1, 1};

@@ -21,6 +21,7 @@
 #undef RAY_ALIGNED
 #undef RAY_GLOBAL
 #undef RAY_FUNCTION
+#undef RAY_LARGE_FUNCTION
 
 namespace opencl_c {
 
