@@ -47,9 +47,9 @@ __kernel void find_cell_ranges(__global const ray_super_t* directory, const uint
 /* An exact ray, and the nearest hit so far. */
 typedef struct {
   row_line_t line;
-  ulong tree;    /* bodies of this tree are passed */
-  uint layer;    /* bodies of other layers too */
-  double range;  /* to the hit, or the length of the ray */
+  ulong tree;   /* bodies of this tree are passed */
+  uint layer;   /* bodies of other layers too */
+  double range; /* to the hit, or the length of the ray */
   int has_hit;
 } exact_ray_t;
 

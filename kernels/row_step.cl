@@ -2,8 +2,8 @@
  *
  * The kernels that step closed worlds, in OpenCL C 1.1. They are compiled after ray_walk.h,
  * records.h and the headers row_*.h. A work-group steps one world or a few: dimension 0 has the
- * work-items of a world, dimension 1 the worlds. `first` is the number of a launch's first world, or
- * its place in a list.
+ * work-items of a world, dimension 1 the worlds. `first` is the number of a launch's first world,
+ * or its place in a list.
  *
  * image: the scene, see row_scene_t. state: the columns of all worlds. scratch: memory of worlds
  * during a step.
@@ -26,8 +26,8 @@ uint world_of_item(const uint first) {
 
 /* Step all worlds, or those of a list. Contacts are those of cells, or those of outlines. */
 __kernel void step_rows(const uint first, __global const uint* list, const uint is_list,
-                        __global const ulong* image, __global ulong* state,
-                        __global ulong* scratch, const uint steps, const uint unseen) {
+                        __global const ulong* image, __global ulong* state, __global ulong* scratch,
+                        const uint steps, const uint unseen) {
   const uint place = world_of_item(first);
   const row_world_t w = world_number(image, state, scratch, is_list ? list[place] : place);
   row_step_cells(&w, steps, unseen);
@@ -138,8 +138,8 @@ __kernel void place_rows(const uint first, __global const ulong* image, __global
 }
 
 /* Resets the worlds that have a flag. They keep their seeds, on which nothing else depends. */
-__kernel void reset_flagged_rows(const uint first, __global const ulong* image, __global ulong* state,
-                                 __global const uchar* flags) {
+__kernel void reset_flagged_rows(const uint first, __global const ulong* image,
+                                 __global ulong* state, __global const uchar* flags) {
   const row_world_t w = world_number(image, state, state, world_of_item(first));
   if (flags[w.world]) row_reset(&w, ROW_COLUMN(&w, row_byte, ROW_SEED), (ulong)1 << ROW_SEED);
 }

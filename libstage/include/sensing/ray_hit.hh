@@ -39,7 +39,7 @@ struct RayHits {
 /// The ranges of a fan's rays as a device gives them. Everything that they hit has the same
 /// ranger_return.
 struct DeviceRanges {
-  const double* ranges;  ///< with a minus sign for rays that hit nothing; NaN: the device can't tell
+  const double* ranges;  ///< negative for rays that hit nothing; NaN: the device can't tell
   uint32_t count;        ///< number of rays
   double ranger_return;  ///< of everything that is hit
 };
