@@ -70,7 +70,7 @@ ClPrefilter::ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits
   const std::size_t max_work_group =
       walk_.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_->found.device);
   work_group_ = std::min(is_cpu_ ? kWorkGroupCpu : kWorkGroupGpu, max_work_group);
-  if (device_->ranges() != nullptr && per_ray_ == 1 && (!tested || tested->cell)) PrepareRanges();
+  if (device_->finds_ranges && per_ray_ == 1 && (!tested || tested->cell)) PrepareRanges();
   const ::cl::Kernel update(device_->program, "update_words");
   const auto forget_grid = [&] {
     grid_ = std::make_unique<DeviceGrid>(&memory_, update, work_group_);
@@ -90,8 +90,8 @@ ClPrefilter::ClPrefilter(std::shared_ptr<const OpenDevice> device, uint32_t hits
 }
 
 void ClPrefilter::PrepareRanges() {
-  find_cell_ranges_ = ::cl::Kernel(device_->ranges, "find_cell_ranges");
-  find_exact_ranges_ = ::cl::Kernel(device_->ranges, "find_exact_ranges");
+  find_cell_ranges_ = ::cl::Kernel(device_->program, "find_cell_ranges");
+  find_exact_ranges_ = ::cl::Kernel(device_->program, "find_exact_ranges");
   for (const ::cl::Kernel* const kernel : {&find_cell_ranges_, &find_exact_ranges_})
     work_group_ = std::min<std::size_t>(
         work_group_, kernel->getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_->found.device));

@@ -103,7 +103,8 @@ OpenDevice::OpenDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> w
   const double start = threads::WallClock();
   if (kernels == Kernels::kRanges && has_doubles) {
     try {
-      program = ranges = Compile(context, found.device, Kernels::kRanges);
+      program = Compile(context, found.device, Kernels::kRanges);
+      finds_ranges = true;
     } catch (const sensing::PrefilterError&) {  // the device gives hit lists
     }
   }

@@ -30,7 +30,7 @@ struct OpenDevice {
   double compile_seconds;
   ::cl::Context context;
   ::cl::Program program;
-  ::cl::Program ranges;  ///< the same if it finds ranges, otherwise null
+  bool finds_ranges = false;  ///< whether the program has the kernels of ranges.cl
 };
 
 }  // namespace Stg::cl
