@@ -144,14 +144,21 @@ TEST_F(CallsTest, ThatCrashInAThreadOfTheDriver) {
 
 // The result of a child process that died is remembered; the program does not try again.
 TEST_F(CallsTest, AreTriedOnceForSeveralWorlds) {
-  fs::create_directories(Path("both"));
-  const Environment environment = {{"LD_PRELOAD", shim_}, {"STAGE_FAULT_LOG", Path("log")}};
   const std::string world = Path("w.world");
-  const Strings arguments = {"-g", world, world, "--opencl-always", "--opencl"};
-  EXPECT_EQ(Process(Path("both"), arguments, environment).Finish().status, 0);
-  EXPECT_EQ(CountOf(ReadFile(Path("log")), "child clBuildProgram"), 1u);
-  EXPECT_EQ(CountOf(ReadFile(Path("log")), "parent clBuildProgram"), 2u);
-  EXPECT_EQ(CountOf(ReadFile(Path("log")), "parent clGetDeviceIDs"), 2u);  // number, then ids
+  const auto log_of = [&](const std::string& name, const Strings& worlds) {
+    fs::create_directories(Path(name));
+    const Environment environment = {{"LD_PRELOAD", shim_},
+                                     {"STAGE_FAULT_LOG", Path(name + ".log")}};
+    Strings arguments = worlds;
+    arguments.insert(arguments.end(), {"-g", "--opencl-always", "--opencl"});
+    EXPECT_EQ(Process(Path(name), arguments, environment).Finish().status, 0);
+    return ReadFile(Path(name + ".log"));
+  };
+  const std::string one = log_of("one", {world}), both = log_of("both", {world, world});
+  EXPECT_EQ(CountOf(both, "child clBuildProgram"), 1u);
+  EXPECT_EQ(CountOf(both, "parent clBuildProgram"), 2u);
+  EXPECT_GE(CountOf(one, "parent clGetDeviceIDs"), 2u);  // number, then ids, of each driver
+  EXPECT_EQ(CountOf(both, "parent clGetDeviceIDs"), CountOf(one, "parent clGetDeviceIDs"));
 }
 
 // ---- calls of the plug-in -----------------------------------------------------------------------

@@ -53,6 +53,7 @@ class Subjects:
         self.pixels = np.zeros((4, 4, 3), np.uint8)
         self.which = np.array([0], np.uint32)
         self.recorded = np.zeros((1, 2), bool)
+        self.poses, self.none = np.zeros((2, 1, 3)), np.zeros((2, 1), bool)
         self.folder = tempfile.TemporaryDirectory()
         Path(self.folder.name, "w.world").write_text("quit_time 1")
         subprocess.run([_paths.PROGRAM, "sweep", f"{self.folder.name}/w.world", "--plan-only", "-o",
@@ -101,6 +102,9 @@ def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str,
         "Batch.rollout": (batch.rollout, {"moments": 1, "steps": 1, "commands": None, "live": [], "to": [],
                                           "recorded": s.recorded}),
         "Batch.reset": (batch.reset, {"which": s.which, "seeds": [1], "variants": [0]}),
+        "Batch.reseed": (batch.reseed, {"seeds": [1] * s.batch.n}),
+        "Batch.place": (batch.place, {"models": [s.ids], "poses": s.poses, "which": s.none}),
+        "Batch.find_places": (batch.find_places, {"models": [s.ids], "to": s.poses}),
         "Batch.take": (batch.take, {"index": 0}),
         "Batch.fork": (batch.fork, {"index": 0}),
         "Simulation.step": (core.step, {"steps": 1}),
