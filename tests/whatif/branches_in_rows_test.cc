@@ -334,7 +334,8 @@ TEST_P(BranchesInRowsTest, EqualThoseWithWorlds) {
   static const Restless controller;
   RegisterBatchController("restless", &controller);
   Happened happened;
-  for (uint64_t seed = 1; seed <= Worlds(); seed++) {
+  for (uint64_t i = 0; i <= Worlds(); i++) {
+    const uint64_t seed = i == 0 ? 716 : i;  // once, used worlds kept bearings of other snapshots
     RandomSource random(seed + (GetParam() ? 1000 : 0));
     const ClosedWorldKind kind{
         random.OneIn(GetParam() ? 6 : 2), random.OneIn(3), random.Int(1, 5), 3, random.OneIn(3),

@@ -310,8 +310,9 @@ void ModelRanger::DropReadings() {
   for (Sensor& sensor : sensors_) {
     sensor.ranges.clear();
     sensor.intensities.clear();
-    if (sensor.table_fov_ != sensor.fov) sensor.bearings.clear();
+    sensor.bearings.clear();
   }
+  scan_pose_ = Pose();
   has_scan_pose_ = false;
 }
 
