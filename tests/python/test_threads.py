@@ -57,7 +57,8 @@ ARGUMENTS: dict[str, Any] = {
     "World.step": (1,), "World.run": (0.1,), "World.cast": ([[0, 0, 0]], 0, 5), "World.set_metric": ("mine", 1.0),
     "World.model": ("r",), "World.restore": "snapshot", "World.render": (8, 8), "Batch.restore": "snapshot",
     "Batch.snapshot": (0,), "Batch.fork": (0,), "Batch.state_hash": (0,), "Batch.rollout": {"moments": 2},
-    "Batch.teleport": ([0, 0, 0],), "Batch.render": (0, 8, 8), "Fleet.teleport": ([0, 0, 0],), "Model.drive": (0.1,),
+    "Batch.teleport": ([0, 0, 0],), "Batch.place": ([0, 0, 0],),
+    "Batch.render": (0, 8, 8), "Fleet.teleport": ([0, 0, 0],), "Model.drive": (0.1,),
     "Model.go_to": (1, 1), "Model.add_sensor": (5, 1, 3), "Fleet.sensor": ("ranger",), "Batch.sensor": ("ranger",),
     "Fleet.array": ("ranger.ranges",), "Batch.array": ("pose",),
 }
