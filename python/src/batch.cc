@@ -89,21 +89,32 @@ void Batch::Look(uint32_t index, const std::function<void(World& world)>& look) 
     throw Failure{Kind::kGone, "there is no world number " + std::to_string(index)};
 }
 
-/// Applies the commands before each step of a world, and fills in its arrays after each round.
-class Batch::Stepper : public StepObserver {
+/// Fills in the arrays of worlds after each round.
+class Batch::Gatherer : public StepObserver {
  public:
-  explicit Stepper(Batch* batch) : batch_(*batch) {}
+  explicit Gatherer(Batch* batch) : batch_(*batch) {}
 
-  void BeforeStep(uint32_t id, uint64_t) override { batch_.crowd_->Command(batch_, id); }
-  uint64_t StepsAtOnce(uint32_t, uint64_t) override { return UINT64_MAX; }
+  bool TakesPartInSteps() const override { return false; }
   void AfterRound(uint32_t id, uint64_t, uint64_t, Outcome) override {
     batch_.crowd_->Gather(batch_, id);
   }
   void BetweenRounds() override { signals_.Poll(); }
 
- private:
+ protected:
   Batch& batch_;
+
+ private:
   SignalChecks signals_;
+};
+
+/// Also applies the commands before each step of a world.
+class Batch::Stepper : public Gatherer {
+ public:
+  using Gatherer::Gatherer;
+
+  bool TakesPartInSteps() const override { return true; }
+  void BeforeStep(uint32_t id, uint64_t) override { batch_.crowd_->Command(batch_, id); }
+  uint64_t StepsAtOnce(uint32_t, uint64_t) override { return UINT64_MAX; }
 };
 
 /// Sets the commands before the first step of each moment, and copies the arrays after the last.
@@ -162,22 +173,6 @@ class Batch::Recorder : public StepObserver {
   const uint64_t steps_;
   const std::vector<Record>& records_;
   bool* const recorded_;
-  SignalChecks signals_;
-};
-
-/// Fills in the arrays of worlds that the device has stepped.
-class Batch::Gatherer : public StepObserver {
- public:
-  explicit Gatherer(Batch* batch) : batch_(*batch) {}
-
-  bool TakesPartInSteps() const override { return false; }
-  void AfterRound(uint32_t id, uint64_t, uint64_t, Outcome) override {
-    batch_.crowd_->Gather(batch_, id);
-  }
-  void BetweenRounds() override { signals_.Poll(); }
-
- private:
-  Batch& batch_;
   SignalChecks signals_;
 };
 

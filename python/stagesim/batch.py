@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import fnmatch
 import os
 from collections import Counter
 from collections.abc import Iterable
@@ -18,7 +17,7 @@ from .device_array import checked_tensor, is_on_card, on_host
 from .errors import GoneError, StageError
 from .fleet import Bools, Crowd, Floats
 from .pictures import Pixels
-from .world import Recipe, World, rendered
+from .world import Recipe, World, is_named, rendered
 
 MAX_WORLDS = 2**31
 OWN = ("seed", "threads")  # options of World() that a batch has in another form
@@ -358,11 +357,7 @@ class Batch(Crowd):
             if self._reads_cuda():
                 return self._core.teleport_on_card(pose, which)
             pose, which = on_host(pose), on_host(which)
-        mask = np.ascontiguousarray(np.broadcast_to(True if which is None else which, shape), bool)
-        poses = np.ascontiguousarray(np.broadcast_to(pose, (*shape, 3)), np.float64)
-        if not np.isfinite(poses[mask]).all():
-            raise ValueError("found a pose that is not finite")
-        self._core.teleport(poses, mask)
+        self._core.teleport(*_moves(pose, which, shape))
 
     def place(self, pose: npt.ArrayLike, which: npt.ArrayLike | None = None) -> None:
         """Moves the models of `placed` to other places, without collision tests.
@@ -377,12 +372,7 @@ class Batch(Crowd):
         Raises:
             ValueError: a pose is not finite, or a shape is wrong.
         """
-        shape = (self.n, len(self.placed))
-        mask = np.ascontiguousarray(np.broadcast_to(True if which is None else which, shape), bool)
-        poses = np.ascontiguousarray(np.broadcast_to(pose, (*shape, 3)), np.float64)
-        if not np.isfinite(poses[mask]).all():
-            raise ValueError("found a pose that is not finite")
-        self._core.place(self._things, poses, mask)
+        self._core.place(self._things, *_moves(pose, which, (self.n, len(self.placed))))
 
     @property
     def placed_pose(self) -> Floats:
@@ -426,6 +416,15 @@ class Batch(Crowd):
 
     def __repr__(self) -> str:
         return f"<Batch of {self.n} worlds of {len(self)} robots>"
+
+
+def _moves(pose: npt.ArrayLike, which: npt.ArrayLike | None, shape: tuple[int, int]) -> tuple[Floats, Bools]:
+    """Poses of shape (*shape, 3) and a mask of those to move; raises ValueError if one of these is not finite."""
+    mask = np.ascontiguousarray(np.broadcast_to(True if which is None else which, shape), bool)
+    poses = np.ascontiguousarray(np.broadcast_to(pose, (*shape, 3)), np.float64)
+    if not np.isfinite(poses[mask]).all():
+        raise ValueError("found a pose that is not finite")
+    return poses, mask
 
 
 def _choice_of(device: str | None) -> str | None:
@@ -492,7 +491,7 @@ def _placed_of(prototypes: list[World], pattern: str | None) -> tuple[_Ids, tupl
         robots = {id_ for id_, *_ in prototype._core.robots()}
         chosen.append([(model.id, model.name) for model in prototype.models
                        if model.parent is None and model.id not in robots
-                       and (fnmatch.fnmatchcase(model.name, pattern) or fnmatch.fnmatchcase(model.type, pattern))])
+                       and is_named(model.name, model.type, pattern)])
     ids, names = _united(chosen)
     if not names:
         raise GoneError(f"there is no model on the ground with a name or type like {pattern!r}")

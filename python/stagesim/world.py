@@ -317,8 +317,7 @@ class World:
         if robots is None:
             ids = [id_ for id_, (_, _, top) in known.items() if top]
         elif isinstance(robots, str):
-            ids = [id_ for id_, (name, type_, _) in known.items()
-                   if fnmatch.fnmatchcase(name, robots) or fnmatch.fnmatchcase(type_, robots)]
+            ids = [id_ for id_, (name, type_, _) in known.items() if is_named(name, type_, robots)]
         else:
             ids = [robot.id for robot in robots]
             for id_ in ids:
@@ -437,6 +436,11 @@ def _unpickle_world(cls: type[World], recipe: Recipe, seed: int, state: Snapshot
     if world.state_hash() != state_hash:
         raise WorldError(misfit)
     return world
+
+
+def is_named(name: str, type_: str, pattern: str) -> bool:
+    """True if the name or the type of a model is like the pattern."""
+    return fnmatch.fnmatchcase(name, pattern) or fnmatch.fnmatchcase(type_, pattern)
 
 
 def rendered(fit: Callable[[int, int], tuple[float, float, float]], render: Callable[..., None], width: int,
