@@ -146,8 +146,14 @@ OmittedReadings World::Restorer::OmittedReadingsOf(const StateRow& row) {
 void World::Restorer::DropReadings(const StateRow& row) {
   const std::span<const unsigned char> omitted = row.section(kOmitted);
   STAGE_ASSERT(omitted.size() == engine_.models.size());
-  for (size_t i = 0; i < omitted.size(); i++)
-    if (omitted[i] != 0) engine_.models[i]->DropReadings();
+  for (size_t i = 0; i < omitted.size(); i++) {
+    if (omitted[i] == 0) continue;
+    Model& model = *engine_.models[i];
+    model.DropReadings();
+    if (!model.pose_before_push_) continue;
+    model.pose_before_push_.reset();
+    engine_.contacts_changed = true;  // the next step makes the pose again
+  }
 }
 
 /// Restores only sections that differ from `before`. The models must be the same.
