@@ -156,7 +156,7 @@ TEST_F(SnapshotTest, LeanSnapshotsAreEquivalentAfterAStep) {
   }
 }
 
-/// What a lean snapshot leaves out does not depend on what the world did before it was restored.
+/// A world in which a lean snapshot was restored keeps nothing of what it did before.
 TEST_F(SnapshotTest, LeanSnapshotsRestoreNoPoseBeforeAPush) {
   std::istringstream text[2];
   std::unique_ptr<World> worlds[2];
