@@ -69,7 +69,9 @@ class Host : public std::enable_shared_from_this<Host> {
   double max_dissipation = 0;          ///< joules in one square metre: see DissipationVis
   bool listed = true;                  ///< see RunOptions::listed
   bool loads_controllers = true;       ///< see RunOptions::controllers
-  size_t controllers_left_out = 0;     ///< number not loaded for that reason
+  /// See RunOptions::pictures.
+  std::shared_ptr<const std::map<std::string, std::string>> pictures;
+  size_t controllers_left_out = 0;  ///< number not loaded for that reason
   size_t power_packs = 0;
   EnergyTotals energy_totals;
   std::vector<uint32_t> placed;  ///< ids of models that a pool places, see WorldPoolOptions
@@ -151,7 +153,7 @@ class Host : public std::enable_shared_from_this<Host> {
 
   bool loading = false;  ///< bodies are rasterized after loading
   MemoryBudget memory;
-  /// Outlines of pictures by path. Copies of a world share them.
+  /// Outlines of pictures by path, or by the name in `pictures`. Copies of a world share them.
   using Outlines = std::map<std::string, std::shared_ptr<const picture::Outlines>>;
   Outlines outlines_of_pictures;
 

@@ -2,6 +2,7 @@
 
 #include "models/picture_path.hh"
 
+#include "models/host.hh"
 #include "worldfile/find_file.hh"
 #include "worldfile/worldfile.hh"
 
@@ -12,6 +13,12 @@ std::string PathOfPicture(Worldfile* wf, int entity, const std::string& name) {
   std::string found = worldfile::FindFile("", beside);
   if (found.empty()) found = worldfile::FindShipped(name);
   return found.empty() ? beside : found;
+}
+
+const std::string* PictureInMemory(const Host& host, const std::string& name) {
+  if (!host.pictures) return nullptr;
+  const auto found = host.pictures->find(name);
+  return found == host.pictures->end() ? nullptr : &found->second;
 }
 
 }  // namespace Stg

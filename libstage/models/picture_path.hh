@@ -6,11 +6,16 @@
 
 namespace Stg {
 
+class Host;
 class Worldfile;
 
 /// Path of the picture `name` of an entity. Searches the folder of the world file, STAGEPATH, and
 /// the pictures installed with Stage.
 std::string PathOfPicture(Worldfile* wf, int entity, const std::string& name);
+
+/// Content of the picture `name` if the world has it in memory (RunOptions::pictures); otherwise
+/// null.
+const std::string* PictureInMemory(const Host& host, const std::string& name);
 
 }  // namespace Stg
 

@@ -180,13 +180,22 @@ std::vector<std::vector<point_t>> Trace(const Bitmap& bitmap) {
   return Turns(bitmap).ExtractPolygons();
 }
 
-Outlines OutlinesOf(const std::string& path) {
-  const Bitmap bitmap = Load(path);
+namespace {
+
+Outlines OutlinesOf(const Bitmap& bitmap, const std::string& name) {
   try {
     return {Trace(bitmap), bitmap.width(), bitmap.height()};
   } catch (const LoadError& error) {
-    throw LoadError(path + ": " + error.what(), error.exit_status());
+    throw LoadError(name + ": " + error.what(), error.exit_status());
   }
+}
+
+}  // namespace
+
+Outlines OutlinesOf(const std::string& path) { return OutlinesOf(Load(path), path); }
+
+Outlines OutlinesOf(const std::string& content, const std::string& name) {
+  return OutlinesOf(LoadFromMemory(content.data(), content.size(), name), name);
 }
 
 }  // namespace picture

@@ -34,6 +34,8 @@ struct Outlines {
 
 /// Reads and traces the picture file at `path`. Errors start with its path.
 Outlines OutlinesOf(const std::string& path);
+/// Does the same with the content of a picture file. Errors start with `name`.
+Outlines OutlinesOf(const std::string& content, const std::string& name);
 
 }  // namespace picture
 

@@ -14,6 +14,7 @@
 #include "files/whole_file.hh"
 #include "messages/report.hh"
 #include "models/host.hh"
+#include "models/picture_path.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
 
@@ -54,7 +55,12 @@ std::vector<WorldFile> FilesOf(World* world) {
   if (!world->GetWorldFile()) return files;
   for (Worldfile::Text& text : world->GetWorldFile()->Texts())
     files.push_back({std::move(text.name), std::move(text.text)});
+  const fs::path folder = files.empty() ? fs::path() : fs::path(files[0].name).parent_path();
   for (const auto& [path, outlines] : world->host().outlines_of_pictures) {
+    if (const std::string* const content = PictureInMemory(world->host(), path)) {
+      files.push_back({(folder / path).string(), *content});
+      continue;
+    }
     std::ifstream in(path, std::ios::binary);
     std::string content(std::istreambuf_iterator<char>(in), {});
     if (in.bad() || content.empty())

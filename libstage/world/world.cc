@@ -70,6 +70,7 @@ World::World(const RunOptions& options, const std::string& name, double ppm)
   host_ = engine_.get();
   host_->listed = options_.listed;
   host_->loads_controllers = options_.controllers;
+  host_->pictures = options_.pictures;
   token = name;
   InitIfNotDone();
   SetDefaults();

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <functional>
 #include <iosfwd>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -92,6 +93,9 @@ struct RunOptions {
   bool branch;       ///< the world belongs to Branches; see World::IsBranch()
   bool controllers;  ///< false: ignore `ctrl` and `plugins`, so that files run no code
   std::vector<std::string> settings;  ///< override world files: see Worldfile::Set()
+  /// Contents of picture files by the names that properties `bitmap` have. These files are not
+  /// read; null: all pictures are files.
+  std::shared_ptr<const std::map<std::string, std::string>> pictures;
   bool listed;  ///< the world belongs to the program: UpdateAll(), Run(), QuitAll(),
                 ///< Model::LookupId(), LogEntry::log and the totals of PowerPack include it. Other
                 ///< worlds share nothing.
