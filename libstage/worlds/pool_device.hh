@@ -54,6 +54,8 @@ class PoolDevice {
   }
   /// Forgets rows before they are deleted or get another size.
   void Forget(const rows::Rows* rows);
+  /// Forgets why scenes can't be stepped, before one of them is deleted.
+  void ForgetReasons() { why_not_.clear(); }
   /// Forgets all rows after an error; what only the device had is lost.
   void Abandon() { copies_.clear(); }
 

@@ -100,6 +100,7 @@ struct WorldPool::Impl {
   void Resize(const std::vector<uint64_t>& with_seeds, const std::vector<uint32_t>& with_variants);
   Scenes AllScenes() const;
   std::vector<uint32_t> AllVariants() const;
+  void SetScene(uint32_t variant, std::shared_ptr<PoolScene> scene);
   void SetVariant(uint32_t id, uint32_t variant);
 
   // Forms.

@@ -69,6 +69,22 @@ std::vector<uint32_t> WorldPool::Impl::AllVariants() const {
   return of_worlds;
 }
 
+/// Replaces a variant without worlds, or adds the next one.
+void WorldPool::Impl::SetScene(uint32_t variant, std::shared_ptr<PoolScene> scene) {
+  auto made = std::make_unique<PoolVariant>(std::move(scene), variant, device.get());
+  if (variant == variants.size()) variants.emplace_back();
+  for (Thread& thread : of_threads) {
+    for (std::unique_ptr<SpareWorld>& spare : thread.spares) spare.reset();
+    thread.spares_of = nullptr;
+    thread.of_variants.resize(variants.size());
+    thread.of_variants[variant].reset();
+  }
+  if (variants[variant]) variants[variant]->FreeRows({});
+  if (device) device->ForgetReasons();
+  variants[variant] = std::move(made);
+  NoteForm();
+}
+
 /// Makes a world one of another variant, in the state after loading. PoolVariant::Grow() must
 /// follow.
 void WorldPool::Impl::SetVariant(uint32_t id, uint32_t variant) {
@@ -357,6 +373,22 @@ void WorldPool::Resize(const std::vector<uint64_t>& seeds) { impl_->Resize(seeds
 uint32_t WorldPool::CountVariants() const { return static_cast<uint32_t>(impl_->variants.size()); }
 
 uint32_t WorldPool::Variant(uint32_t id) const { return impl_->slots[id].variant->number; }
+
+bool WorldPool::SetPrototype(uint32_t variant, const World& prototype) {
+  const bool is_used = std::ranges::any_of(
+      impl_->slots, [&](const Impl::Slot& slot) { return slot.variant->number == variant; });
+  if (variant > CountVariants() || is_used) {
+    messages::Report(LogLevel::kError,
+                     "stage: found the variant number " + std::to_string(variant) +
+                         (is_used ? ", which worlds are of" : ", which does not exist") +
+                         ", expected one without worlds, or the next number");
+    return false;
+  }
+  auto scene = std::make_shared<PoolScene>(prototype, impl_->variants[0]->scene->pool_options());
+  if (!scene->IsReady()) return false;
+  impl_->SetScene(variant, std::move(scene));
+  return true;
+}
 
 const std::vector<uint64_t>& WorldPool::seeds() const { return impl_->seeds; }
 

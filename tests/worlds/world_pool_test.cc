@@ -212,6 +212,48 @@ TEST_F(WorldPoolTest, ResetConcernsOnlyTheGivenWorlds) {
   EXPECT_EQ(after[3], HashAlone(*prototype, 3, 30, 0));
 }
 
+// ---- variants -----------------------------------------------------------------------------------
+
+std::string WallAt(int x) {
+  return std::string(kOneRobot) + "model( pose [" + std::to_string(x) + " 0 0 0] size [1 1 1] )\n";
+}
+
+/// Each world gets another prototype again and again, which is exchanged while no world has it.
+TEST_F(WorldPoolTest, PrototypesAreExchanged) {
+  for (const unsigned threads : {1u, 4u}) {
+    const std::unique_ptr<World> first = LoadOwn(kOneRobot);
+    WorldPool pool(*first, {1, 2, 3}, With(threads));
+    for (int round = 0; round < 20; round++) {
+      const std::unique_ptr<World> own = LoadOwn(round % 3 ? WallAt(2 + round) : kRobotWithRadio);
+      const uint32_t variant = 1 + static_cast<uint32_t>(round) % 2;
+      ASSERT_TRUE(pool.SetPrototype(variant, *own)) << round;
+      ASSERT_EQ(pool.CountVariants(), round == 0 ? 2u : 3u);
+      pool.Reset({0, 2}, {10, 20}, {variant, variant});
+      Driver driver(&pool);
+      pool.Step(pool.All(), 3, &driver);
+      EXPECT_EQ(pool.StateHashes({0})[0], HashAlone(*own, 0, 10, 3));
+      EXPECT_EQ(pool.StateHashes({2})[0], HashAlone(*own, 2, 20, 3));
+    }
+    EXPECT_EQ(pool.Variant(1), 0u);
+  }
+}
+
+TEST_F(WorldPoolTest, PrototypesOfWorldsAreNotExchanged) {
+  const std::unique_ptr<World> first = LoadOwn(kOneRobot), other = LoadOwn(WallAt(4));
+  WorldPool pool(*first, {1, 2}, With(1));
+  EXPECT_EQ(
+      ErrorsOf([&] { EXPECT_FALSE(pool.SetPrototype(0, *other)); }),
+      "stage: found the variant number 0, which worlds are of, expected one without worlds, or "
+      "the next number\n");
+  EXPECT_EQ(
+      ErrorsOf([&] { EXPECT_FALSE(pool.SetPrototype(2, *other)); }),
+      "stage: found the variant number 2, which does not exist, expected one without worlds, or "
+      "the next number\n");
+  const World empty(OptionsOf(1));
+  EXPECT_NE(ErrorsOf([&] { EXPECT_FALSE(pool.SetPrototype(1, empty)); }), "");
+  EXPECT_EQ(pool.CountVariants(), 1u);
+}
+
 // ---- snapshots ----------------------------------------------------------------------------------
 
 TEST_F(WorldPoolTest, RestoredWorldsContinueLikeTheOneOfTheSnapshot) {

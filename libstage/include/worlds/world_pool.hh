@@ -119,6 +119,11 @@ class WorldPool {
   uint32_t CountVariants() const;
   /// The number of the prototype of a world.
   uint32_t Variant(uint32_t id) const;
+  /// Gives a variant that no world is of another prototype, or adds a variant if `variant` is
+  /// CountVariants(). Resets then make worlds of it. Returns false with a message, and changes
+  /// nothing, if a world is of this variant, if there is no such number, or if the prototype cannot
+  /// be copied.
+  bool SetPrototype(uint32_t variant, const World& prototype);
 
   /// Seed of the last load or reset of each world.
   const std::vector<uint64_t>& seeds() const;
