@@ -87,8 +87,10 @@ using File = std::unique_ptr<std::FILE, CloseFile>;
 
 }  // namespace
 
-Bitmap Load(const std::string& path, std::uint8_t threshold) {
-  Input input{nullptr, 0, path, threshold};
+namespace {
+
+Bitmap LoadFile(const std::string& path, std::uint8_t threshold, Samples* samples) {
+  Input input{nullptr, 0, path, threshold, samples};
   // Checked before opening, because opening a pipe could block forever.
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
@@ -108,6 +110,12 @@ Bitmap Load(const std::string& path, std::uint8_t threshold) {
   return Read(input);
 }
 
+}  // namespace
+
+Bitmap Load(const std::string& path, std::uint8_t threshold) {
+  return LoadFile(path, threshold, nullptr);
+}
+
 Bitmap LoadFromMemory(const void* data, std::size_t size, const std::string& name,
                       std::uint8_t threshold) {
   Input input{nullptr, size, name, threshold};
@@ -116,6 +124,16 @@ Bitmap LoadFromMemory(const void* data, std::size_t size, const std::string& nam
   if (file == nullptr) Fail(input, std::string("cannot read the picture: ") + std::strerror(errno));
   input.file = file.get();
   return Read(input);
+}
+
+Samples LoadSamples(const std::string& path) {
+  Samples samples;
+  LoadFile(path, 0, &samples);
+  if (samples.channels == 0)
+    throw LoadError(messages::Shortened(path, messages::kMaxDetailBytes) +
+                        ": found a picture of another kind, expected PGM or PNG",
+                    255);
+  return samples;
 }
 
 }  // namespace picture

@@ -59,6 +59,16 @@ Bitmap Load(const std::string& path, std::uint8_t threshold = 127);
 Bitmap LoadFromMemory(const void* data, std::size_t size, const std::string& name,
                       std::uint8_t threshold = 127);
 
+/// The samples of a picture with 8 bits each, row by row from the top.
+struct Samples {
+  int width = 0, height = 0;
+  int channels = 0;  ///< of a pixel, such as 1 for grey and 4 for red, green, blue and opacity
+  std::vector<std::uint8_t> values;
+};
+
+/// Reads the samples of a PNG or PGM file. Throws LoadError like Load().
+Samples LoadSamples(const std::string& path);
+
 }  // namespace picture
 }  // namespace Stg
 

@@ -19,6 +19,7 @@ struct Input {
   std::uint64_t size;
   const std::string& name;
   std::uint8_t threshold;
+  Samples* samples = nullptr;  // readers of PNG and PNM also store the samples here
 };
 
 /// Throws LoadError with the message "NAME: reason".

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include <png.h>
 
+#include <algorithm>
 #include <csetjmp>
 #include <cstdio>
 #include <new>
@@ -34,6 +35,7 @@ class PngReader {
     Bitmap bitmap = MakeBitmapOfHeader();
     Guarded([this] { SetConversions(); });
     row_.resize(png_get_rowbytes(png_, info_));
+    if (input_.samples) MakeSamples(bitmap);
     if (png_get_interlace_type(png_, info_) == PNG_INTERLACE_NONE) {
       for (int y = 0; y < bitmap.height(); ++y) ReadRow(bitmap, static_cast<unsigned>(y), 0, 1);
     } else {
@@ -83,6 +85,14 @@ class PngReader {
     png_read_update_info(png_, info_);
   }
 
+  void MakeSamples(const Bitmap& bitmap) {
+    const std::size_t channels = png_get_channels(png_, info_);
+    const auto pixels =
+        static_cast<std::size_t>(bitmap.width()) * static_cast<std::size_t>(bitmap.height());
+    *input_.samples = {bitmap.width(), bitmap.height(), static_cast<int>(channels), {}};
+    input_.samples->values.resize(pixels * channels);
+  }
+
   // Reads one of the seven passes of an interlaced picture. libpng could combine them, but only in
   // a buffer for all channels of the picture.
   void ReadPass(Bitmap& bitmap, int pass) {
@@ -105,6 +115,8 @@ class PngReader {
     const std::uint8_t* from = row_.data();
     for (std::size_t x = first_x; x < width; x += step_x, from += channels) {
       words[x / 64] |= std::uint64_t{*from <= input_.threshold} << (x % 64);
+      if (input_.samples)
+        std::copy_n(from, channels, &input_.samples->values[(y * width + x) * channels]);
     }
   }
 

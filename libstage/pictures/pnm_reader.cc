@@ -35,6 +35,7 @@ class PnmReader {
     row_.resize(in_rows ? static_cast<std::size_t>((width * bits + 7) / 8) : 0);
     const std::uint64_t row_bytes = plain_ ? std::uint64_t{width} * channels_ : row_.size();
     Bitmap bitmap = MakeBitmap(input_, width, height, bits, row_bytes * height);
+    if (input_.samples) *input_.samples = {bitmap.width(), bitmap.height(), 1, {}};
     for (unsigned y = 0; y < height; ++y) ReadRow(bitmap.Row(y), width);
     return bitmap;
   }
@@ -43,7 +44,9 @@ class PnmReader {
   void ReadRow(std::uint64_t* words, std::size_t width) {
     if (!plain_) ReadBytes(row_.data(), row_.size());
     for (std::size_t x = 0; x < width; ++x) {
-      words[x / 64] |= std::uint64_t{SampleOf(x) <= input_.threshold} << (x % 64);
+      const std::uint8_t sample = SampleOf(x);
+      words[x / 64] |= std::uint64_t{sample <= input_.threshold} << (x % 64);
+      if (input_.samples) input_.samples->values.push_back(sample);
     }
   }
 

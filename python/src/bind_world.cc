@@ -25,10 +25,18 @@ namespace Stg::python {
 
 namespace {
 
+/// Contents of picture files by name.
+using Pictures = std::map<std::string, nb::bytes>;
+
 /// Makes a world without a file. Options that are not given have their defaults.
-std::shared_ptr<Simulation> Make(const nb::dict& given) {
+std::shared_ptr<Simulation> Make(const nb::dict& given, const Pictures& pictures) {
   RunOptions options;
   options.listed = false;
+  std::map<std::string, std::string> contents;
+  for (const auto& [name, content] : pictures)
+    contents.emplace(name, std::string(content.c_str(), content.size()));
+  if (!contents.empty())
+    options.pictures = std::make_shared<const std::map<std::string, std::string>>(contents);
   for (const RunOption& option : RunOptionTable())
     if (given.contains(option.name))
       option.set(&options, nb::cast<OptionValue>(given[option.name]));
@@ -229,11 +237,11 @@ void BindSnapshot(nb::module_& module) {
 void BindWorld(nb::module_& module) {
   BindSnapshot(module);
   nb::class_<Simulation> world(module, "Simulation", "A world; see stagesim.World.");
-  world.def(nb::new_(&Make), nb::arg("options"));
+  world.def(nb::new_(&Make), nb::arg("options"), nb::arg("pictures") = Pictures());
   BindRunning(world);
   BindState(world);
   BindCast(world);
-  BindPicture(world);
+  BindPicture(module, world);
   BindScene(module, world);
   world
       .def("options",

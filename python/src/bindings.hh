@@ -26,7 +26,7 @@ void BindModel(nanobind::module_& module);
 void BindSensors(nanobind::module_& module, nanobind::class_<ModelHandle>& model);
 void BindOptions(nanobind::module_& module);
 void BindRosNames(nanobind::module_& module);
-void BindPicture(nanobind::class_<Simulation>& world);
+void BindPicture(nanobind::module_& module, nanobind::class_<Simulation>& world);
 void BindCrowd(nanobind::module_& module);
 void BindScene(nanobind::module_& module, nanobind::class_<Simulation>& world);
 void BindSweep(nanobind::module_& module);

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as _numpy  # noqa: F401  (the extension module creates NumPy arrays)
 
-from . import _core
+from . import _core, scenes
 from ._core import Model, RangeSensor, Snapshot, View
 from ._paths import shipped_worlds
 from .batch import Batch
@@ -25,5 +25,5 @@ Ranger = Fiducials = Blobs = Camera = Sensor  # former names
 __version__: str = _core.version()
 __all__ = [
     "Batch", "Contacts", "DeviceArray", "Film", "Fleet", "Futures", "GoneError", "Model", "RangeSensor", "Reading",
-    "Sensor", "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "sensor_types", "shipped_worlds",
+    "Sensor", "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "scenes", "sensor_types", "shipped_worlds",
 ]

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import operator
+import re
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,6 @@ def steps(value: Any) -> int:
 
 
 def shown(value: Any) -> str:
-    """A short representation of the value, for messages."""
-    text = repr(value)
+    """A short representation of the value in one line, for messages."""
+    text = re.sub(r"\s*\n\s*", " ", repr(value))
     return text if len(text) <= 80 else text[:77] + "..."

@@ -17,6 +17,7 @@ from .device_array import checked_tensor, is_on_card, on_host
 from .errors import GoneError, StageError
 from .fleet import Bools, Crowd, Floats
 from .pictures import Pixels
+from .scenes import Scene
 from .world import Recipe, World, is_named, rendered
 
 MAX_WORLDS = 2**31
@@ -88,13 +89,14 @@ class Batch(Crowd):
         self._begin(worlds, n, variant, seeds, threads, robots, placed, device)
 
     @classmethod
-    def of(cls, world: World | Sequence[World], n: int, *, variant: npt.ArrayLike | None = None,
+    def of(cls, world: World | Scene | Sequence[World | Scene], n: int, *, variant: npt.ArrayLike | None = None,
            seeds: Iterable[int] | None = None, threads: int | None = None, robots: str | None = None,
            placed: str | None = None, device: str | None = None) -> Batch:
-        """Makes a batch from the file or text of `world`, in the state after loading. Several worlds are variants."""
+        """Makes a batch from a world, as it was after loading, or a scene. Several of these are variants."""
+        several = [world] if isinstance(world, (World, Scene)) else list(world)
+        worlds = [World.of(each, threads=1) if isinstance(each, Scene) else each for each in several]
         batch = cls.__new__(cls)
-        batch._begin([world] if isinstance(world, World) else list(world), n, variant, seeds, threads, robots, placed,
-                     device)
+        batch._begin(worlds, n, variant, seeds, threads, robots, placed, device)
         return batch
 
     def _begin(self, prototypes: list[World], n: int, variant: npt.ArrayLike | None, seeds: Iterable[int] | None,

@@ -16,6 +16,8 @@ from ._core import Model, Snapshot
 from .errors import GoneError, StageError, WorldError
 from .fleet import Fleet, Floats
 from .pictures import Pixels, png_of
+from .scenes import GridMap, Scene
+from .scenes.models import Thing
 
 
 class Contacts(NamedTuple):
@@ -37,6 +39,7 @@ class Recipe(NamedTuple):
     path: str
     text: str | None  # contents of the world file; None: read from `path`
     options: dict[str, Any]  # all options, see _options.complete()
+    scene: Scene | None = None  # the scene that `text` was made from
 
 
 class World:
@@ -80,14 +83,64 @@ class World:
         return cls._from_recipe(Recipe(path, text, _options.complete(options)))
 
     @classmethod
+    @_options.accepting()
+    def of(cls, scene: Scene, **options: Any) -> World:
+        """Makes a world from a scene, without files. It equals the world of the files that scene.save() writes.
+
+        Args:
+            scene: the scene.
+
+        All other arguments are those of World().
+        """
+        if not isinstance(scene, Scene):
+            raise TypeError(f"found {_checks.shown(scene)}, expected a scene: stagesim.scenes.Scene()")
+        return cls._from_recipe(Recipe("<scene>", scene.text(), _options.complete(options), scene))
+
+    @classmethod
+    @_options.accepting()
+    def from_grid(cls, array: npt.ArrayLike, resolution: float, origin: npt.ArrayLike = (0, 0, 0),
+                  robots: Iterable[Thing] = (), *, threshold: float = 65, unknown: str = "free",
+                  **options: Any) -> World:
+        """Makes a world from an array of cells, without files.
+
+        Args:
+            array: cells in rows, as in nav_msgs/OccupancyGrid: row 0 is the lowest. Truth values: True is occupied.
+                int8: -1 is unknown, 0 to 100 the probability in percent that the cell is occupied.
+            resolution: side of a cell, metres.
+            origin: x, y and heading of the lower left corner of the array.
+            robots: robots and things of stagesim.scenes.
+            threshold: cells with at least this percentage are walls.
+            unknown: "free", or "occupied": unknown cells are walls.
+
+        All other arguments are those of World().
+        """
+        walls = GridMap(array, resolution, origin, threshold, unknown)  # type: ignore[arg-type]
+        return cls.of(Scene(walls, tuple(robots)), **options)
+
+    @classmethod
+    @_options.accepting()
+    def from_map(cls, file: str | os.PathLike[str], robots: Iterable[Thing] = (), *, unknown: str = "free",
+                 **options: Any) -> World:
+        """Makes a world from a map of ROS's map_server.
+
+        Args:
+            file: path of map.yaml, which names a picture: PGM or PNG. See GridMap.from_file().
+            robots: robots and things of stagesim.scenes.
+            unknown: "free", or "occupied": unknown cells are walls.
+
+        All other arguments are those of World().
+        """
+        return cls.of(Scene(GridMap.from_file(file, unknown=unknown), tuple(robots)), **options)
+
+    @classmethod
     def _from_recipe(cls, recipe: Recipe) -> World:
         world = cls.__new__(cls)
         world._load(recipe)
         return world
 
     def _load(self, recipe: Recipe) -> None:
-        self._core = _core.Simulation(recipe.options)
-        self._recipe = recipe._replace(path=os.path.abspath(recipe.path))
+        self._core = _core.Simulation(recipe.options, recipe.scene.pictures() if recipe.scene else {})
+        self._recipe = recipe if recipe.scene else recipe._replace(path=os.path.abspath(recipe.path))
         try:
             if recipe.text is None:
                 self._core.load_file(recipe.path)
@@ -96,7 +149,7 @@ class World:
         except WorldError as error:
             if recipe.text is None and "did you mean" not in str(error):
                 error = error._with(_paths.advice(recipe.path))
-            raise error._about(recipe.path, recipe.path if recipe.text is None else "<text>") from None
+            raise error._about(recipe.path, recipe.path if recipe.text is None else os.path.basename(recipe.path)) from None
 
     # ---- copies ----
 
