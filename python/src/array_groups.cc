@@ -91,6 +91,19 @@ SensorArrays::Sensors SensorArrays::SensorsOf(const Members& members) const {
   return sensors;
 }
 
+std::string SensorArrays::WhyNoRoom(const Members& members) const {
+  const std::vector<Sensors> sensors{SensorsOf(members)};
+  for (const ReadingArray& of : arrays_) {
+    const ReadingShape needed = SpaceFor(*of.reading, sensors);
+    for (size_t axis = 0; axis < needed.axes; axis++)
+      if (needed.lengths[axis] > of.space.lengths[axis])
+        return "the " + of.reading->name + " of its " + type_->name + " need " +
+               std::to_string(needed.lengths[axis]) + " places, and the array has " +
+               std::to_string(of.space.lengths[axis]);
+  }
+  return "";
+}
+
 void SensorArrays::Find(size_t world, const Members& members) {
   found_[world] = SensorsOf(members);
 }

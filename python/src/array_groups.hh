@@ -71,6 +71,7 @@ class RobotArray : public ArrayGroup {
       fills_.of_row(&robot, to);
     }
   }
+  void ForgetScenes() override { plans_.Clear(); }
 
   Array array;
 
@@ -121,6 +122,8 @@ class SensorArrays : public ArrayGroup {
   void Fill(size_t world, const Members& members, size_t begin, size_t end) override;
   const RowPlan& PlanFor(const RowRobots& robots) override;
   void FillFromRow(size_t world, const RowOfCrowd& row) override;
+  std::string WhyNoRoom(const Members& members) const override;
+  void ForgetScenes() override { plans_.Clear(); }
   /// The array of a reading, or of "time", the times of the sensors' last updates. `*is_new` is set
   /// if it was made by this call and must be filled. Throws Failure if there is no such reading.
   const Array& ArrayOf(const std::string& reading, bool* is_new);

@@ -74,6 +74,19 @@ void Batch::MakeCrowd(const std::vector<Crowd::Robots>& robots) {
     device_crowd_ = std::make_shared<DeviceCrowd>(shared_from_this(), crowd_);
 }
 
+void Batch::SetPrototype(uint32_t variant, Simulation* prototype, const Crowd::Robots& robots) {
+  const Use use(this);
+  const Source::Use use_of_prototype(prototype);
+  const World& world = prototype->world();
+  if (const std::string why = crowd_->WhyNoRoom(world, robots); !why.empty())
+    throw Failure{Kind::kStage, "the scene doesn't fit into this batch, because " + why};
+  const GilRelease no_gil;
+  const ErrorCollector collector;
+  if (!pool_->SetPrototype(variant, world))
+    throw Failure{Kind::kStage, collector.Last("the world can't be copied")};
+  crowd_->SetRobots(variant, robots);
+}
+
 World* Batch::WorldAt(size_t index) const {
   return PoolAccess::Borrow(*pool_, static_cast<uint32_t>(index));
 }

@@ -49,6 +49,10 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   /// Creates the arrays of these robots. Call it once, after the batch is owned by a shared_ptr.
   void MakeCrowd(const std::vector<Crowd::Robots>& robots);
 
+  /// Makes the world of a prototype, with these robots, the variant with this number, which is the
+  /// next one or has no worlds. Throws Failure if the arrays have no room for its robots.
+  void SetPrototype(uint32_t variant, Simulation* prototype, const Crowd::Robots& robots);
+
   /// Makes `steps` steps of these worlds; worlds that have failed or ended make none.
   void Step(const Indices& which, uint64_t steps);
   /// A live array that Rollout() records.

@@ -37,6 +37,20 @@ using Written = nb::ndarray<nb::c_contig, nb::device::cpu>;
 /// For each variant the ids of its robots, or none.
 using RobotIds = std::vector<std::vector<std::optional<uint32_t>>>;
 
+Crowd::Robots KeysOf(const std::vector<std::optional<uint32_t>>& ids) {
+  Crowd::Robots robots;
+  for (const std::optional<uint32_t>& id : ids)
+    robots.push_back(id ? ModelKey{*id, 0} : Crowd::kNoRobot);
+  return robots;
+}
+
+void SetPrototype(Batch& batch, uint32_t variant, Simulation& prototype,
+                  const std::vector<std::optional<uint32_t>>& ids) {
+  if (ids.size() != batch.crowd()->size())
+    throw nb::value_error("found another number of ids than there are robots");
+  Logged([&] { batch.SetPrototype(variant, &prototype, KeysOf(ids)); });
+}
+
 std::shared_ptr<Batch> Make(const std::vector<std::shared_ptr<Simulation>>& prototypes,
                             const std::vector<uint64_t>& seeds,
                             const std::vector<uint32_t>& variants, unsigned threads,
@@ -48,11 +62,7 @@ std::shared_ptr<Batch> Make(const std::vector<std::shared_ptr<Simulation>>& prot
     const auto batch =
         std::make_shared<Batch>(pointers, seeds, variants, threads, device, placed, branch);
     std::vector<Crowd::Robots> robots;
-    for (const auto& of_variant : ids) {
-      robots.emplace_back();
-      for (const std::optional<uint32_t>& id : of_variant)
-        robots.back().push_back(id ? ModelKey{*id, 0} : Crowd::kNoRobot);
-    }
+    for (const auto& of_variant : ids) robots.push_back(KeysOf(of_variant));
     batch->MakeCrowd(robots);
     return batch;
   });
@@ -217,6 +227,8 @@ void BindBatch(nb::module_& module) {
           },
           nb::arg("seeds"))
       .def("take", &Batch::Take, nb::arg("index"))
+      .def("set_prototype", &SetPrototype, nb::arg("variant"), nb::arg("prototype"),
+           nb::arg("robots"))
       .def("state_hashes", &Batch::StateHashes)
       .def("fork", &Batch::Fork, nb::arg("index"))
       .def("teleport", &Teleport, nb::arg("poses"), nb::arg("which"))

@@ -222,6 +222,23 @@ void Crowd::AddVariants(const WorldPool& pool, std::vector<std::shared_ptr<const
   }
 }
 
+std::string Crowd::WhyNoRoom(const World& world, const Robots& robots) const {
+  Members members;
+  for (const ModelKey& key : robots)
+    members.robots.push_back(dynamic_cast<ModelPosition*>(world.FindModel(key.id)));
+  for (const Named& named : groups_)
+    if (std::string why = named.group->WhyNoRoom(members); !why.empty()) return why;
+  return "";
+}
+
+void Crowd::SetRobots(size_t variant, const Robots& robots) {
+  STAGE_ASSERT(variant <= robots_.size() && robots.size() == size());
+  if (variant == robots_.size()) robots_.emplace_back();
+  robots_[variant] = robots;
+  row_robots_.Clear();
+  for (const Named& named : groups_) named.group->ForgetScenes();
+}
+
 // ---- rows ---------------------------------------------------------------------------------------
 
 const RowRobots& Crowd::RobotsIn(const rows::Scene& scene, size_t variant) {

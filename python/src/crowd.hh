@@ -48,6 +48,11 @@ class ArrayGroup {
   /// time for different worlds.
   virtual const RowPlan& PlanFor(const RowRobots& robots) = 0;
   virtual void FillFromRow(size_t world, const RowOfCrowd& row) = 0;
+  /// Why the arrays have no room for these robots, in words that follow "because"; empty if they
+  /// have.
+  virtual std::string WhyNoRoom(const Members& /*members*/) const { return ""; }
+  /// Forgets what was found out about scenes, before one of them is deleted.
+  virtual void ForgetScenes() {}
 };
 
 class Crowd : public std::enable_shared_from_this<Crowd> {
@@ -92,6 +97,12 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   /// Sets all commands of a world to 0.
   void ClearCommands(size_t world);
 
+  /// Why the arrays have no room for the robots of `world`, with these ids, in words that follow
+  /// "because"; empty if they have.
+  std::string WhyNoRoom(const World& world, const Robots& robots) const;
+  /// The robots of a variant, which may be the next one. No array may be in use meanwhile.
+  void SetRobots(size_t variant, const Robots& robots);
+
   /// The robots in a scene of the source's rows, which belongs to a variant.
   const RowRobots& RobotsIn(const rows::Scene& scene, size_t variant = 0);
 
@@ -116,7 +127,7 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   bool TeleportRow(const Source& source, size_t world, const double* poses, const bool* which);
 
   const std::weak_ptr<Source> source_;
-  const std::vector<Robots> robots_;  // by variant
+  std::vector<Robots> robots_;  // by variant
   const bool single_;
   std::vector<Members> members_;  // one entry per world
   std::vector<Named> groups_;

@@ -31,12 +31,16 @@ class ByScene {
   ByScene() = default;
   ByScene(const ByScene&) = delete;
   ByScene& operator=(const ByScene&) = delete;
-  ~ByScene() {
-    for (Entry* entry : buckets_)
-      while (entry) delete std::exchange(entry, entry->next);
+  ~ByScene() { Clear(); }
+
+  /// Forgets all values. No other thread may call anything meanwhile.
+  void Clear() {
+    for (std::atomic<Entry*>& bucket : buckets_)
+      for (Entry* entry = bucket.exchange(nullptr); entry;)
+        delete std::exchange(entry, entry->next);
   }
 
-  /// The value of a scene; made by make() the first time. Scenes must not be deleted.
+  /// The value of a scene; made by make() the first time. Call Clear() before a scene is deleted.
   template <typename F>
   const T& Get(const rows::Scene& scene, F make) {
     if (const T* const known = Find(scene)) return *known;
