@@ -7,9 +7,11 @@ simulated time.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+
 import numpy as _numpy  # noqa: F401  (the extension module creates NumPy arrays)
 
-from . import _core, scenes
+from . import _core
 from ._core import Model, RangeSensor, Snapshot, View
 from ._paths import shipped_worlds
 from .batch import Batch
@@ -20,6 +22,9 @@ from .futures import Futures
 from .pictures import Film, save_png
 from .world import Contacts, World
 
+if _TYPE_CHECKING:
+    from . import scenes
+
 Ranger = Fiducials = Blobs = Camera = Sensor  # former names
 
 __version__: str = _core.version()
@@ -27,3 +32,12 @@ __all__ = [
     "Batch", "Contacts", "DeviceArray", "Film", "Fleet", "Futures", "GoneError", "Model", "RangeSensor", "Reading",
     "Sensor", "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "scenes", "sensor_types", "shipped_worlds",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """Imports stagesim.scenes when it is first needed."""
+    if name == "scenes":
+        from importlib import import_module
+
+        return import_module(".scenes", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -6,19 +6,22 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Iterable
-from typing import Any, Mapping, Sequence, Union
+from typing import TYPE_CHECKING, Any, Mapping, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _checks, _core, _options
 from ._core import Snapshot
+from ._scene_variants import MapLike, SceneVariants, each_map, scene_with
 from .device_array import checked_tensor, is_on_card, on_host
 from .errors import GoneError, StageError
 from .fleet import Bools, Crowd, Floats
 from .pictures import Pixels
-from .scenes import Scene
 from .world import Recipe, World, is_named, rendered
+
+if TYPE_CHECKING:
+    from .scenes import Scene
 
 MAX_WORLDS = 2**31
 OWN = ("seed", "threads")  # options of World() that a batch has in another form
@@ -93,8 +96,8 @@ class Batch(Crowd):
            seeds: Iterable[int] | None = None, threads: int | None = None, robots: str | None = None,
            placed: str | None = None, device: str | None = None) -> Batch:
         """Makes a batch from a world, as it was after loading, or a scene. Several of these are variants."""
-        several = [world] if isinstance(world, (World, Scene)) else list(world)
-        worlds = [World.of(each, threads=1) if isinstance(each, Scene) else each for each in several]
+        several = list(world) if isinstance(world, Iterable) else [world]
+        worlds = [each if isinstance(each, World) else World.of(each, threads=1) for each in several]
         batch = cls.__new__(cls)
         batch._begin(worlds, n, variant, seeds, threads, robots, placed, device)
         return batch
@@ -112,17 +115,22 @@ class Batch(Crowd):
         core = _core.Batch([prototype._core for prototype in prototypes],
                            _options.seeds(range(n) if seeds is None else seeds, n), variant, threads, ids,
                            _choice_of(device), list(things[1]), branch)
-        self._take(core, n, names, [prototype._recipe for prototype in prototypes], ids, things, device)
+        self._take(core, n, names, [prototype._recipe for prototype in prototypes], ids, things, device,
+                   (robots, placed))
 
     def _take(self, core: _core.Batch, n: int, names: tuple[str, ...], recipes: list[Recipe], ids: _Ids,
-              things: tuple[_Ids, tuple[str, ...]], device: str | None) -> None:
+              things: tuple[_Ids, tuple[str, ...]], device: str | None, patterns: tuple[str | None, str | None],
+              next_variants: Mapping[int, int] | None = None) -> None:
         self._core = core
         self._device = device
         self.n = n  #: number of worlds
         self.names = names  #: names of the robots of all variants
-        self._recipes = recipes
-        self._ids = ids
-        self._things, self.placed = things  #: names of the models that place() moves, of all variants
+        self._recipes = list(recipes)
+        self._ids = list(ids)
+        self._things, self.placed = list(things[0]), things[1]  #: names of the models that place() moves
+        self._patterns = patterns  # of robots and of models that place() moves
+        self._scenes = SceneVariants([recipe.scene for recipe in recipes])
+        self._next_variants = dict(next_variants or {})  # of worlds with another map from their next reset on
         self._all = np.arange(n, dtype=np.uint32)
         super().__init__(core.device_crowd or core.crowd)
 
@@ -143,13 +151,14 @@ class Batch(Crowd):
     def __deepcopy__(self, memo: dict[int, Any]) -> Batch:
         copied = memo[id(self)] = type(self).__new__(type(self))
         copied._take(self._core.another(self.seeds), self.n, self.names, self._recipes, self._ids,
-                     (self._things, self.placed), self._device)
+                     (self._things, self.placed), self._device, self._patterns, self._next_variants)
         copied._put(self._states())
         return copied
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _unpickle_batch, (type(self), self._recipes, self.seeds, self._core.variants(), self.threads, self._ids,
-                                 self.names, self._states(), self._device, (self._things, self.placed))
+                                 self.names, self._states(), self._device, (self._things, self.placed), self._patterns,
+                                 self._next_variants)
 
     @property
     def device(self) -> str | None:
@@ -254,7 +263,72 @@ class Batch(Crowd):
         else:
             new = _options.seeds(seeds, len(chosen))
         variants = None if variant is None else _variants(variant, len(chosen), len(self._recipes))
-        self._core.reset(chosen, new, variants)
+        self._core.reset(chosen, new, self._take_next_variants(chosen, variants))
+
+    def _take_next_variants(self, chosen: npt.NDArray[np.uint32], given: list[int] | None) -> list[int] | None:
+        """The variants of worlds after a reset; None: those that they have."""
+        if not self._next_variants:
+            return given
+        ids = chosen.tolist()
+        found = {i: self._next_variants.pop(i) for i in ids if i in self._next_variants}
+        if given is not None or not found:
+            return given
+        present = self._core.variants()
+        return [found.get(i, present[i]) for i in ids]
+
+    def set_map(self, ids: Which, map: MapLike | Sequence[MapLike]) -> None:
+        """Gives worlds another map, or another scene, from their next reset on.
+
+        The world is then equal to that of the scene alone: `World.of(scene, seed=seed)`. A map that the batch has had
+        is found again by its content, unless 64 others without worlds have been used since.
+
+        Args:
+            ids: which worlds; None: all.
+            map: an array of cells, whose resolution and origin are those of the world's present map; a GridMap; or a
+                whole Scene, which may have other obstacles, and robots at other places or fewer of them. A list, or an
+                array with three axes, has one for each world.
+
+        Raises:
+            WorldError: the world can't be made.
+            ValueError: an array or scene is wrong, or a robot is none of `names`.
+            StageError: a sensor has more readings than the array in use. Or the worlds are on a device and of one
+                variant: make the batch from two scenes or more then.
+        """
+        if self._core.device_crowd:
+            raise StageError("the worlds of this batch are on a device and of one variant, so they keep their map; make "
+                             "it from two scenes or more")
+        chosen = self._chosen(ids).tolist()
+        present = self._core.variants()
+        numbers = {**dict(enumerate(present)), **self._next_variants}
+        used = set(present) | set(self._next_variants.values())
+        made: dict[tuple[int, int], int] = {}
+        following = {}
+        for i, given in zip(chosen, each_map(map, len(chosen))):
+            key = (id(given), numbers[i])
+            if key not in made:
+                scene = scene_with(given, self._recipes[numbers[i]].scene, i)
+                made[key] = self._variant_with(scene, used)
+                used.add(made[key])
+            following[i] = made[key]
+        self._next_variants.update(following)
+
+    def _variant_with(self, scene: Scene, used: set[int]) -> int:
+        """The number of the variant with this scene, which is made if there is none. Those in `used` stay."""
+        number = self._scenes.find(scene)
+        if number is not None:
+            return number
+        options = {**self._recipes[0].options, "threads": 1, "settings": []}
+        prototype = World._from_recipe(Recipe("<scene>", scene.text(), options, scene))
+        ids = _fitted(_robots_of([prototype], self._patterns[0], may_lack=True), self.names)
+        number = self._scenes.number_for_new(used)
+        self._core.set_prototype(number, prototype._core, ids)
+        things = _placed_of([prototype], self._patterns[1], may_lack=True)
+        known = [(id_, name) for id_, name in zip(things[0][0], things[1]) if name in self.placed]
+        places = _fitted(([[id_ for id_, _ in known]], tuple(name for _, name in known)), self.placed)
+        for of_variants, value in ((self._recipes, prototype._recipe), (self._ids, ids), (self._things, places)):
+            of_variants[number:number + 1] = [value]
+        self._scenes.add(scene, number)
+        return number
 
     @property
     def variant(self) -> npt.NDArray[np.uint32]:
@@ -468,23 +542,39 @@ def _merged(lists: list[list[tuple[str, int]]]) -> list[tuple[str, int]]:
     return merged
 
 
-def _robots_of(prototypes: list[World], robots: str | None) -> tuple[_Ids, tuple[str, ...]]:
+def _fitted(found: tuple[_Ids, tuple[str, ...]], names: tuple[str, ...]) -> list[int | None]:
+    """The ids of the models of one variant in the order of `names`, which has all of them; None: it lacks the model."""
+    ids: list[int | None] = [None] * len(names)
+    seen: Counter[str] = Counter()
+    for id_, name in zip(found[0][0], found[1]):
+        places = [place for place, known in enumerate(names) if known == name]
+        if seen[name] >= len(places):
+            raise ValueError(f"found a robot {name!r} more than the batch has, expected only {len(names)} robots with the "
+                             "names of Batch.names; make the batch from the scene with all robots")
+        ids[places[seen[name]]] = id_
+        seen[name] += 1
+    return ids
+
+
+def _robots_of(prototypes: list[World], robots: str | None,
+               may_lack: bool = False) -> tuple[_Ids, tuple[str, ...]]:
     """The ids of each variant's robots, None for those that it lacks, and the names of all."""
     chosen: list[list[tuple[int, str]]] = []
     for prototype in prototypes:
         try:
             chosen.append(list(zip(*prototype._choose(robots))))
         except GoneError:
-            if len(prototypes) == 1:
+            if len(prototypes) == 1 and not may_lack:
                 raise
             chosen.append([])
     ids, names = _united(chosen)
-    if not names:
+    if not names and not may_lack:
         raise GoneError("there are no such robots")
     return ids, names
 
 
-def _placed_of(prototypes: list[World], pattern: str | None) -> tuple[_Ids, tuple[str, ...]]:
+def _placed_of(prototypes: list[World], pattern: str | None,
+               may_lack: bool = False) -> tuple[_Ids, tuple[str, ...]]:
     """The ids of each variant's models that are placed, None for those that it lacks, and the names of all."""
     if pattern is None:
         return [[] for _ in prototypes], ()
@@ -495,7 +585,7 @@ def _placed_of(prototypes: list[World], pattern: str | None) -> tuple[_Ids, tupl
                        if model.parent is None and model.id not in robots
                        and is_named(model.name, model.type, pattern)])
     ids, names = _united(chosen)
-    if not names:
+    if not names and not may_lack:
         raise GoneError(f"there is no model on the ground with a name or type like {pattern!r}")
     return ids, names
 
@@ -515,13 +605,14 @@ def _united(chosen: list[list[tuple[int, str]]]) -> tuple[_Ids, tuple[str, ...]]
 
 def _unpickle_batch(cls: type[Batch], recipes: list[Recipe], seeds: list[int], variants: list[int], threads: int,
                     ids: _Ids, names: tuple[str, ...], states: _States, device: str | None,
-                    things: tuple[_Ids, tuple[str, ...]]) -> Batch:
+                    things: tuple[_Ids, tuple[str, ...]], patterns: tuple[str | None, str | None],
+                    next_variants: Mapping[int, int]) -> Batch:
     """Unpickles a batch."""
     prototypes = [World._from_recipe(recipe._replace(options={**recipe.options, "threads": 1}))
                   for recipe in recipes]
     batch = cls.__new__(cls)
     core = _core.Batch([prototype._core for prototype in prototypes], seeds, variants, threads, ids,
                        _choice_of(device), list(things[1]))
-    batch._take(core, len(seeds), names, recipes, ids, things, device)
+    batch._take(core, len(seeds), names, recipes, ids, things, device, patterns, next_variants)
     batch._put(states)
     return batch

@@ -6,7 +6,7 @@ from __future__ import annotations
 import fnmatch
 import math
 import os
-from typing import Any, Callable, Iterable, NamedTuple
+from typing import TYPE_CHECKING, Any, Callable, Iterable, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,8 +16,10 @@ from ._core import Model, Snapshot
 from .errors import GoneError, StageError, WorldError
 from .fleet import Fleet, Floats
 from .pictures import Pixels, png_of
-from .scenes import GridMap, Scene
-from .scenes.models import Thing
+
+if TYPE_CHECKING:  # imported when they are needed
+    from .scenes import Scene
+    from .scenes.models import Thing
 
 
 class Contacts(NamedTuple):
@@ -92,6 +94,8 @@ class World:
 
         All other arguments are those of World().
         """
+        from .scenes import Scene
+
         if not isinstance(scene, Scene):
             raise TypeError(f"found {_checks.shown(scene)}, expected a scene: stagesim.scenes.Scene()")
         return cls._from_recipe(Recipe("<scene>", scene.text(), _options.complete(options), scene))
@@ -114,6 +118,8 @@ class World:
 
         All other arguments are those of World().
         """
+        from .scenes import GridMap, Scene
+
         walls = GridMap(array, resolution, origin, threshold, unknown)  # type: ignore[arg-type]
         return cls.of(Scene(walls, tuple(robots)), **options)
 
@@ -130,6 +136,8 @@ class World:
 
         All other arguments are those of World().
         """
+        from .scenes import GridMap, Scene
+
         return cls.of(Scene(GridMap.from_file(file, unknown=unknown), tuple(robots)), **options)
 
     @classmethod

@@ -86,7 +86,7 @@ class GridMap:
         """The map as a PBM file, and a name that follows from its content."""
         rows, columns = self.shape
         content = b"P4\n%d %d\n" % (columns, rows) + np.packbits(self.occupied[::-1], axis=1).tobytes()
-        return f"map_{hashlib.blake2b(content, digest_size=8).hexdigest()}.pbm", content
+        return f"map_{hashlib.blake2b(content, digest_size=12).hexdigest()}.pbm", content
 
     def cell_at(self, x: float, y: float) -> tuple[int, int] | None:
         """Row and column of the cell at a place; None: it is outside of the map."""

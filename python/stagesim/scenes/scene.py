@@ -7,6 +7,7 @@ import dataclasses
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -57,6 +58,10 @@ class Scene:
 
     def text(self) -> str:
         """Returns the world file that the scene stands for. Its numbers are exactly those of the scene."""
+        return self._text
+
+    @cached_property
+    def _text(self) -> str:
         parts = [['unit_angle "radians"', *lines_of(self), *other_lines(self.properties, "Scene.properties")]]
         parts += [self.map.lines()] if self.map is not None else []
         parts += [model.lines() for model in self._named()]
