@@ -23,13 +23,6 @@ namespace grid = internal::grid;
 
 namespace {
 
-bool IsMember(const PopulationPlan& plan, uint32_t id) {
-  return std::ranges::any_of(plan.groups, [&](const PopulationPlan::Group& group) {
-    return std::ranges::find(group.members, id, &PopulationPlan::Member::model) !=
-           group.members.end();
-  });
-}
-
 /// True if the file gives some values of localization_origin, but not all.
 bool HasPartOfOrigin(const Model& model, Worldfile* file, int entity) {
   return rows::IsRobot(model) && file->PropertyExists(entity, "localization_origin") &&
@@ -70,7 +63,7 @@ void RowBridge::AddPopulations(World* prototype, rows::Scene* scene) {
   const grid::CellBox extent = cells.extent();
   cells.SetExtent(grid::CellBox());
   for (const Model* model : engine.models) {
-    if (IsMember(*scene->populations, model->Root()->GetId())) continue;
+    if (scene->populations->Has(model->Root()->GetId())) continue;
     model->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::CellSet>& sets) {
       if (!cells.body(id).exact()) cells.WidenExtent(sets);
     });

@@ -52,8 +52,17 @@ void RowBridge::ReadStart(rows::Rows* start) {
   ReadGrid(world, start, 0);
 }
 
+/// True if something that is a wall of all worlds of the scene is at another place in this one.
+bool RowBridge::HasMovedWalls(const World& world, const rows::Scene& scene) {
+  return std::ranges::any_of(scene.movers, [&](const rows::Mover& mover) {
+    return mover.is_wall && !(world.FindModel(mover.model->GetId())->pose == mover.model->pose);
+  });
+}
+
 bool RowBridge::Read(World* world, rows::Rows* to, size_t row, World* spare, Readings readings) {
-  if (!WhyNotClosed(*world).empty() || !HasModelsOf(*world, to->scene())) return false;
+  if (!WhyNotClosed(*world).empty() || !HasModelsOf(*world, to->scene()) ||
+      HasMovedWalls(*world, to->scene()))
+    return false;
   to->columns.seed[row] = world->seed();
   ReadModels(*world, to, row);
   const uint32_t lacking = readings == kMayLack ? LackingRates(*world, *to, row) : 0;

@@ -127,6 +127,7 @@ class RowBridge {
   /// Calls f(time, model) for the pending updates of running models, in their order.
   static void ForEachUpdate(const World& world, const std::function<void(usec_t, Model*)>& f);
   static bool HasModelsOf(const World& world, const rows::Scene& scene);
+  static bool HasMovedWalls(const World& world, const rows::Scene& scene);
   static void ReadGrid(const World& world, rows::Rows* to, size_t row);
   static void WriteMovers(const rows::Rows& from, size_t row, World* world);
   static void WriteRobot(const rows::Rows& from, size_t row, size_t mover, ModelPosition* to);

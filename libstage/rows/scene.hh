@@ -120,11 +120,12 @@ struct Mover {
   bool is_omni;
   bool obeys_velocity;  ///< makes a command of velocity as it is, within velocity bounds
   double wheel_slip;
-  uint32_t pack;    ///< in Scene::packs, if it stops when this is empty; otherwise Consumer::kNone
-  bool is_pushed;   ///< a thing that can be pushed
-  uint32_t row;     ///< in the columns of contacts of outlines; kNoRow: it stands
-  double bottom;    ///< m, of its outline for contacts, above the pose
-  bool has_origin;  ///< localization_origin
+  uint32_t pack;   ///< in Scene::packs, if it stops when this is empty; otherwise Consumer::kNone
+  bool is_pushed;  ///< a thing that can be pushed
+  uint32_t row;    ///< in the columns of contacts of outlines; kNoRow: it stands
+  double bottom;   ///< m, of its outline for contacts, above the pose
+  bool is_wall = false;  ///< it stands at the same place in all worlds, and is among Scene::walls
+  bool has_origin;       ///< localization_origin
   Pose origin;
 
   /// The global pose of a node while the robot is at `pose`, and the frame of its bodies. `P` is a

@@ -21,6 +21,7 @@
 #include "rows/stepper.hh"
 #include "world/engine.hh"
 #include "world/initial_state.hh"
+#include "world/populate.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -450,17 +451,24 @@ void RowBridge::SceneMaker::CopyContacts() {
   CopyWalls();
 }
 
-/// Separates walls that worlds place from the others. See ContactPhase::FindWalls().
+/// Separates walls that worlds or their seeds place from the others. See ContactPhase::FindWalls().
 void RowBridge::SceneMaker::CopyWalls() {
-  const auto is_placed = [](const rows::Mover& mover) {
-    return mover.row == rows::Mover::kNoRow && rows::IsPlaced(*mover.model);
+  const PopulationPlan* const populations = world_.engine_->populations.get();
+  const auto is_placed = [&](const Model& root) {
+    return rows::IsPlaced(root) || (populations && populations->Has(root.GetId()));
   };
-  if (std::ranges::none_of(scene_.movers, is_placed)) return;
+  bool any = false;
+  for (rows::Mover& mover : scene_.movers) {
+    if (mover.row != rows::Mover::kNoRow) continue;
+    mover.is_wall = !is_placed(*mover.model);
+    any = any || !mover.is_wall;
+  }
+  if (!any) return;
   ContactOutline outline;
   scene_.wall_parts.push_back({{}, rows::Mover::kNoRow});
   for (const Model* model : world_.engine_->models) {
     if (model->Parent() || model->contact_row_ != Model::kNoRow) continue;
-    if (rows::IsPlaced(*model)) {
+    if (is_placed(*model)) {
       const auto mover = std::ranges::find(scene_.movers, model, &rows::Mover::model);
       scene_.wall_parts.back().mover = static_cast<uint32_t>(mover - scene_.movers.begin());
       scene_.wall_parts.push_back({{}, rows::Mover::kNoRow});

@@ -3,6 +3,7 @@
 #ifndef STAGE_WORLD_POPULATE_HH
 #define STAGE_WORLD_POPULATE_HH
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -38,6 +39,12 @@ struct PopulationPlan {
   /// Calls put() for each member. Returns the group whose members do not fit, after so many of them
   /// have been placed; otherwise null.
   const Group* Place(uint64_t seed, const Put& put, size_t* placed) const;
+  /// True if the model is a member of a group.
+  bool Has(uint32_t model) const {
+    return std::ranges::any_of(groups, [&](const Group& group) {
+      return std::ranges::find(group.members, model, &Member::model) != group.members.end();
+    });
+  }
 };
 
 /// The message for a group of which only so many members could be placed.

@@ -269,7 +269,8 @@ bool WorldPool::Place(uint32_t id, uint32_t model, double x, double y, double he
   if (id >= size() || !std::isfinite(x) || !std::isfinite(y) || !std::isfinite(heading))
     return false;
   if (const rows::Scene* const scene = PoolAccess::SceneOf(*this, id))
-    if (const rows::Mover* const mover = FindMover(*scene, model); mover && impl_->BecomeRow(id)) {
+    if (const rows::Mover* const mover = FindMover(*scene, model);
+        mover && !mover->is_wall && impl_->BecomeRow(id)) {
       const auto number = static_cast<size_t>(mover - scene->movers.data());
       PoolAccess::Place(*this, id, number, {x, y, heading});
       return true;

@@ -621,6 +621,40 @@ TEST(PoolRowsOfThings, AThingThatIsNotListedNeedsAWorldObject) {
   EXPECT_FALSE(twins.pool().Place(2, 2, 0, 0, 0));
 }
 
+/// With contacts of outlines, a row has a thing that senses where it was after loading.
+TEST(PoolRowsOfThings, AThingThatSensesAndIsNotListedNeedsAWorldObject) {
+  InitLibrary();
+  Twins twins(
+      "position( ctrl \"stage/goal x=5 y=0\" )\n"
+      "model( name \"box\" pose [2 0 0 0] ranger( alwayson 1 sensor( range [0 3] samples 9 ) ) )\n",
+      {1, 2, 3}, WorldPoolOptions());
+  twins.Step(twins.ids(), 3, nullptr);
+  EXPECT_EQ(twins.rows(), 3u);
+  RandomSource random(1);
+  while (twins.rows() == 3) twins.PlaceThings(1, {"box"}, &random);
+  for (int i = 0; i < 60; i++) {
+    twins.Step(twins.ids(), 1, nullptr);
+    ASSERT_NO_FATAL_FAILURE(ExpectEqual(&twins)) << i;
+  }
+  EXPECT_EQ(twins.rows(), 2u);
+}
+
+TEST(PoolRowsOfPopulations, MembersThatStandAndSenseAreInTheWayWhereTheSeedPutsThem) {
+  InitLibrary();
+  Twins twins(
+      "define box model( size [0.5 0.5 0.5] ranger( alwayson 1 sensor( range [0 3] samples 9 ) ) "
+      ")\n"
+      "population( name \"boxes\" model \"box\" count 20 area [-4 -4 4 4] )\n"
+      "position( pose [-5 0 0 0] ctrl \"stage/goal x=5 y=0\" )\n"
+      "position( pose [-5 1 0 0] ctrl \"stage/goal x=5 y=1\" )\n",
+      {1, 2, 3, 4}, WorldPoolOptions());
+  for (int i = 0; i < 5; i++) {
+    twins.Step(twins.ids(), 40, nullptr);
+    ExpectEqual(&twins);
+    EXPECT_EQ(twins.rows(), 4u);
+  }
+}
+
 /// A controller of a client. It fails in worlds whose random numbers say so.
 class Swerves : public BatchController {
  public:
