@@ -178,6 +178,7 @@ std::string WorldPool::Impl::WhyNotClosed(uint32_t id) {
 
 const rows::Scene* PoolAccess::SceneOf(WorldPool& pool, uint32_t id) {
   const WorldPool::Impl::Slot& slot = pool.impl_->slots[id];
+  if (slot.form == WorldPool::Impl::Form::kRow) return &slot.rows->scene();
   if (slot.form == WorldPool::Impl::Form::kWorld || !slot.scene()->has_rows()) return nullptr;
   return slot.subscriptions->scene().get();
 }

@@ -5,6 +5,7 @@
 #ifndef STAGE_WORLDS_POOL_IMPL_HH
 #define STAGE_WORLDS_POOL_IMPL_HH
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -208,7 +209,9 @@ void WorldPool::Impl::WithWorld(uint32_t id, Thread* thread, F f) {
 
 template <typename F>
 void WorldPool::Impl::ForEach(const Ids& ids, F f) {
-  workers->Run(ids.size(), 1, [&](size_t begin, size_t end, unsigned thread) {
+  // Worlds may take different times, so each thread gets many ranges.
+  const size_t grain = std::clamp<size_t>(ids.size() / (size_t{32} * workers->threads()), 1, 16);
+  workers->Run(ids.size(), grain, [&](size_t begin, size_t end, unsigned thread) {
     const OnThread on_thread(&of_threads[thread]);
     for (size_t i = begin; i < end; i++) {
       STAGE_ASSERT(ids[i] < slots.size());

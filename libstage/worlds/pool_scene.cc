@@ -39,11 +39,6 @@ Subscriptions* Subscriptions::With(uint32_t model) {
   return child->with;
 }
 
-const std::shared_ptr<const rows::Scene>& Subscriptions::scene() {
-  std::call_once(scene_once_, [this] { MakeScene(); });
-  return scene_;
-}
-
 const std::string& Subscriptions::reason() {
   scene();
   return reason_;

@@ -46,7 +46,14 @@ class Subscriptions {
   Subscriptions* With(uint32_t model);
   /// The scene of the rows of worlds that were loaded and then subscribed to; null if such worlds
   /// are not closed. The first call makes it. Several threads may call it at once.
-  const std::shared_ptr<const rows::Scene>& scene();
+  const std::shared_ptr<const rows::Scene>& scene() {
+    if (!has_tried_.load(std::memory_order_acquire))
+      std::call_once(scene_once_, [this] {
+        MakeScene();
+        has_tried_.store(true, std::memory_order_release);
+      });
+    return scene_;
+  }
   /// Why there is no scene, in words that follow "because".
   const std::string& reason();
 
@@ -64,6 +71,7 @@ class Subscriptions {
   unsigned number_ = kMost;
   std::atomic<Child*> children_{nullptr};
   std::once_flag scene_once_;
+  std::atomic<bool> has_tried_{false};  // read in each step, faster than the flag before
   std::shared_ptr<const rows::Scene> scene_;
   std::string reason_;
 };

@@ -77,9 +77,17 @@ SensorArrays::SensorArrays(const std::vector<Members>& examples, size_t worlds,
   });
   if (!any)
     throw Failure{Kind::kGone, "no robot has a " + type->name + " number " + std::to_string(index)};
-  arrays_.push_back({&kTime});
+  arrays_.push_back({&kTime, InRow::kTime});
   for (const Reading& reading : type->readings)
-    arrays_.push_back({&reading, SpaceFor(reading, sensors)});
+    arrays_.push_back({&reading, InRowOf(reading), SpaceFor(reading, sensors)});
+}
+
+/// Readings that are constant are those of the prototype.
+SensorArrays::InRow SensorArrays::InRowOf(const Reading& reading) const {
+  if (type_->name != "ranger") return InRow::kOfFinder;
+  return reading.name == "ranges"        ? InRow::kRanges
+         : reading.name == "intensities" ? InRow::kIntensities
+                                         : InRow::kConstant;
 }
 
 SensorArrays::Sensors SensorArrays::SensorsOf(const Members& members) const {
@@ -135,43 +143,70 @@ SensorArrays::Plan SensorArrays::MakePlan(const RowRobots& robots) const {
     const Model* const model = plan.sensors.back().model;
     if (model && !model->HasSubscribers()) plan.row.needs.push_back(model->GetId());
   }
+  const SensorOfRow& first = plan.sensors[0];
+  plan.follow_each_other = true;
+  for (size_t i = 0; i < plan.sensors.size(); i++) {
+    const SensorOfRow& sensor = plan.sensors[i];
+    plan.follow_each_other = plan.follow_each_other && sensor.model && sensor.rate == first.rate &&
+                             sensor.count == first.count &&
+                             sensor.first == first.first + i * first.count;
+  }
   return plan;
 }
 
 void SensorArrays::FillFromRow(size_t world, const RowOfCrowd& row) {
   const Plan& plan = SensorPlanFor(row.robots);
-  for (size_t i = 0; i < plan.sensors.size(); i++)
-    for (const ReadingArray& of : arrays_)
-      if (of.array.exists()) FillFromSensor(of, plan.sensors[i], row, of.array.Row(world, i));
-}
-
-void SensorArrays::FillFromSensor(const ReadingArray& of, const SensorOfRow& sensor,
-                                  const RowOfCrowd& row, void* to) const {
-  if (!sensor.model) return CopyReading(*of.reading, nullptr, of.space, to);
-  if (of.reading == &kTime) {
-    const usec_t time = row.rows.LastUpdate(row.row, sensor.rate);
-    *static_cast<double*>(to) = time > 0 ? static_cast<double>(time) / 1e6 : kNaN;
-  } else if (type_->name == "ranger") {
-    FillFromRays(of, sensor, row, to);
-  } else {
-    FillFromFinder(*of.reading, sensor, row, of.space, to);
+  for (const ReadingArray& of : arrays_) {
+    if (!of.array.exists() || FillRanges(of, world, plan, row)) continue;
+    for (size_t i = 0; i < plan.sensors.size(); i++)
+      FillFromSensor(of, plan.sensors[i], row, of.array.Row(world, i));
   }
 }
 
-/// Writes a reading of a ranger. What is constant is that of the prototype.
+/// Copies the ranges of all robots at once. Returns false if that is impossible.
+bool SensorArrays::FillRanges(const ReadingArray& of, size_t world, const Plan& plan,
+                              const RowOfCrowd& row) {
+  const SensorOfRow& first = plan.sensors[0];
+  if (of.in_row != InRow::kRanges || !plan.follow_each_other || of.space.Count() != first.count ||
+      !row.rows.HasReadings(row.row, first.rate))
+    return false;
+  const size_t ray = row.row * row.robots.scene->ray_count + first.first;
+  std::copy_n(&row.rows.columns.ranges[ray], plan.sensors.size() * first.count,
+              static_cast<double*>(of.array.Row(world, 0)));
+  return true;
+}
+
+void SensorArrays::FillFromSensor(const ReadingArray& of, const SensorOfRow& sensor,
+                                  const RowOfCrowd& row, void* to) {
+  if (!sensor.model) return CopyReading(*of.reading, nullptr, of.space, to);
+  switch (of.in_row) {
+    case InRow::kTime: {
+      const usec_t time = row.rows.LastUpdate(row.row, sensor.rate);
+      *static_cast<double*>(to) = time > 0 ? static_cast<double>(time) / 1e6 : kNaN;
+      return;
+    }
+    case InRow::kRanges:
+    case InRow::kIntensities:
+      return FillFromRays(of, sensor, row, to);
+    case InRow::kConstant:
+      return CopyReading(*of.reading, sensor.model, of.space, to);
+    case InRow::kOfFinder:
+      return FillFromFinder(*of.reading, sensor, row, of.space, to);
+  }
+}
+
+/// Writes ranges or intensities.
 void SensorArrays::FillFromRays(const ReadingArray& of, const SensorOfRow& sensor,
                                 const RowOfCrowd& row, void* to) {
   const rows::Columns& columns = row.rows.columns;
-  const std::string& name = of.reading->name;
   auto* const numbers = static_cast<double*>(to);
-  const bool ranges = name == "ranges", intensities = name == "intensities";
-  if (!(ranges || intensities)) return CopyReading(*of.reading, sensor.model, of.space, to);
+  const bool ranges = of.in_row == InRow::kRanges;
   const bool has_readings = row.rows.HasReadings(row.row, sensor.rate);
   const size_t first = row.row * row.robots.scene->ray_count + sensor.first;
   const size_t space = of.space.Count(), known = has_readings ? sensor.count : 0;
   STAGE_ASSERT(known <= space);
   if (ranges) std::copy_n(&columns.ranges[first], known, numbers);
-  for (size_t ray = 0; intensities && ray < known; ray++)
+  for (size_t ray = 0; !ranges && ray < known; ray++)
     numbers[ray] = row.robots.scene->brightness[columns.brightness[first + ray]];
   std::fill(numbers + known, numbers + space, kNaN);
 }

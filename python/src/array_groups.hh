@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 #include <limits>
 #include <string>
 #include <vector>
@@ -33,13 +34,15 @@ class RobotArray : public ArrayGroup {
   struct Fills {
     void (*of_model)(const ModelPosition* robot, T* row);
     void (*of_row)(const rows::RobotView* robot, T* row);
+    /// The row of mover `index` if rows are elements of a column; null: they are not.
+    const void* (*in_column)(const rows::Columns& columns, size_t index) = nullptr;
   };
 
   /// `width`: elements per robot; 0 means one element without an axis. `runs`: the data is valid
   /// only while the robots update, so keep them subscribed.
   RobotArray(const std::vector<Members>& examples, size_t worlds, size_t width, Fills fills,
              bool runs)
-      : fills_(fills), runs_(runs) {
+      : fills_(fills), runs_(runs), bytes_(std::max<size_t>(width, 1) * sizeof(T)) {
     std::vector<size_t> shape{worlds, examples[0].robots.size()};
     if (width > 0) shape.push_back(width);
     array.Make<T>(shape);
@@ -61,7 +64,14 @@ class RobotArray : public ArrayGroup {
     });
   }
   void FillFromRow(size_t world, const RowOfCrowd& row) override {
-    for (size_t i = 0; i < row.robots.movers.size(); i++) {
+    const size_t count = row.robots.movers.size();
+    if (fills_.in_column && row.robots.follow_each_other) {
+      const size_t first = row.row * row.robots.scene->movers.size() + row.robots.movers[0];
+      std::memcpy(array.Row<T>(world, 0), fills_.in_column(row.rows.columns, first),
+                  count * bytes_);
+      return;
+    }
+    for (size_t i = 0; i < count; i++) {
       T* const to = array.Row<T>(world, i);
       if (row.robots.movers[i] == RowRobots::kNone) {
         fills_.of_row(nullptr, to);
@@ -78,6 +88,7 @@ class RobotArray : public ArrayGroup {
  private:
   const Fills fills_;
   const bool runs_;
+  const size_t bytes_;  // of a robot's row
   ByScene<RowPlan> plans_;
 };
 
@@ -129,8 +140,11 @@ class SensorArrays : public ArrayGroup {
   const Array& ArrayOf(const std::string& reading, bool* is_new);
 
  private:
+  /// How a reading is found in rows.
+  enum class InRow { kTime, kRanges, kIntensities, kConstant, kOfFinder };
   struct ReadingArray {
     const Reading* reading;
+    InRow in_row;
     ReadingShape space{};  // of a robot's row, fixed when the group is made
     Array array{};
   };
@@ -138,14 +152,18 @@ class SensorArrays : public ArrayGroup {
   struct Plan {
     RowPlan row;
     std::vector<SensorOfRow> sensors;  // by robot
+    bool follow_each_other;            // the rays of each sensor are behind those of the last one
   };
   using Sensors = std::vector<Model*>;  // by robot; null: no such sensor
   Sensors SensorsOf(const Members& members) const;
   ReadingShape SpaceFor(const Reading& reading, const std::vector<Sensors>& examples) const;
   const Plan& SensorPlanFor(const RowRobots& robots);
   Plan MakePlan(const RowRobots& robots) const;
-  void FillFromSensor(const ReadingArray& of, const SensorOfRow& sensor, const RowOfCrowd& row,
-                      void* to) const;
+  InRow InRowOf(const Reading& reading) const;
+  static bool FillRanges(const ReadingArray& of, size_t world, const Plan& plan,
+                         const RowOfCrowd& row);
+  static void FillFromSensor(const ReadingArray& of, const SensorOfRow& sensor,
+                             const RowOfCrowd& row, void* to);
   static void FillFromRays(const ReadingArray& of, const SensorOfRow& sensor, const RowOfCrowd& row,
                            void* to);
 

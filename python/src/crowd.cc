@@ -61,6 +61,13 @@ void FillStalled(const Robot* robot, bool* row) {
   *row = robot && robot->Stalled();
 }
 
+/// The element of a column with the bits of a robot's row of an array.
+template <auto column>
+const void* InColumn(const rows::Columns& columns, size_t mover) {
+  return &(columns.*column)[mover];
+}
+static_assert(sizeof(rows::Planar) == 3 * sizeof(double) && sizeof(bool) == sizeof(uint8_t));
+
 void FillEnergy(const ModelPosition* robot, double* row) {
   const PowerPack* const pack = robot ? robot->FindPowerPack() : nullptr;
   *row = pack ? pack->GetStored() : kNaN;
@@ -80,11 +87,13 @@ struct BodyArrayKind {
 constexpr BodyArrayKind kBodyArrays[] = {
     {"pose",
      3,
-     {FillPlane<&ModelPosition::GetGlobalPose>, FillPlane<&rows::RobotView::GetGlobalPose>},
+     {FillPlane<&ModelPosition::GetGlobalPose>, FillPlane<&rows::RobotView::GetGlobalPose>,
+      InColumn<&rows::Columns::pose>},
      false},
     {"velocity",
      3,
-     {FillPlane<&ModelPosition::GetVelocity>, FillPlane<&rows::RobotView::GetVelocity>},
+     {FillPlane<&ModelPosition::GetVelocity>, FillPlane<&rows::RobotView::GetVelocity>,
+      InColumn<&rows::Columns::velocity>},
      false},
     {"actual_velocity",
      3,
@@ -243,7 +252,7 @@ void Crowd::SetRobots(size_t variant, const Robots& robots) {
 
 const RowRobots& Crowd::RobotsIn(const rows::Scene& scene, size_t variant) {
   return row_robots_.Get(scene, [&] {
-    RowRobots robots{&scene, {}, {}};
+    RowRobots robots{&scene, {}, {}, true, true};
     for (const ModelKey& key : robots_[variant]) {
       const auto mover = std::ranges::find_if(scene.movers, [&](const rows::Mover& m) {
         return m.robot && m.robot->GetId() == key.id;
@@ -253,6 +262,9 @@ const RowRobots& Crowd::RobotsIn(const rows::Scene& scene, size_t variant) {
           dynamic_cast<const ModelPosition*>(scene.prototype->FindModel(key.id)));
       robots.movers.push_back(is_one ? static_cast<uint32_t>(mover - scene.movers.begin())
                                      : RowRobots::kNone);
+      if (!is_one || robots.movers.back() != robots.movers[0] + robots.movers.size() - 1)
+        robots.follow_each_other = false;
+      if (robots.models.back() && !robots.models.back()->HasSubscribers()) robots.run = false;
     }
     return robots;
   });
@@ -262,18 +274,23 @@ const RowRobots& Crowd::RobotsIn(const rows::Scene& scene, size_t variant) {
 /// only be filled from a World.
 bool Crowd::GatherRow(const Source& source, size_t world, std::span<const Named> groups) {
   const rows::Scene* scene = SceneAt(source, world);
+  if (!scene) return false;
   const size_t variant = VariantAt(&source, world);
-  for (size_t i = 0; scene && i < groups.size();) {
-    const RowPlan& plan = groups[i].group->PlanFor(RobotsIn(*scene, variant));
+  const RowRobots* robots = &RobotsIn(*scene, variant);
+  for (size_t i = 0; i < groups.size();) {
+    const RowPlan& plan = groups[i].group->PlanFor(*robots);
     if (!plan.possible) return false;
     i = plan.needs.empty() ? i + 1 : 0;
     if (plan.needs.empty()) continue;
     PoolAccess::Subscribe(*source.pool(), IdOf(world), plan.needs);
     scene = SceneAt(source, world);
+    if (!scene) return false;
+    robots = &RobotsIn(*scene, variant);
   }
-  const PoolRow row = scene ? PoolAccess::RowToRead(*source.pool(), IdOf(world)) : PoolRow();
+  const PoolRow row = PoolAccess::RowToRead(*source.pool(), IdOf(world));
   if (!row) return false;
-  const RowOfCrowd of{*row.rows, row.row, RobotsIn(row.rows->scene(), variant)};
+  STAGE_ASSERT(&row.rows->scene() == robots->scene);
+  const RowOfCrowd of{*row.rows, row.row, *robots};
   for (const Named& named : groups) named.group->FillFromRow(world, of);
   return true;
 }
@@ -294,14 +311,14 @@ bool Crowd::CommandRow(const Source& source, size_t world) {
   const size_t variant = VariantAt(&source, world);
   const RowRobots* robots = &RobotsIn(*scene, variant);
   std::vector<uint32_t> needs;
-  for (size_t i = 0; i < size(); i++) {
+  for (size_t i = 0; !robots->run && i < size(); i++) {
     if (IsNoCommand(commands_.Row<double>(world, i)) || !robots->models[i]) continue;
     if (!robots->models[i]->HasSubscribers()) needs.push_back(robots->models[i]->GetId());
   }
   if (!needs.empty()) PoolAccess::Subscribe(*source.pool(), IdOf(world), needs);
   const PoolRow row = PoolAccess::RowToChange(*source.pool(), IdOf(world));
   if (!row) return false;
-  robots = &RobotsIn(row.rows->scene(), variant);
+  if (&row.rows->scene() != robots->scene) robots = &RobotsIn(row.rows->scene(), variant);
   rows::Columns& columns = row.rows->columns;
   const size_t first = row.row * row.rows->scene().movers.size();
   for (size_t i = 0; i < size(); i++) {
@@ -409,8 +426,8 @@ nb::object Crowd::BodyArray(const std::string& name) {
 
 nb::object Crowd::StalledArray() {
   const SourceLock hold(*this);
-  constexpr RobotArray<bool>::Fills kFills{FillStalled<ModelPosition>,
-                                           FillStalled<rows::RobotView>};
+  constexpr RobotArray<bool>::Fills kFills{FillStalled<ModelPosition>, FillStalled<rows::RobotView>,
+                                           InColumn<&rows::Columns::stalled>};
   return View(GroupOf<RobotArray<bool>>(hold.source(), "stalled", size_t{0}, kFills, false).array);
 }
 

@@ -80,6 +80,8 @@ struct RowRobots {
   const rows::Scene* scene;
   std::vector<const ModelPosition*> models;  ///< of the prototype; null: it does not exist
   std::vector<uint32_t> movers;              ///< or kNone
+  bool follow_each_other;                    ///< all are movers, each the next one
+  bool run;                                  ///< all that exist have subscribers
 };
 
 /// A world in a row.
