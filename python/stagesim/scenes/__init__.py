@@ -3,9 +3,14 @@
 
 from __future__ import annotations
 
+from .generate import clutter, maze, rooms
 from .grid_map import GridMap
 from .models import Box, Model, Polygon, Robot
+from .places import free_places
 from .scene import Scene
 from .sensors import Blobfinder, Bumper, Fiducial, Ranger, Sensor
 
-__all__ = ["Blobfinder", "Box", "Bumper", "Fiducial", "GridMap", "Model", "Polygon", "Ranger", "Robot", "Scene", "Sensor"]
+__all__ = [
+    "Blobfinder", "Box", "Bumper", "Fiducial", "GridMap", "Model", "Polygon", "Ranger", "Robot", "Scene", "Sensor",
+    "clutter", "free_places", "maze", "rooms",
+]

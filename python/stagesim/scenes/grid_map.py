@@ -128,6 +128,12 @@ class GridMap:
         return GridMap(array, self.resolution, self.origin, self.threshold, self.unknown, self.height, self.name,
                        self.color_rgba)
 
+    def free_places(self, n: int, radius: float, seed: int = 0) -> npt.NDArray[np.float64]:
+        """Finds random places for robots: see stagesim.scenes.free_places()."""
+        from .places import free_places  # which needs this module
+
+        return free_places(self, n, radius, seed)
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, GridMap) and self.lines() == other.lines()
 
