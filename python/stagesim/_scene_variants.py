@@ -31,6 +31,11 @@ class SceneVariants:
             if scene is not None:
                 self._numbers.setdefault(scene.text(), number)
 
+    def __copy__(self) -> SceneVariants:
+        copied = SceneVariants([])
+        copied._fixed, copied._count, copied._numbers = self._fixed, self._count, dict(self._numbers)
+        return copied
+
     def find(self, scene: Scene) -> int | None:
         """The number of the variant with this scene; None: there is none."""
         text = scene.text()

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import copy
 import os
 from collections import Counter
 from collections.abc import Iterable
@@ -120,7 +121,7 @@ class Batch(Crowd):
 
     def _take(self, core: _core.Batch, n: int, names: tuple[str, ...], recipes: list[Recipe], ids: _Ids,
               things: tuple[_Ids, tuple[str, ...]], device: str | None, patterns: tuple[str | None, str | None],
-              next_variants: Mapping[int, int] | None = None) -> None:
+              scenes: SceneVariants | None = None, next_variants: Mapping[int, int] | None = None) -> None:
         self._core = core
         self._device = device
         self.n = n  #: number of worlds
@@ -129,7 +130,7 @@ class Batch(Crowd):
         self._ids = list(ids)
         self._things, self.placed = list(things[0]), things[1]  #: names of the models that place() moves
         self._patterns = patterns  # of robots and of models that place() moves
-        self._scenes = SceneVariants([recipe.scene for recipe in recipes])
+        self._scenes = scenes or SceneVariants([recipe.scene for recipe in recipes])
         self._next_variants = dict(next_variants or {})  # of worlds with another map from their next reset on
         self._all = np.arange(n, dtype=np.uint32)
         super().__init__(core.device_crowd or core.crowd)
@@ -151,14 +152,15 @@ class Batch(Crowd):
     def __deepcopy__(self, memo: dict[int, Any]) -> Batch:
         copied = memo[id(self)] = type(self).__new__(type(self))
         copied._take(self._core.another(self.seeds), self.n, self.names, self._recipes, self._ids,
-                     (self._things, self.placed), self._device, self._patterns, self._next_variants)
+                     (self._things, self.placed), self._device, self._patterns, copy.copy(self._scenes),
+                     self._next_variants)
         copied._put(self._states())
         return copied
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _unpickle_batch, (type(self), self._recipes, self.seeds, self._core.variants(), self.threads, self._ids,
                                  self.names, self._states(), self._device, (self._things, self.placed), self._patterns,
-                                 self._next_variants)
+                                 self._scenes, self._next_variants)
 
     @property
     def device(self) -> str | None:
@@ -279,7 +281,7 @@ class Batch(Crowd):
     def set_map(self, ids: Which, map: MapLike | Sequence[MapLike]) -> None:
         """Gives worlds another map, or another scene, from their next reset on.
 
-        The world is then equal to that of the scene alone: `World.of(scene, seed=seed)`. A map that the batch has had
+        The world is then equal to that of the scene alone, with the options of the batch's first world. A map that the batch has had
         is found again by its content, unless 64 others without worlds have been used since.
 
         Args:
@@ -299,32 +301,34 @@ class Batch(Crowd):
                              "it from two scenes or more")
         chosen = self._chosen(ids).tolist()
         present = self._core.variants()
-        numbers = {**dict(enumerate(present)), **self._next_variants}
-        used = set(present) | set(self._next_variants.values())
-        made: dict[tuple[int, int], int] = {}
+        used: set[int] = set()  # variants that must stay; empty until a new one is made
+        found: dict[tuple[int, int], int] = {}
         following = {}
         for i, given in zip(chosen, each_map(map, len(chosen))):
-            key = (id(given), numbers[i])
-            if key not in made:
-                scene = scene_with(given, self._recipes[numbers[i]].scene, i)
-                made[key] = self._variant_with(scene, used)
-                used.add(made[key])
-            following[i] = made[key]
+            before = self._next_variants.get(i, present[i])
+            key = (id(given), before)
+            if key not in found:
+                scene = scene_with(given, self._recipes[before].scene, i)
+                number = self._scenes.find(scene)
+                if number is None:
+                    used = used or {*present, *self._next_variants.values(), *found.values()}
+                    number = self._make_variant(scene, used)
+                if used:
+                    used.add(number)
+                found[key] = number
+            following[i] = found[key]
         self._next_variants.update(following)
 
-    def _variant_with(self, scene: Scene, used: set[int]) -> int:
-        """The number of the variant with this scene, which is made if there is none. Those in `used` stay."""
-        number = self._scenes.find(scene)
-        if number is not None:
-            return number
-        options = {**self._recipes[0].options, "threads": 1, "settings": []}
+    def _make_variant(self, scene: Scene, used: set[int]) -> int:
+        """Makes a variant of this scene, instead of one that is not in `used`, and returns its number."""
+        first = self._recipes[0]
+        options = {**first.options, "threads": 1, "settings": first.options["settings"] if first.scene else []}
         prototype = World._from_recipe(Recipe("<scene>", scene.text(), options, scene))
         ids = _fitted(_robots_of([prototype], self._patterns[0], may_lack=True), self.names)
         number = self._scenes.number_for_new(used)
         self._core.set_prototype(number, prototype._core, ids)
         things = _placed_of([prototype], self._patterns[1], may_lack=True)
-        known = [(id_, name) for id_, name in zip(things[0][0], things[1]) if name in self.placed]
-        places = _fitted(([[id_ for id_, _ in known]], tuple(name for _, name in known)), self.placed)
+        places = _fitted(things, self.placed, others=True)
         for of_variants, value in ((self._recipes, prototype._recipe), (self._ids, ids), (self._things, places)):
             of_variants[number:number + 1] = [value]
         self._scenes.add(scene, number)
@@ -542,13 +546,18 @@ def _merged(lists: list[list[tuple[str, int]]]) -> list[tuple[str, int]]:
     return merged
 
 
-def _fitted(found: tuple[_Ids, tuple[str, ...]], names: tuple[str, ...]) -> list[int | None]:
-    """The ids of the models of one variant in the order of `names`, which has all of them; None: it lacks the model."""
+def _fitted(found: tuple[_Ids, tuple[str, ...]], names: tuple[str, ...], others: bool = False) -> list[int | None]:
+    """The ids of the models of one variant in the order of `names`; None: it lacks the model.
+
+    `others`: models that `names` lacks are left out. Otherwise they are a ValueError.
+    """
     ids: list[int | None] = [None] * len(names)
     seen: Counter[str] = Counter()
     for id_, name in zip(found[0][0], found[1]):
         places = [place for place, known in enumerate(names) if known == name]
         if seen[name] >= len(places):
+            if others:
+                continue
             raise ValueError(f"found a robot {name!r} more than the batch has, expected only {len(names)} robots with the "
                              "names of Batch.names; make the batch from the scene with all robots")
         ids[places[seen[name]]] = id_
@@ -606,13 +615,13 @@ def _united(chosen: list[list[tuple[int, str]]]) -> tuple[_Ids, tuple[str, ...]]
 def _unpickle_batch(cls: type[Batch], recipes: list[Recipe], seeds: list[int], variants: list[int], threads: int,
                     ids: _Ids, names: tuple[str, ...], states: _States, device: str | None,
                     things: tuple[_Ids, tuple[str, ...]], patterns: tuple[str | None, str | None],
-                    next_variants: Mapping[int, int]) -> Batch:
+                    scenes: SceneVariants, next_variants: Mapping[int, int]) -> Batch:
     """Unpickles a batch."""
     prototypes = [World._from_recipe(recipe._replace(options={**recipe.options, "threads": 1}))
                   for recipe in recipes]
     batch = cls.__new__(cls)
     core = _core.Batch([prototype._core for prototype in prototypes], seeds, variants, threads, ids,
                        _choice_of(device), list(things[1]))
-    batch._take(core, len(seeds), names, recipes, ids, things, device, patterns, next_variants)
+    batch._take(core, len(seeds), names, recipes, ids, things, device, patterns, scenes, next_variants)
     batch._put(states)
     return batch

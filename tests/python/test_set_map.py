@@ -198,6 +198,17 @@ def test_copies_have_the_maps_and_those_to_come() -> None:
     check(batch, [scene(1), scene(1), scene(0)])
 
 
+def test_copies_replace_maps_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_scene_variants, "KEPT", 2)
+    batch = st.Batch.of(scene(0), 1)
+    for seed in range(1, 9):
+        batch = pickle.loads(pickle.dumps(batch)) if seed % 2 else copy.deepcopy(batch)
+        batch.set_map(0, scene(seed))
+        batch.reset()
+        check(batch, [scene(seed)])
+    assert len(batch._recipes) <= 4
+
+
 def test_things_are_placed_in_new_scenes() -> None:
     def with_crate(y: float) -> Scene:
         return Scene(GridMap(cells(0), .1), [Robot(pose=(.5, .4, 0), size=(.2, .2, .2), sensors=[LASER]),
@@ -214,6 +225,10 @@ def test_things_are_placed_in_new_scenes() -> None:
     batch.set_map(0, scene(0, robots=1))
     batch.reset()
     assert np.isnan(batch.placed_pose[0]).all() and batch.placed_pose[1, 0, 1] == 1.5
+    one = with_crate(1.2)
+    batch.set_map(0, Scene(one.map, [*one.models, Box(name="crate", pose=(2, 1.5, 0)), Box(name="crate2")]))
+    batch.reset()
+    assert batch.placed_pose[:, 0, 1].tolist() == [1.2, 1.5]
 
 
 def test_a_batch_of_files_takes_scenes() -> None:
@@ -228,6 +243,19 @@ def test_a_batch_of_files_takes_scenes() -> None:
     batch.step(9)
     world.step(9)
     assert batch.state_hash(1) == world.state_hash()
+
+
+def test_options_of_the_batch_stay() -> None:
+    settings = {"world.resolution": 0.05}
+    batch = st.Batch.of(st.World.of(scene(0), settings=settings, ray_model="exact"), 1, seeds=[3])
+    batch.set_map(0, scene(1))
+    batch.reset()
+    world = st.World.of(scene(1), settings=settings, ray_model="exact", seed=3)
+    for of in (batch, world.fleet()):
+        drive(of)
+    batch.step(9)
+    world.step(9)
+    assert batch.state_hash(0) == world.state_hash() != alone(scene(1), 3, 9)[0]
 
 
 def test_mistakes_are_told() -> None:
@@ -276,7 +304,9 @@ def test_sensors_of_other_types_fit_or_are_refused() -> None:
     assert count[:, 0].tolist() == [1, 1]
 
 
-def test_worlds_on_a_device_get_maps() -> None:
+def test_worlds_on_a_device_get_maps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_scene_variants, "KEPT", 1)
+
     def flat(seed: int) -> Scene:
         return scene(3 * seed, robots=1, contacts="cells")
 
@@ -285,8 +315,8 @@ def test_worlds_on_a_device_get_maps() -> None:
     except st.StageError as error:
         pytest.skip(str(error))
     there = st.Batch.of([flat(0), flat(1)], 4, device="opencl")
-    for episode in range(3):
-        made = [flat(episode + i) for i in range(4)]
+    for episode in range(6):
+        made = [flat(2 * episode + i) for i in range(4)]
         there.set_map(None, made)
         there.reset(episode)
         check(there, made)
