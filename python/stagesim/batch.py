@@ -301,38 +301,51 @@ class Batch(Crowd):
                              "it from two scenes or more")
         chosen = self._chosen(ids).tolist()
         present = self._core.variants()
-        used: set[int] = set()  # variants that must stay; empty until a new one is made
-        found: dict[tuple[int, int], int] = {}
-        following = {}
+        scenes: dict[tuple[int, int], Scene] = {}  # by the map that is given, and the variant until now
+        keys = {}
         for i, given in zip(chosen, each_map(map, len(chosen))):
             before = self._next_variants.get(i, present[i])
-            key = (id(given), before)
-            if key not in found:
-                scene = scene_with(given, self._recipes[before].scene, i)
-                number = self._scenes.find(scene)
-                if number is None:
-                    used = used or {*present, *self._next_variants.values(), *found.values()}
-                    number = self._make_variant(scene, used)
-                if used:
-                    used.add(number)
-                found[key] = number
-            following[i] = found[key]
-        self._next_variants.update(following)
+            keys[i] = id(given), before
+            if keys[i] not in scenes:
+                scenes[keys[i]] = scene_with(given, self._recipes[before].scene, i)
+        numbers = self._variants_of(scenes.values(), present)
+        self._next_variants.update({i: numbers[scenes[key].text()] for i, key in keys.items()})
 
-    def _make_variant(self, scene: Scene, used: set[int]) -> int:
-        """Makes a variant of this scene, instead of one that is not in `used`, and returns its number."""
+    def _variants_of(self, scenes: Iterable[Scene], present: list[int]) -> dict[str, int]:
+        """The numbers of the variants of these scenes by their texts; those that are new are made."""
+        once = {scene.text(): scene for scene in scenes}
+        found = {text: self._scenes.find(scene) for text, scene in once.items()}
+        numbers = {text: number for text, number in found.items() if number is not None}
+        new = [scene for text, scene in once.items() if text not in numbers]
+        used = {*present, *self._next_variants.values(), *numbers.values()} if new else set()
+        for scene, prototype in zip(new, self._prototypes_of(new)):
+            number = self._scenes.number_for_new(used)
+            self._set_prototype(number, prototype)
+            self._scenes.add(scene, number)
+            numbers[scene.text()] = number
+            used.add(number)
+        return numbers
+
+    def _prototypes_of(self, scenes: list[Scene]) -> Iterable[World]:
+        """Makes worlds of scenes, with the options of the first world, on the threads of the batch."""
         first = self._recipes[0]
         options = {**first.options, "threads": 1, "settings": first.options["settings"] if first.scene else []}
-        prototype = World._from_recipe(Recipe("<scene>", scene.text(), options, scene))
+        recipes = [Recipe("<scene>", scene.text(), options, scene) for scene in scenes]
+        if len(recipes) < 2 or self.threads == 1:
+            return [World._from_recipe(recipe) for recipe in recipes]
+        from concurrent.futures import ThreadPoolExecutor  # rarely needed
+
+        with ThreadPoolExecutor(self.threads) as executor:
+            return list(executor.map(World._from_recipe, recipes))
+
+    def _set_prototype(self, number: int, prototype: World) -> None:
+        """Gives a variant without worlds, or the next one, another prototype."""
         ids = _fitted(_robots_of([prototype], self._patterns[0], may_lack=True), self.names)
-        number = self._scenes.number_for_new(used)
-        self._core.set_prototype(number, prototype._core, ids)
         things = _placed_of([prototype], self._patterns[1], may_lack=True)
         places = _fitted(things, self.placed, others=True)
+        self._core.set_prototype(number, prototype._core, ids)
         for of_variants, value in ((self._recipes, prototype._recipe), (self._ids, ids), (self._things, places)):
             of_variants[number:number + 1] = [value]
-        self._scenes.add(scene, number)
-        return number
 
     @property
     def variant(self) -> npt.NDArray[np.uint32]:

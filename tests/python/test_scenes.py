@@ -133,8 +133,9 @@ def run(world: st.World, steps: int = 25) -> str:
 
 
 @pytest.mark.parametrize("threads", [1, 4])
-def test_files_of_a_scene_run_the_same(tmp_path: Path, threads: int) -> None:
-    scene = rich_scene()
+@pytest.mark.parametrize("seed", range(12))
+def test_files_of_a_scene_run_the_same(tmp_path: Path, seed: int, threads: int) -> None:
+    scene = rich_scene(seed)
     file = scene.save(tmp_path / "made", "rich")
     assert Path(file) == tmp_path / "made" / "rich.world" and Path(file).read_text() == scene.text()
     assert run(st.World(file, seed=4, threads=threads)) == run(st.World.of(scene, seed=4, threads=threads))
