@@ -229,10 +229,19 @@ void Nearby::Find(const Shapes& shapes, const Walls& edges, const Columns& colum
   });
   FindPairs(columns, workers);
   SpreadReaches(columns);
+  if (edges.edges().empty())
+    walls.clear();
+  else
+    Collect(workers, &walls, [&](uint32_t body, std::vector<NearPair>* found) {
+      FindWallsOf(body, edges, columns, found);
+    });
+  if (pairs.empty() && walls.empty()) {
+    islands.clear();
+    members.clear();
+    place.assign(n, kNone);
+    return;
+  }
   SortPairs();
-  Collect(workers, &walls, [&](uint32_t body, std::vector<NearPair>* found) {
-    FindWallsOf(body, edges, columns, found);
-  });
   FormIslands(columns);
   SortByIsland(&pairs, &Island::first_pair, &Island::last_pair);
   SortByIsland(&walls, &Island::first_wall, &Island::last_wall);

@@ -6,8 +6,10 @@
 #define STAGE_ROWS_CORNER_CELLS_HH
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "geometry/floor.hh"
 #include "grid/grid.hh"
@@ -19,9 +21,41 @@
 
 namespace Stg::rows {
 
+/// Eight corners at once.
+typedef double CornerNumbers __attribute__((vector_size(64)));
+typedef int32_t CornerIntegers __attribute__((vector_size(32)));
+
+/// FloorToInt() of numbers that are within its range.
+STAGE_INLINE void StoreFloors(const CornerNumbers& numbers, int32_t* to) {
+  const CornerIntegers truncated = __builtin_convertvector(numbers, CornerIntegers);
+  const auto above = __builtin_convertvector(truncated, CornerNumbers) > numbers;  // -1 or 0
+  const CornerIntegers floors = truncated + __builtin_convertvector(above, CornerIntegers);
+  std::memcpy(to, &floors, sizeof floors);
+}
+
+/// FindCells() for bodies that are far from the borders of the grid. Returns false if it is not.
+STAGE_INLINE bool FindCellsInside(const Body& body, const Placed& frame, double cells_per_metre,
+                                  CornerCells* to) {
+  const double sine = frame.turn.sine, cosine = frame.turn.cosine;
+  const double at_x = frame.x, at_y = frame.y;
+  constexpr double kInside = internal::grid::kMaxCell / 2;  // outlines are at most kMaxSide long
+  for (size_t i = 0; i < body.corners_x.size(); i += 8) {
+    CornerNumbers x, y;
+    std::memcpy(&x, &body.corners_x[i], sizeof x);
+    std::memcpy(&y, &body.corners_y[i], sizeof y);
+    const CornerNumbers cx = (at_x + x * cosine - y * sine) * cells_per_metre;
+    const CornerNumbers cy = (at_y + x * sine + y * cosine) * cells_per_metre;
+    if (!(std::fabs(cx[0]) < kInside && std::fabs(cy[0]) < kInside)) return false;
+    StoreFloors(cx, &to->x[i]);
+    StoreFloors(cy, &to->y[i]);
+  }
+  return true;
+}
+
 /// Finds the cells of a body's corners. Returns false if one exceeds the grid.
 STAGE_INLINE bool FindCells(const Body& body, const Placed& frame, double cells_per_metre,
                             CornerCells* to) {
+  if (FindCellsInside(body, frame, cells_per_metre, to)) return true;
   const double *const x = body.corners_x.data(), *const y = body.corners_y.data();
   const size_t count = body.corners_x.size();
   const double sine = frame.turn.sine, cosine = frame.turn.cosine;
