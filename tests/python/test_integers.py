@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 import stagesim as st
 from stagesim import _core, _paths
+from stagesim.scenes import Scene
 
 NO_INTEGERS = (True, False, np.True_, 1.0, np.float32(1), np.float64(1), Decimal(1), Fraction(1), "1", b"1", 1j, [1],
                np.array([1]))
@@ -59,6 +60,13 @@ class Subjects:
         subprocess.run([_paths.PROGRAM, "sweep", f"{self.folder.name}/w.world", "--plan-only", "-o",
                         f"{self.folder.name}/out"], check=True)
         self.sweep = _core.Sweep(f"{self.folder.name}/out")
+
+    def map_file(self) -> Path:
+        """The path of a map of map_server."""
+        folder = Path(self.folder.name)
+        (folder / "map.pgm").write_text("P2 1 1 255 0")
+        (folder / "map.yaml").write_text("image: map.pgm\nresolution: 1\norigin: [0, 0, 0]")
+        return folder / "map.yaml"
 
 
 def crowd_calls(crowd: Any, prefix: str) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
@@ -105,6 +113,7 @@ def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str,
         "Batch.reseed": (batch.reseed, {"seeds": [1] * s.batch.n}),
         "Batch.place": (batch.place, {"models": [s.ids], "poses": s.poses, "which": s.none}),
         "Batch.find_places": (batch.find_places, {"models": [s.ids], "to": s.poses}),
+        "Batch.set_prototype": (batch.set_prototype, {"variant": 1, "prototype": core, "robots": 2 * s.ids}),
         "Batch.take": (batch.take, {"index": 0}),
         "Batch.fork": (batch.fork, {"index": 0}),
         "Simulation.step": (core.step, {"steps": 1}),
@@ -123,6 +132,9 @@ def public_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str, A
         **crowd_calls(s.batch, "Batch"),
         "World.__init__": (st.World, {"file": "arena.world", "seed": 1, "threads": 1}),
         "World.from_text": (st.World.from_text, {"text": "", "seed": 1, "threads": 1}),
+        "World.of": (st.World.of, {"scene": Scene(), "seed": 1, "threads": 1}),
+        "World.from_grid": (st.World.from_grid, {"array": [[True]], "resolution": 1, "seed": 1, "threads": 1}),
+        "World.from_map": (st.World.from_map, {"file": s.map_file(), "seed": 1, "threads": 1}),
         "World.step": (s.world.step, {"n": 1}),
         "World.reset": (s.world.reset, {"seed": 1}),
         "World.render": (s.world.render, {"width": 4, "height": 4}),

@@ -20,6 +20,7 @@ import pytest
 import stagesim as st
 from patience import PATIENCE
 from stagesim import _core
+from stagesim.scenes import Scene
 
 BLOCKER = """
 #include <fstream>
@@ -57,13 +58,13 @@ ARGUMENTS: dict[str, Any] = {
     "World.step": (1,), "World.run": (0.1,), "World.cast": ([[0, 0, 0]], 0, 5), "World.set_metric": ("mine", 1.0),
     "World.model": ("r",), "World.restore": "snapshot", "World.render": (8, 8), "Batch.restore": "snapshot",
     "Batch.snapshot": (0,), "Batch.fork": (0,), "Batch.state_hash": (0,), "Batch.rollout": {"moments": 2},
-    "Batch.teleport": ([0, 0, 0],), "Batch.place": ([0, 0, 0],),
+    "Batch.teleport": ([0, 0, 0],), "Batch.place": ([0, 0, 0],), "Batch.set_map": (None, Scene()),
     "Batch.render": (0, 8, 8), "Fleet.teleport": ([0, 0, 0],), "Model.drive": (0.1,),
     "Model.go_to": (1, 1), "Model.add_sensor": (5, 1, 3), "Fleet.sensor": ("ranger",), "Batch.sensor": ("ranger",),
     "Fleet.array": ("ranger.ranges",), "Batch.array": ("pose",),
 }
 #: Functions that make new worlds.
-MAKERS = {"World.from_text", "Batch.of"}
+MAKERS = {"World.from_text", "World.of", "World.from_grid", "World.from_map", "Batch.of"}
 #: Properties that are constant and access no world.
 CONSTANT = {"Model.id", "_core.Crowd.size", "Batch.threads", "_core.Batch.crowd", "_core.Batch.threads", "Batch.device",
             "Batch.synchronous", "_core.Batch.device", "_core.Batch.device_crowd"}
