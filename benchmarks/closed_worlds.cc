@@ -403,8 +403,9 @@ void TakeOptions(int* argc, char** argv, Arguments* a) {
 void RunHost(const Arguments& a, const std::shared_ptr<const Stg::rows::Scene>& scene,
              const std::vector<uint64_t>& seeds) {
   double start = WallClock();
-  Host host(a, scene, seeds);
+  { const Stg::rows::Rows rows(scene, seeds); }
   const double made = WallClock() - start;
+  Host host(a, scene, seeds);
   uint64_t steps = 0;
   double spent = 0;
   Outcome outcome;
