@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
- * Access to a world's columns and to the scene. Compiled after row_math.h.
+ * Access to a world's columns and to the scene. Compiled after row_vector.h.
  *
  * A world is stepped by a group of work-items. In a phase, each work-item does its share; between
  * phases, ROW_BARRIER() makes what one has written visible to the others. On the host there is one
@@ -14,7 +14,7 @@
 #define ROW_ITEM ((uint)get_local_id(0))
 #define ROW_ITEMS ((uint)get_local_size(0))
 #else
-#include "kernels/row_math.h"
+#include "kernels/row_vector.h"
 #define ROW_BARRIER() ((void)0)
 #define ROW_ITEM 0u
 #define ROW_ITEMS 1u
@@ -29,6 +29,22 @@ typedef struct {
   RAY_GLOBAL row_byte* scratch;        /* of this world */
   ray_ulong world;
 } row_world_t;
+
+RAY_FUNCTION row_world_t row_world_at(RAY_GLOBAL const row_byte* image, RAY_GLOBAL row_byte* state,
+                                      RAY_GLOBAL row_byte* scratch, ray_ulong world) {
+  row_world_t w;
+  w.image = image;
+  w.scene = (RAY_GLOBAL const row_scene_t*)image;
+  w.state = state;
+  w.scratch = scratch + world * w.scene->scratch_bytes;
+  w.world = world;
+  return w;
+}
+
+/* Another world of the same buffers. */
+RAY_FUNCTION row_world_t row_another_world(const row_world_t* w, ray_ulong world) {
+  return row_world_at(w->image, w->state, w->scratch - w->world * w->scene->scratch_bytes, world);
+}
 
 /* Elements of this world in a column: ROW_COLUMN(w, double, ROW_RANGES)[ray]. */
 #define ROW_COLUMN(w, type, column)                              \

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
  * Finds which touchers may touch which others and walls within a step, and the islands that they
- * form: libstage/motion/nearby.cc and walls.hh. Compiled after row_safe_part.h.
+ * form: libstage/motion/nearby.cc and walls.hh. Compiled after row_access.h.
  *
  * First, each work-item looks around some touchers. If one of them is near something, a single
  * work-item forms the islands.
@@ -10,9 +10,14 @@
 #define STAGE_KERNELS_ROW_CROWD_H
 
 #ifndef RAY_IN_OPENCL
-#include "kernels/row_safe_part.h"
+#include "kernels/row_access.h"
 namespace Stg {
 #endif
+
+/* See libstage/motion/separation.hh. */
+#define ROW_HARD 2e-5
+#define ROW_SKIN 4e-4
+#define ROW_TOUCH 8e-4
 
 /* A row of motion::Columns, and what Nearby knows about it. */
 typedef struct RAY_ALIGNED(16) {
@@ -36,13 +41,9 @@ typedef struct RAY_ALIGNED(16) {
   ray_uint first_member, end_member;
   ray_uint first_near, end_near;
   ray_uint first_pair, pairs;
-  ray_uint unused[2];
+  ray_uint standing; /* bodies that cannot move, one for each pair with them */
+  ray_uint kind;     /* ROW_SMALL, ... */
 } row_island_t;
-
-typedef struct RAY_ALIGNED(16) {
-  ray_uint islands; /* that are to be solved by all work-items */
-  ray_uint unused[3];
-} row_crowd_t;
 
 typedef struct {
   double x0, y0, x1, y1;
@@ -57,6 +58,44 @@ RAY_FUNCTION RAY_GLOBAL row_contact_t* row_contacts(const row_world_t* w) {
 RAY_FUNCTION RAY_GLOBAL const row_toucher_t* row_toucher(const row_world_t* w, ray_uint i) {
   return ROW_PART(w, row_toucher_t, ROW_TOUCHERS) + i;
 }
+/* The memory for the pairs of a world: its own, or the shared one. See row_room_t. */
+RAY_FUNCTION RAY_GLOBAL row_byte* row_memory(const row_world_t* w, int shared) {
+  RAY_GLOBAL const row_scene_t* const scene = w->scene;
+  RAY_GLOBAL row_byte* const all = w->scratch - w->world * scene->scratch_bytes;
+  return all + (shared ? scene->shared_room : scene->first_room + w->world * scene->rooms[0].bytes);
+}
+RAY_FUNCTION RAY_GLOBAL row_near_t* row_near_pairs(const row_world_t* w, int shared) {
+  return (RAY_GLOBAL row_near_t*)(row_memory(w, shared) + w->scene->rooms[shared].near);
+}
+
+/* Islands of a kind that wait to be solved, and how many they are. */
+RAY_FUNCTION RAY_GLOBAL row_waiting_t* row_waiting(const row_world_t* w, ray_uint kind) {
+  RAY_GLOBAL row_byte* const all = w->scratch - w->world * w->scene->scratch_bytes;
+  return (RAY_GLOBAL row_waiting_t*)(all + w->scene->waiting) + kind * w->scene->most_waiting;
+}
+RAY_FUNCTION volatile RAY_GLOBAL ray_uint* row_waiting_count(const row_world_t* w, ray_uint kind) {
+  return (volatile RAY_GLOBAL ray_uint*)(w->state + w->scene->counts) + kind;
+}
+
+/* Makes room for further islands on a list. Returns the place of the first one. */
+RAY_FUNCTION ray_uint row_add_waiting(const row_world_t* w, ray_uint kind, ray_uint islands) {
+#ifdef RAY_IN_OPENCL
+  return atomic_add(row_waiting_count(w, kind), islands);
+#else /* worlds are stepped one after the other */
+  const ray_uint before = *row_waiting_count(w, kind);
+  *row_waiting_count(w, kind) = before + islands;
+  return before;
+#endif
+}
+
+/* Puts one island, or all of a world, at a place of a list. */
+RAY_FUNCTION void row_let_wait(const row_world_t* w, ray_uint kind, ray_uint place,
+                               ray_uint island) {
+  RAY_GLOBAL row_waiting_t* const one = row_waiting(w, kind) + place;
+  one->world = (ray_uint)w->world;
+  one->island = island;
+}
+
 RAY_FUNCTION ray_uint row_bit_words(const row_world_t* w) { return (w->scene->touchers + 31) / 32; }
 RAY_FUNCTION RAY_GLOBAL ray_uint* row_near_bits(const row_world_t* w, ray_uint i) {
   return ROW_SCRATCH(w, ray_uint, ROW_NEAR_BITS) + i * row_bit_words(w);
@@ -286,6 +325,7 @@ RAY_FUNCTION ray_uint row_list_members(const row_world_t* w) {
     contacts[i].island = root == i ? number : contacts[root].island;
     if (root == i) {
       islands[number].end_member = islands[number].end_near = islands[number].pairs = 0;
+      islands[number].standing = 0;
       number++;
     }
     contacts[i].place = islands[contacts[i].island].end_member++;
@@ -315,6 +355,7 @@ RAY_FUNCTION int row_place_islands(const row_world_t* w, ray_uint count) {
       if (!row_is_near(w, a, b)) continue;
       k = row_island_of(w, a, b);
       islands[k].end_near++;
+      islands[k].standing += contacts[a].place == ROW_NONE || contacts[b].place == ROW_NONE;
       islands[k].pairs += row_toucher(w, a)->pieces * row_toucher(w, b)->pieces;
     }
   }

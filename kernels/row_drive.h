@@ -30,13 +30,6 @@ typedef struct {
   int is_steered;
 } row_drive_output_t;
 
-RAY_FUNCTION row_planar_t row_planar(double x, double y, double a) {
-  row_planar_t p;
-  p.x = x;
-  p.y = y;
-  p.a = a;
-  return p;
-}
 RAY_FUNCTION double row_symmetric(double value, double limit) {
   return row_constrain(value, -limit, limit);
 }

@@ -15,6 +15,7 @@ namespace Stg {
 #define ROW_PASSES 4
 #define ROW_SWEEPS 16
 #define ROW_PUSH_SWEEPS 400
+#define ROW_EASY_SWEEPS 3 /* of an easy island, at most */
 #define ROW_JOINT_ROUNDS 6
 #define ROW_CONVERGED 1e-7
 
@@ -23,7 +24,7 @@ RAY_FUNCTION double row_speed(row_planar_t motion, row_point_t n, double arm) {
 }
 
 /* Adds a force to a body, and what it does to its motion. */
-RAY_FUNCTION void row_apply(RAY_GLOBAL row_solid_t* solid, row_point_t direction, double arm,
+RAY_FUNCTION void row_apply(ROW_ROOM row_solid_t* solid, row_point_t direction, double arm,
                             double amount) {
   solid->force.x += amount * direction.x;
   solid->force.y += amount * direction.y;
@@ -57,10 +58,10 @@ RAY_FUNCTION void row_solve_two(const double* k, const double* wanted, double* f
 }
 
 /* See IslandSolver::SolvePush(). */
-RAY_FUNCTION void row_solve_push(const row_solver_t* s, RAY_GLOBAL row_touch_t* touch) {
-  RAY_GLOBAL row_solid_t* const a = s->solids + touch->a;
+RAY_FUNCTION void row_solve_push(const row_solver_t* s, ROW_ROOM row_touch_t* touch) {
+  ROW_ROOM row_solid_t* const a = s->solids + touch->a;
   const int forces = touch->kind == ROW_FORCE;
-  RAY_GLOBAL row_solid_t* const b = forces ? s->solids + touch->b : a;
+  ROW_ROOM row_solid_t* const b = forces ? s->solids + touch->b : a;
   const row_point_t normal = touch->normal;
   double response[3], wanted[2], force[2];
   ray_uint k;
@@ -87,7 +88,7 @@ RAY_FUNCTION void row_solve_push(const row_solver_t* s, RAY_GLOBAL row_touch_t* 
 }
 
 /* The forces of a front on a body: at one or two points. */
-RAY_FUNCTION void row_solve_front(RAY_GLOBAL const double* response, ray_uint count,
+RAY_FUNCTION void row_solve_front(ROW_ROOM const double* response, ray_uint count,
                                   const double* wanted, double* force) {
   double k[3];
   k[0] = response[0];
@@ -101,9 +102,9 @@ RAY_FUNCTION void row_solve_front(RAY_GLOBAL const double* response, ray_uint co
 }
 
 /* See IslandSolver::SolveSplit(). */
-RAY_FUNCTION void row_solve_split(const row_solver_t* s, RAY_GLOBAL row_touch_t* touch) {
-  RAY_GLOBAL row_solid_t* const a = s->solids + touch->a;
-  RAY_GLOBAL row_solid_t* const b = s->solids + touch->b;
+RAY_FUNCTION void row_solve_split(const row_solver_t* s, ROW_ROOM row_touch_t* touch) {
+  ROW_ROOM row_solid_t* const a = s->solids + touch->a;
+  ROW_ROOM row_solid_t* const b = s->solids + touch->b;
   const row_point_t normal = touch->normal;
   double wanted_a[2], wanted_b[2], force_a[2], force_b[2];
   ray_uint k;
@@ -136,16 +137,16 @@ RAY_FUNCTION void row_solve_split(const row_solver_t* s, RAY_GLOBAL row_touch_t*
 }
 
 /* Sets a friction force on a body. */
-RAY_FUNCTION void row_rub(RAY_GLOBAL row_solid_t* solid, row_point_t tangent, double arm,
-                          double sign, double target, double now) {
+RAY_FUNCTION void row_rub(ROW_ROOM row_solid_t* solid, row_point_t tangent, double arm, double sign,
+                          double target, double now) {
   const double change = target - now;
   if (change != 0.0) row_apply(solid, tangent, arm, sign * change);
 }
 
 /* See IslandSolver::SolveFriction(). */
-RAY_FUNCTION void row_solve_friction(const row_solver_t* s, RAY_GLOBAL row_touch_t* touch) {
-  RAY_GLOBAL row_solid_t* const a = s->solids + touch->a;
-  RAY_GLOBAL row_solid_t* const b = touch->kind == ROW_FIXED ? a : s->solids + touch->b;
+RAY_FUNCTION void row_solve_friction(const row_solver_t* s, ROW_ROOM row_touch_t* touch) {
+  ROW_ROOM row_solid_t* const a = s->solids + touch->a;
+  ROW_ROOM row_solid_t* const b = touch->kind == ROW_FIXED ? a : s->solids + touch->b;
   const row_point_t t = row_left(touch->normal);
   const double limit_a = touch->friction * (touch->push_a[0] + touch->push_a[1]);
   const double limit_b = touch->friction * (touch->push_b[0] + touch->push_b[1]);
@@ -172,7 +173,7 @@ RAY_FUNCTION void row_solve_friction(const row_solver_t* s, RAY_GLOBAL row_touch
   if (target_b - rub_b != 0.0) touch->rub_b = target_b;
 }
 
-RAY_FUNCTION void row_solve_touch(const row_solver_t* s, RAY_GLOBAL row_touch_t* touch) {
+RAY_FUNCTION void row_solve_touch(const row_solver_t* s, ROW_ROOM row_touch_t* touch) {
   if (touch->kind == ROW_SPLIT)
     row_solve_split(s, touch);
   else
@@ -181,7 +182,7 @@ RAY_FUNCTION void row_solve_touch(const row_solver_t* s, RAY_GLOBAL row_touch_t*
 }
 
 /* See IslandSolver::SolveFloor(). */
-RAY_FUNCTION void row_solve_floor(RAY_GLOBAL row_solid_t* solid) {
+RAY_FUNCTION void row_solve_floor(ROW_ROOM row_solid_t* solid) {
   const row_planar_t before = solid->floor, wanted = solid->wanted;
   const double mass = solid->mass, inertia = solid->inertia;
   row_planar_t motion = solid->motion, now;
@@ -204,10 +205,10 @@ RAY_FUNCTION void row_set_masses(row_solver_t* s) {
   const row_planar_t none = row_planar(0, 0, 0);
   ray_uint i;
   s->typical = 1e-30;
-  for (i = s->island.first_member; i < s->island.end_member; i++)
+  for (i = 0; i < s->members; i++)
     s->typical = row_larger(s->typical, row_distance(s->solids[i].wanted, none, s->solids[i].arm));
-  for (i = s->island.first_member; i < s->island.end_member; i++) {
-    RAY_GLOBAL row_solid_t* const solid = s->solids + i;
+  for (i = 0; i < s->members; i++) {
+    ROW_ROOM row_solid_t* const solid = s->solids + i;
     solid->motion = solid->wanted;
     solid->floor = solid->force = none;
     solid->mass = s->typical / solid->grip;
@@ -216,7 +217,7 @@ RAY_FUNCTION void row_set_masses(row_solver_t* s) {
 }
 
 /* The change of a motion since it was noted last, which is noted now. */
-RAY_FUNCTION double row_note_change(RAY_GLOBAL row_solid_t* solid) {
+RAY_FUNCTION double row_note_change(ROW_ROOM row_solid_t* solid) {
   const double change = row_distance(solid->motion, solid->before, solid->arm);
   solid->before = solid->motion;
   return change;
@@ -224,11 +225,11 @@ RAY_FUNCTION double row_note_change(RAY_GLOBAL row_solid_t* solid) {
 
 /* See IslandSolver::Sweep(). */
 RAY_FUNCTION double row_sweep(row_solver_t* s, int number) {
-  RAY_GLOBAL row_touch_t* const touches = s->touches + s->island.first_pair;
+  ROW_ROOM row_touch_t* const touches = s->touches;
   double change = 0.0;
   ray_uint i;
-  for (i = s->island.first_member; i < s->island.end_member; i++) {
-    RAY_GLOBAL row_solid_t* const solid = s->solids + i;
+  for (i = 0; i < s->members; i++) {
+    ROW_ROOM row_solid_t* const solid = s->solids + i;
     solid->before = solid->motion;
     if ((solid->flags & ROW_PUSHES) == 0 || number == 0) continue;
     solid->motion.x += solid->mass * (solid->force.x + solid->floor.x);
@@ -238,8 +239,8 @@ RAY_FUNCTION double row_sweep(row_solver_t* s, int number) {
   }
   for (i = 0; i < s->touch_count; i++)
     row_solve_touch(s, touches + (number % 2 == 0 ? i : s->touch_count - 1 - i));
-  for (i = s->island.first_member; i < s->island.end_member; i++) {
-    RAY_GLOBAL row_solid_t* const solid = s->solids + i;
+  for (i = 0; i < s->members; i++) {
+    ROW_ROOM row_solid_t* const solid = s->solids + i;
     change = row_larger(change, row_note_change(solid));
     if ((solid->flags & ROW_PUSHES) == 0) continue;
     row_solve_floor(solid);
@@ -248,15 +249,17 @@ RAY_FUNCTION double row_sweep(row_solver_t* s, int number) {
   return change;
 }
 
-/* See IslandSolver::SolveForces(). */
-RAY_FUNCTION void row_solve_forces(row_solver_t* s) {
+/* See IslandSolver::SolveForces(). False if the island is to be easy and needs more sweeps. */
+RAY_FUNCTION int row_solve_forces(row_solver_t* s, int easy) {
   int most = ROW_SWEEPS, sweep;
   ray_uint i;
-  if (s->touch_count == 0) return;
+  if (s->touch_count == 0) return 1;
   for (i = 0; i < s->touch_count; i++)
-    if (s->touches[s->island.first_pair + i].kind == ROW_FORCE) most = ROW_PUSH_SWEEPS;
+    if (s->touches[i].kind == ROW_FORCE) most = ROW_PUSH_SWEEPS;
+  if (easy) most = ROW_EASY_SWEEPS;
   for (sweep = 0; sweep < most; sweep++)
-    if (row_sweep(s, sweep) < ROW_CONVERGED) break;
+    if (row_sweep(s, sweep) < ROW_CONVERGED) return 1;
+  return !easy;
 }
 
 #ifndef RAY_IN_OPENCL

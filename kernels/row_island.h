@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
  * An island while it is solved: its bodies, and the pairs of pieces that may touch. The first part
- * of libstage/motion/island.cc, see IslandSolver. Compiled after row_crowd.h.
+ * of libstage/motion/island.cc, see IslandSolver. Compiled after row_safe_part.h.
  */
 #ifndef STAGE_KERNELS_ROW_ISLAND_H
 #define STAGE_KERNELS_ROW_ISLAND_H
 
 #ifndef RAY_IN_OPENCL
-#include "kernels/row_crowd.h"
+#include "kernels/row_safe_part.h"
 namespace Stg {
 #endif
 
@@ -61,40 +61,26 @@ typedef struct RAY_ALIGNED(16) {
   double unused;
 } row_touch_t;
 
-/* An island that is being solved, and the arrays of its room. */
+/* An island that is being solved, and its arrays. */
 typedef struct {
   const row_world_t* w;
   row_island_t island;
   row_point_t origin; /* of coordinates */
   double typical;
-  ray_uint pair_count, touch_count;
-  RAY_GLOBAL row_near_t* near;
+  ray_uint members, pair_count, touch_count;
+  /* Arrays of the world: */
+  RAY_GLOBAL const row_near_t* near;
   RAY_GLOBAL ray_uint* walls;
-  RAY_GLOBAL row_solid_t* solids;
-  RAY_GLOBAL row_point_t *corners, *moved;
-  RAY_GLOBAL row_pair_t* pairs;
-  RAY_GLOBAL row_touch_t* touches;
+  /* Arrays of the island: */
+  ROW_ROOM row_solid_t* solids;
+  ROW_ROOM row_point_t *corners, *moved;
+  ROW_ROOM row_pair_t* pairs;
+  ROW_ROOM row_touch_t* touches;
 } row_solver_t;
-
-/* Finds the arrays of a room: that of the world, or the shared one. */
-RAY_FUNCTION void row_enter_room(const row_world_t* w, int shared, row_solver_t* s) {
-  RAY_GLOBAL const row_room_t* const room = w->scene->rooms + shared;
-  RAY_GLOBAL row_byte* const own = ROW_SCRATCH(w, row_byte, ROW_CROWDED);
-  RAY_GLOBAL row_byte* const base =
-      shared ? w->scratch - w->world * w->scene->scratch_bytes + w->scene->shared_room : own;
-  s->w = w;
-  s->near = (RAY_GLOBAL row_near_t*)(base + room->near);
-  s->walls = (RAY_GLOBAL ray_uint*)(base + room->walls);
-  s->solids = (RAY_GLOBAL row_solid_t*)(base + room->solids);
-  s->corners = (RAY_GLOBAL row_point_t*)(base + room->corners);
-  s->moved = (RAY_GLOBAL row_point_t*)(base + room->moved);
-  s->pairs = (RAY_GLOBAL row_pair_t*)(base + room->pairs);
-  s->touches = (RAY_GLOBAL row_touch_t*)(base + room->touches);
-}
 
 /* ---- hulls ---------------------------------------------------------------------------------- */
 
-RAY_FUNCTION row_hull_t row_hull_a(const row_solver_t* s, RAY_GLOBAL const row_pair_t* pair) {
+RAY_FUNCTION row_hull_t row_hull_a(const row_solver_t* s, ROW_ROOM const row_pair_t* pair) {
   row_hull_t hull;
   hull.corners = s->corners + pair->corner_a;
   hull.count = pair->count_a;
@@ -102,7 +88,7 @@ RAY_FUNCTION row_hull_t row_hull_a(const row_solver_t* s, RAY_GLOBAL const row_p
   return hull;
 }
 
-RAY_FUNCTION row_hull_t row_hull_b(const row_solver_t* s, RAY_GLOBAL const row_pair_t* pair) {
+RAY_FUNCTION row_hull_t row_hull_b(const row_solver_t* s, ROW_ROOM const row_pair_t* pair) {
   row_hull_t hull;
   hull.corners = pair->b == ROW_NONE ? pair->ends : s->corners + pair->corner_b;
   hull.count = pair->count_b;
@@ -111,12 +97,12 @@ RAY_FUNCTION row_hull_t row_hull_b(const row_solver_t* s, RAY_GLOBAL const row_p
 }
 
 /* See Shapes::PlaceCorners(). */
-RAY_FUNCTION void row_place_solid(const row_solver_t* s, ray_uint index) {
-  RAY_GLOBAL const row_solid_t* const solid = s->solids + index;
+RAY_LARGE_FUNCTION void row_place_solid(const row_solver_t* s, ray_uint index) {
+  ROW_ROOM const row_solid_t* const solid = s->solids + index;
   RAY_GLOBAL const row_toucher_t* const toucher = row_toucher(s->w, solid->toucher);
   RAY_GLOBAL const row_point_t* const own =
       ROW_PART(s->w, row_point_t, ROW_TOUCH_CORNERS) + toucher->first_corner;
-  RAY_GLOBAL row_point_t* const to = s->corners + solid->first_corner;
+  ROW_ROOM row_point_t* const to = s->corners + solid->first_corner;
   const row_point_t position = solid->position;
   const row_turn_t turn = row_turn(solid->heading);
   ray_uint i;
@@ -130,8 +116,8 @@ RAY_FUNCTION double row_origin_near(double position) {
   return fabs(position) < 65536.0 ? 0.0 : 1024.0 * floor(position / 1024.0);
 }
 
-RAY_FUNCTION void row_load_solid(const row_solver_t* s, ray_uint index, ray_uint number,
-                                 double reach) {
+RAY_LARGE_FUNCTION void row_load_solid(const row_solver_t* s, ray_uint index, ray_uint number,
+                                       double reach) {
   RAY_GLOBAL const row_toucher_t* const toucher = row_toucher(s->w, number);
   const row_contact_t contact = row_contacts(s->w)[number];
   row_solid_t solid;
@@ -165,8 +151,8 @@ RAY_FUNCTION int row_heights_meet(double bottom_a, double top_a, double elevatio
 }
 
 /* Keeps a pair, which is the first free one, if its pieces can touch within the step. */
-RAY_FUNCTION void row_keep_if_near(row_solver_t* s) {
-  RAY_GLOBAL row_pair_t* const pair = s->pairs + s->island.first_pair + s->pair_count;
+RAY_LARGE_FUNCTION void row_keep_if_near(row_solver_t* s) {
+  ROW_ROOM row_pair_t* const pair = s->pairs + s->pair_count;
   const double left = pair->b == ROW_NONE ? 0.0 : s->solids[pair->b].left;
   const double reach = s->solids[pair->a].left + left + ROW_TOUCH;
   const row_hull_t a = row_hull_a(s, pair), b = row_hull_b(s, pair);
@@ -195,7 +181,7 @@ RAY_FUNCTION void row_add_pairs(row_solver_t* s, ray_uint a, ray_uint b) {
   pair.edge = ROW_NONE;
   pair.friction = 0.5 * (of_a->friction + of_b->friction);
   pair.unused = 0;
-  pair.kind = b >= s->w->scene->touchers                             ? ROW_FIXED
+  pair.kind = b >= s->members                                        ? ROW_FIXED
               : ((of_a->flags | of_b->flags) & ROW_IS_PUSHABLE) != 0 ? ROW_FORCE
                                                                      : ROW_SPLIT;
   pair.normal = pair.ends[0] = pair.ends[1] = row_point(0, 0);
@@ -209,7 +195,7 @@ RAY_FUNCTION void row_add_pairs(row_solver_t* s, ray_uint a, ray_uint b) {
       pair.count_b = piece_b.corners;
       pair.radius_b = piece_b.radius;
       pair.core_b = piece_b.core;
-      s->pairs[s->island.first_pair + s->pair_count] = pair;
+      s->pairs[s->pair_count] = pair;
       if (row_heights_meet(piece_a.bottom, piece_a.top, of_a->elevation, piece_b.bottom,
                            piece_b.top, of_b->elevation))
         row_keep_if_near(s);
@@ -241,37 +227,33 @@ RAY_FUNCTION void row_add_wall_pairs(row_solver_t* s, ray_uint a, ray_uint edge)
     const row_piece_t piece = ROW_PART(s->w, row_piece_t, ROW_PIECES)[toucher->first_piece + i];
     row_set_piece_a(&pair, &piece, corner);
     corner += piece.corners;
-    s->pairs[s->island.first_pair + s->pair_count] = pair;
+    s->pairs[s->pair_count] = pair;
     if (row_heights_meet(piece.bottom, piece.top, toucher->elevation, wall.bottom, wall.top, 0.0))
       row_keep_if_near(s);
   }
 }
 
-/* Index of the body of a member of the island. */
-RAY_FUNCTION ray_uint row_solid_of(const row_solver_t* s, ray_uint toucher) {
-  return s->island.first_member + row_contacts(s->w)[toucher].place;
-}
-
 /* See IslandSolver::Load(). */
 RAY_FUNCTION void row_load_island(row_solver_t* s) {
   RAY_GLOBAL const row_contact_t* const contacts = row_contacts(s->w);
-  RAY_GLOBAL const ray_uint* const members = ROW_SCRATCH(s->w, ray_uint, ROW_MEMBERS);
-  const row_contact_t first = contacts[members[s->island.first_member]];
-  ray_uint k, i;
+  RAY_GLOBAL const ray_uint* const members =
+      ROW_SCRATCH(s->w, ray_uint, ROW_MEMBERS) + s->island.first_member;
+  const row_contact_t first = contacts[members[0]];
+  ray_uint k, i, solids;
+  s->members = solids = s->island.end_member - s->island.first_member;
   s->pair_count = s->touch_count = 0;
   s->origin = row_point(row_origin_near(first.x), row_origin_near(first.y));
-  for (k = s->island.first_member; k < s->island.end_member; k++)
-    row_load_solid(s, k, members[k], contacts[members[k]].reach);
+  for (k = 0; k < s->members; k++) row_load_solid(s, k, members[k], contacts[members[k]].reach);
   for (k = s->island.first_near; k < s->island.end_near; k++) {
     const row_near_t near = s->near[k];
     const int swaps = contacts[near.a].place == ROW_NONE;
     const ray_uint a = swaps ? near.b : near.a, b = swaps ? near.a : near.b;
     const int stands = contacts[b].place == ROW_NONE;
-    const ray_uint solid_b = stands ? s->w->scene->touchers + k : row_solid_of(s, b);
+    const ray_uint solid_b = stands ? solids++ : contacts[b].place;
     if (stands) row_load_solid(s, solid_b, b, 0.0);
-    row_add_pairs(s, row_solid_of(s, a), solid_b);
+    row_add_pairs(s, contacts[a].place, solid_b);
   }
-  for (k = s->island.first_member; k < s->island.end_member; k++) {
+  for (k = 0; k < s->members; k++) {
     RAY_GLOBAL ray_uint* const walls = s->walls + contacts[members[k]].first_wall;
     const ray_uint count = row_find_walls(s->w, members[k], 1, walls);
     for (i = 0; i < count; i++) row_add_wall_pairs(s, k, walls[i]);
@@ -291,15 +273,15 @@ RAY_FUNCTION int row_is_beyond_end(const row_world_t* w, ray_uint edge,
   return row_dot(toward_body, wall.beyond[separation->b]) > 1e-9;
 }
 
-RAY_FUNCTION void row_find_response(RAY_GLOBAL const row_solid_t* solid,
-                                    RAY_GLOBAL const double* arm, RAY_GLOBAL double* response) {
+RAY_FUNCTION void row_find_response(ROW_ROOM const row_solid_t* solid, ROW_ROOM const double* arm,
+                                    ROW_ROOM double* response) {
   response[0] = solid->mass + solid->inertia * arm[0] * arm[0];
   response[1] = solid->mass + solid->inertia * arm[0] * arm[1];
   response[2] = solid->mass + solid->inertia * arm[1] * arm[1];
 }
 
 /* Sets where the forces of a touch act, and the room. */
-RAY_FUNCTION void row_set_arms(const row_solver_t* s, RAY_GLOBAL row_touch_t* touch,
+RAY_FUNCTION void row_set_arms(const row_solver_t* s, ROW_ROOM row_touch_t* touch,
                                const row_manifold_t* manifold) {
   const int wall = touch->b == ROW_NONE;
   const row_point_t tangent = row_left(manifold->normal);
@@ -324,12 +306,12 @@ RAY_FUNCTION void row_set_arms(const row_solver_t* s, RAY_GLOBAL row_touch_t* to
 }
 
 /* See IslandSolver::AddTouch(). */
-RAY_FUNCTION void row_add_touch(row_solver_t* s, RAY_GLOBAL const row_pair_t* pair,
+RAY_FUNCTION void row_add_touch(row_solver_t* s, ROW_ROOM const row_pair_t* pair,
                                 const row_separation_t* separation) {
-  RAY_GLOBAL row_touch_t* const touch = s->touches + s->island.first_pair + s->touch_count++;
+  ROW_ROOM row_touch_t* const touch = s->touches + s->touch_count++;
   const row_hull_t hull_a = row_hull_a(s, pair), hull_b = row_hull_b(s, pair);
   const row_manifold_t manifold = row_find_manifold(&hull_a, &hull_b, separation);
-  RAY_GLOBAL row_solid_t* const a = s->solids + pair->a;
+  ROW_ROOM row_solid_t* const a = s->solids + pair->a;
   int k;
   touch->a = pair->a;
   touch->b = pair->b;
@@ -345,7 +327,7 @@ RAY_FUNCTION void row_add_touch(row_solver_t* s, RAY_GLOBAL const row_pair_t* pa
   touch->slide_of_a = a->mass + a->inertia * touch->slide_arm_a * touch->slide_arm_a;
   if (pair->kind == ROW_FIXED) return;
   {
-    RAY_GLOBAL row_solid_t* const b = s->solids + pair->b;
+    ROW_ROOM row_solid_t* const b = s->solids + pair->b;
     row_find_response(b, touch->arm_b, touch->of_b);
     touch->slide_of_b = b->mass + b->inertia * touch->slide_arm_b * touch->slide_arm_b;
     if (pair->kind == ROW_SPLIT) return;
@@ -358,12 +340,12 @@ RAY_FUNCTION void row_add_touch(row_solver_t* s, RAY_GLOBAL const row_pair_t* pa
 RAY_FUNCTION void row_find_touches(row_solver_t* s) {
   ray_uint i;
   s->touch_count = 0;
-  for (i = s->island.first_member; i < s->island.end_member; i++) {
-    RAY_GLOBAL row_solid_t* const solid = s->solids + i;
+  for (i = 0; i < s->members; i++) {
+    ROW_ROOM row_solid_t* const solid = s->solids + i;
     solid->flags = (solid->flags & ~ROW_PUSHES) | (solid->pushable ? ROW_PUSHES : 0);
   }
   for (i = 0; i < s->pair_count; i++) {
-    RAY_GLOBAL row_pair_t* const pair = s->pairs + s->island.first_pair + i;
+    ROW_ROOM row_pair_t* const pair = s->pairs + i;
     const row_hull_t a = row_hull_a(s, pair), b = row_hull_b(s, pair);
     row_separation_t found;
     if (row_gap_across(&a, &b, pair->normal) > ROW_TOUCH) continue;

@@ -20,8 +20,8 @@ RAY_FUNCTION double row_wrap(double angle) {
 RAY_FUNCTION int row_set_wanted(const row_solver_t* s) {
   int any = 0;
   ray_uint i;
-  for (i = s->island.first_member; i < s->island.end_member; i++) {
-    RAY_GLOBAL row_solid_t* const solid = s->solids + i;
+  for (i = 0; i < s->members; i++) {
+    ROW_ROOM row_solid_t* const solid = s->solids + i;
     const row_planar_t rest = solid->rest;
     const row_planar_t wanted = solid->bold < 1.0 ? row_part_of(rest, solid->bold) : rest;
     solid->wanted = wanted;
@@ -35,8 +35,8 @@ RAY_FUNCTION void row_cut_motions(const row_solver_t* s) {
   const double least = row_smaller(ROW_CONVERGED, 1e-3 * s->typical);
   const row_planar_t none = row_planar(0, 0, 0);
   ray_uint i;
-  for (i = s->island.first_member; i < s->island.end_member; i++) {
-    RAY_GLOBAL row_solid_t* const solid = s->solids + i;
+  for (i = 0; i < s->members; i++) {
+    ROW_ROOM row_solid_t* const solid = s->solids + i;
     row_planar_t motion = solid->motion;
     double way;
     if (row_distance(motion, none, solid->arm) < least) motion = none;
@@ -65,28 +65,28 @@ RAY_FUNCTION row_moving_t row_moving_of(const row_solver_t* s, ray_uint index, r
 
 /* Lowers the part of the motion of a member that is made. */
 RAY_FUNCTION void row_lower_part(const row_solver_t* s, ray_uint index, double part) {
-  RAY_GLOBAL row_solid_t* const solid = s->solids + index;
-  if (index >= s->w->scene->touchers || solid->part == 0.0) return;
+  ROW_ROOM row_solid_t* const solid = s->solids + index;
+  if (index >= s->members || solid->part == 0.0) return;
   solid->next_part = row_smaller(solid->next_part, solid->part * part);
   solid->flags |= ROW_NEXT_DIRTY;
 }
 
 /* True if a body of a pair is a member that may come too near to the other. */
 RAY_FUNCTION int row_has_flag(const row_solver_t* s, ray_uint index, ray_uint flag) {
-  return index < s->w->scene->touchers && (s->solids[index].flags & flag) != 0;
+  return index < s->members && (s->solids[index].flags & flag) != 0;
 }
 RAY_FUNCTION int row_makes_part(const row_solver_t* s, ray_uint index) {
-  return index < s->w->scene->touchers && s->solids[index].part != 0.0;
+  return index < s->members && s->solids[index].part != 0.0;
 }
 
 /* See IslandSolver::LowerParts(). */
 RAY_FUNCTION int row_lower_parts(const row_solver_t* s, int to_zero) {
   const ray_uint most = s->w->scene->most_moved;
-  RAY_GLOBAL row_point_t* const moved = s->moved + 2 * most * s->island.first_member;
+  ROW_ROOM row_point_t* const moved = s->moved;
   int any = 0;
   ray_uint i;
   for (i = 0; i < s->pair_count; i++) {
-    RAY_GLOBAL const row_pair_t* const pair = s->pairs + s->island.first_pair + i;
+    ROW_ROOM const row_pair_t* const pair = s->pairs + i;
     double part;
     if (!row_has_flag(s, pair->a, ROW_DIRTY) && !row_has_flag(s, pair->b, ROW_DIRTY)) continue;
     if (!row_makes_part(s, pair->a) && !row_makes_part(s, pair->b)) continue;
@@ -104,7 +104,7 @@ RAY_FUNCTION int row_lower_parts(const row_solver_t* s, int to_zero) {
 
 /* See IslandSolver::Move(). */
 RAY_FUNCTION void row_move_solid(const row_solver_t* s, ray_uint index) {
-  RAY_GLOBAL row_solid_t* const solid = s->solids + index;
+  ROW_ROOM row_solid_t* const solid = s->solids + index;
   const row_contact_t contact = row_contacts(s->w)[solid->toucher];
   const row_planar_t motion = solid->motion, made = row_part_of(motion, solid->part);
   solid->turned += made.a;
@@ -121,32 +121,36 @@ RAY_FUNCTION void row_move_solid(const row_solver_t* s, ray_uint index) {
   row_place_solid(s, index);
 }
 
-/* See IslandSolver::MoveTogether(). */
-RAY_FUNCTION void row_move_together(const row_solver_t* s) {
+/* See IslandSolver::MoveTogether(). False if the island is to be easy and its bodies do not go all
+ * the way. */
+RAY_FUNCTION int row_move_together(const row_solver_t* s, int easy) {
   int round;
   ray_uint i;
-  for (i = s->island.first_member; i < s->island.end_member; i++) {
-    RAY_GLOBAL row_solid_t* const solid = s->solids + i;
+  for (i = 0; i < s->members; i++) {
+    ROW_ROOM row_solid_t* const solid = s->solids + i;
     solid->part = solid->next_part = row_is_zero(solid->motion) ? 0.0 : 1.0;
     solid->flags = (solid->flags | ROW_DIRTY) & ~ROW_NEXT_DIRTY;
   }
-  for (round = 0; row_lower_parts(s, round >= ROW_JOINT_ROUNDS); round++)
-    for (i = s->island.first_member; i < s->island.end_member; i++) {
-      RAY_GLOBAL row_solid_t* const solid = s->solids + i;
+  for (round = 0; row_lower_parts(s, round >= ROW_JOINT_ROUNDS); round++) {
+    if (easy) return 0;
+    for (i = 0; i < s->members; i++) {
+      ROW_ROOM row_solid_t* const solid = s->solids + i;
       const ray_uint dirty = (solid->flags & ROW_NEXT_DIRTY) != 0 ? ROW_DIRTY : 0;
       solid->part = solid->next_part;
       solid->flags = (solid->flags & ~(ROW_DIRTY | ROW_NEXT_DIRTY)) | dirty;
     }
-  for (i = s->island.first_member; i < s->island.end_member; i++)
+  }
+  for (i = 0; i < s->members; i++)
     if (s->solids[i].part != 0.0) row_move_solid(s, i);
+  return 1;
 }
 
 /* See IslandSolver::NoteRest(). */
 RAY_FUNCTION int row_note_rest(const row_solver_t* s) {
   int more = 0;
   ray_uint i;
-  for (i = s->island.first_member; i < s->island.end_member; i++) {
-    RAY_GLOBAL row_solid_t* const solid = s->solids + i;
+  for (i = 0; i < s->members; i++) {
+    ROW_ROOM row_solid_t* const solid = s->solids + i;
     const row_planar_t motion = solid->motion, rest = solid->rest;
     const double part = row_is_zero(motion) ? 1.0 : solid->part;
     const row_planar_t done = row_part_of(solid->wanted, part);
@@ -166,8 +170,8 @@ RAY_FUNCTION double row_square_of_motion(double x, double y, double turn) {
 /* See IslandSolver::Store(). */
 RAY_FUNCTION void row_store_island(const row_solver_t* s) {
   ray_uint i;
-  for (i = s->island.first_member; i < s->island.end_member; i++) {
-    RAY_GLOBAL const row_solid_t* const solid = s->solids + i;
+  for (i = 0; i < s->members; i++) {
+    ROW_ROOM const row_solid_t* const solid = s->solids + i;
     RAY_GLOBAL row_contact_t* const contact = row_contacts(s->w) + solid->toucher;
     const row_point_t target = row_point(contact->target_x, contact->target_y);
     const row_point_t position =
@@ -184,20 +188,22 @@ RAY_FUNCTION void row_store_island(const row_solver_t* s) {
   }
 }
 
-/* See IslandSolver::Solve(). */
-RAY_LARGE_FUNCTION void row_solve_island(row_solver_t* s, ray_uint number) {
+/* See IslandSolver::Solve(). Easy islands need one pass with few sweeps. False, and nothing has
+ * changed, if the island is to be easy and is not. */
+RAY_FUNCTION int row_solve_island(row_solver_t* s, int easy) {
   int pass;
-  s->island = ROW_SCRATCH(s->w, row_island_t, ROW_ISLANDS)[number];
   row_load_island(s);
   for (pass = 0; pass < ROW_PASSES && row_set_wanted(s); pass++) {
     row_set_masses(s);
     row_find_touches(s);
-    row_solve_forces(s);
+    if (!row_solve_forces(s, easy)) return 0;
     row_cut_motions(s);
-    row_move_together(s);
+    if (!row_move_together(s, easy)) return 0;
     if (!row_note_rest(s)) break;
+    if (easy) return 0;
   }
   row_store_island(s);
+  return 1;
 }
 
 #ifndef RAY_IN_OPENCL

@@ -1,25 +1,18 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
- * Moves with contacts of outlines: Rows::Stepper::MoveOutlines(). Compiled after row_joint.h.
+ * Moves with contacts of outlines: Rows::Stepper::MoveOutlines(). Compiled after row_crowd.h and
+ * row_move.h.
  *
- * In most steps nothing is near anything else: the movers go where they want. Otherwise each
- * work-item solves some of the islands. If the pairs of a world do not fit into its memory, one
- * work-item solves all of them in memory that the worlds share, one world after the other.
+ * In most steps nothing is near anything else: the movers go where they want. Otherwise the islands
+ * of all worlds are listed, and other kernels solve them between the two parts of the moves, see
+ * row_solve.h.
  */
 #ifndef STAGE_KERNELS_ROW_OUTLINES_H
 #define STAGE_KERNELS_ROW_OUTLINES_H
 
-#ifdef RAY_IN_OPENCL
-#define ROW_TRY_LOCK(word) (atomic_cmpxchg(word, 0u, 1u) == 0u)
-#define ROW_UNLOCK(word)           \
-  mem_fence(CLK_GLOBAL_MEM_FENCE); \
-  atomic_xchg(word, 0u)
-#else
-#include "kernels/row_joint.h"
+#ifndef RAY_IN_OPENCL
+#include "kernels/row_crowd.h"
 #include "kernels/row_move.h"
-/* Worlds are stepped one after the other. */
-#define ROW_TRY_LOCK(word) ((void)(word), 1)
-#define ROW_UNLOCK(word) ((void)(word))
 namespace Stg {
 #endif
 
@@ -61,41 +54,55 @@ RAY_FUNCTION void row_set_target(const row_world_t* w, ray_uint i) {
   row_contacts(w)[i] = c;
 }
 
-/* Solves all islands in the memory that the worlds share. What needs the lock is inside of the
- * loop, because work-items of several worlds may run in lock-step. */
-RAY_FUNCTION void row_solve_in_shared_room(const row_world_t* w, ray_uint islands) {
-  volatile RAY_GLOBAL ray_uint* const lock =
-      (volatile RAY_GLOBAL ray_uint*)(w->state + w->scene->lock);
-  row_solver_t solver;
-  ray_uint i, waits = 1;
-  row_enter_room(w, 1, &solver);
-  while (waits)
-    if (ROW_TRY_LOCK(lock)) {
-      row_list_near(w, solver.near);
-      for (i = 0; i < islands; i++) row_solve_island(&solver, i);
-      ROW_UNLOCK(lock);
-      waits = 0;
-    }
+/* The kind of an island, by which it is solved. */
+RAY_FUNCTION ray_uint row_kind_of(const row_world_t* w, const row_island_t* island) {
+  const int is_alone = island->end_near == island->first_near;
+  const ray_uint solids = island->end_member - island->first_member + island->standing;
+  if (solids > ROW_SMALL_SOLIDS || solids * w->scene->most_corners > ROW_SMALL_CORNERS ||
+      2 * w->scene->most_moved > ROW_SMALL_MOVED || island->pairs > ROW_SMALL_PAIRS)
+    return ROW_LARGE;
+  return !is_alone ? ROW_SMALL : island->pairs > 2 ? ROW_SMALLER : ROW_SMALLEST;
 }
 
-/* Forms the islands of a world. Those that are still to be solved are in its crowd. */
-RAY_LARGE_FUNCTION void row_form_islands(const row_world_t* w) {
-  RAY_GLOBAL row_crowd_t* const crowd = ROW_SCRATCH(w, row_crowd_t, ROW_CROWD);
-  row_solver_t solver;
+/* Puts the islands of a world on the lists of their kinds. */
+RAY_FUNCTION void row_let_all_wait(const row_world_t* w, ray_uint islands) {
+  RAY_GLOBAL row_island_t* const all = ROW_SCRATCH(w, row_island_t, ROW_ISLANDS);
+  ray_uint counts[ROW_ISLAND_KINDS], kind, i;
+  for (kind = 0; kind < ROW_ISLAND_KINDS; kind++) counts[kind] = 0;
+  for (i = 0; i < islands; i++) {
+    const row_island_t island = all[i];
+    all[i].kind = row_kind_of(w, &island);
+    counts[all[i].kind]++;
+  }
+  for (kind = 0; kind < ROW_ISLAND_KINDS; kind++) {
+    ray_uint place;
+    if (counts[kind] == 0) continue;
+    place = row_add_waiting(w, kind, counts[kind]);
+    for (i = 0; i < islands; i++)
+      if (all[i].kind == kind) row_let_wait(w, kind, place++, i);
+  }
+}
+
+/* Empties the lists. */
+RAY_FUNCTION void row_forget_waiting(const row_world_t* w) {
+  ray_uint kind;
+  for (kind = 0; kind < ROW_ISLAND_KINDS; kind++) *row_waiting_count(w, kind) = 0;
+}
+
+/* Forms the islands of a world, which then wait to be solved. */
+RAY_FUNCTION void row_form_islands(const row_world_t* w) {
   ray_uint near = 0, islands, i;
-  crowd->islands = 0;
   for (i = 0; i < w->scene->touchers; i++) near |= row_contacts(w)[i].near;
   if (!near) return;
   row_spread_reaches(w);
   row_unite(w);
   islands = row_list_members(w);
-  if (!row_place_islands(w, islands)) {
-    row_solve_in_shared_room(w, islands);
-    return;
+  if (row_place_islands(w, islands)) {
+    row_list_near(w, row_near_pairs(w, 0));
+    row_let_all_wait(w, islands);
+  } else {
+    row_let_wait(w, ROW_LARGE, row_add_waiting(w, ROW_LARGE, 1), ROW_ALL_OF | islands);
   }
-  row_enter_room(w, 0, &solver);
-  row_list_near(w, solver.near);
-  crowd->islands = islands;
 }
 
 RAY_FUNCTION int row_has_bits(double a, double b) { return ROW_BITS(a) == ROW_BITS(b); }
@@ -162,26 +169,26 @@ RAY_FUNCTION void row_end_contact(const row_world_t* w, ray_uint i) {
   wanted->place.a = now.a;
 }
 
-/* Moves all movers of the world. */
-RAY_FUNCTION void row_move_outlines(const row_world_t* w) {
-  RAY_GLOBAL const row_scene_t* const scene = w->scene;
+/* The first part of the moves of a world: its islands wait to be solved. */
+RAY_FUNCTION void row_begin_moves(const row_world_t* w) {
   RAY_GLOBAL row_wanted_t* const wanted = ROW_SCRATCH(w, row_wanted_t, ROW_WANTED);
-  const ray_uint touchers = scene->touchers;
-  row_solver_t solver;
+  const ray_uint touchers = w->scene->touchers;
   ray_uint i;
-  for (i = ROW_ITEM; i < scene->movers; i += ROW_ITEMS) wanted[i].asked = wanted[i].collides = 0;
+  for (i = ROW_ITEM; i < w->scene->movers; i += ROW_ITEMS) wanted[i].asked = wanted[i].collides = 0;
   ROW_BARRIER();
   for (i = ROW_ITEM; i < touchers; i += ROW_ITEMS) row_set_target(w, i);
   ROW_BARRIER();
   for (i = ROW_ITEM; i < touchers; i += ROW_ITEMS) row_look_around(w, i);
   ROW_BARRIER();
   if (ROW_ITEM == 0) row_form_islands(w);
-  ROW_BARRIER();
-  row_enter_room(w, 0, &solver);
-  for (i = ROW_ITEM; i < ROW_SCRATCH(w, row_crowd_t, ROW_CROWD)->islands; i += ROW_ITEMS)
-    row_solve_island(&solver, i);
-  ROW_BARRIER();
-  for (i = ROW_ITEM; i < touchers; i += ROW_ITEMS) row_end_contact(w, i);
+}
+
+/* The last part of the moves, after all islands have been solved. */
+RAY_FUNCTION void row_end_moves(const row_world_t* w) {
+  RAY_GLOBAL const row_scene_t* const scene = w->scene;
+  RAY_GLOBAL const row_wanted_t* const wanted = ROW_SCRATCH(w, row_wanted_t, ROW_WANTED);
+  ray_uint i;
+  for (i = ROW_ITEM; i < scene->touchers; i += ROW_ITEMS) row_end_contact(w, i);
   ROW_BARRIER();
   for (i = ROW_ITEM; i < scene->bodies; i += ROW_ITEMS) row_draw(w, i);
   ROW_BARRIER();

@@ -125,8 +125,6 @@ enum {
   ROW_NEAR_BITS,  /* by toucher: a bit for each toucher after it that it may touch */
   ROW_MEMBERS,    /* touchers, by island */
   ROW_ISLANDS,    /* row_island_t */
-  ROW_CROWD,      /* row_crowd_t */
-  ROW_CROWDED,    /* arrays of the first room, see row_room_t */
   ROW_SCRATCHES   /* their number */
 };
 
@@ -315,6 +313,33 @@ typedef struct RAY_ALIGNED(16) {
   double bottom, top, friction, unused;
 } row_edge_t;
 
+/* Islands that wait to be solved, by the memory and the time that this takes. Small islands are
+ * solved in the private memory of a work-item, large ones in the room of their world. Small ones
+ * are begun first, and become slow ones if they take long. */
+enum {
+  ROW_SMALL, /* several bodies */
+  ROW_SMALLER,
+  ROW_SMALLEST,
+  ROW_SLOW,
+  ROW_LARGE,
+  ROW_ISLAND_KINDS /* their number */
+};
+#define ROW_SMALL_KINDS ((1u << ROW_SMALL) | (1u << ROW_SMALLER) | (1u << ROW_SMALLEST))
+
+/* Limits of small islands: bodies, corners of all bodies, pairs of pieces, corners of two pieces.
+ */
+#define ROW_SMALL_SOLIDS 6u
+#define ROW_SMALL_CORNERS 48u
+#define ROW_SMALL_PAIRS 16u
+#define ROW_SMALL_MOVED 32u
+
+/* An island that waits to be solved. ROW_ALL_OF | n: all n islands of that world, which take turns
+ * with those of other worlds in the shared room. */
+typedef struct {
+  ray_uint world, island;
+} row_waiting_t;
+#define ROW_ALL_OF 0x80000000u
+
 /* Memory for the contacts of a world: offsets of arrays, and numbers of their elements. */
 typedef struct RAY_ALIGNED(16) {
   ray_ulong near, walls, solids, corners, moved, pairs, touches;
@@ -354,12 +379,16 @@ typedef struct RAY_ALIGNED(16) {
   ray_uint unused[3];
   int min_x, min_y, max_x, max_y; /* box of what stands */
   /* Contacts of outlines. */
-  ray_ulong shared_room;           /* offset of rooms[1] in the scratch memory of all worlds */
-  ray_ulong lock;                  /* offset in the state: whether a world uses that room */
+  ray_ulong first_room;            /* offset of the worlds' rooms in the scratch memory */
+  ray_ulong shared_room;           /* offset there of the room that all worlds share */
+  ray_ulong waiting;               /* offset there of row_waiting_t, by kind of island */
+  ray_ulong lock;                  /* offset in the state: whether a world uses the shared room */
+  ray_ulong counts;                /* offset there of the numbers of waiting islands, by kind */
+  ray_uint most_waiting;           /* of a kind */
   ray_uint outlines;               /* contacts are those of outlines, otherwise of cells */
   ray_uint touchers, most_corners; /* corners: of a toucher */
   ray_uint most_moved;             /* corners of a piece, if they are moved on trial */
-  ray_uint unused_too[2];
+  ray_uint unused_too[3];
 } row_scene_t;
 
 /* The fan of a sensor in a step. */
@@ -443,7 +472,7 @@ typedef char row_fan_has_64_bytes[sizeof(row_fan_t) == 64 ? 1 : -1];
 typedef char row_wanted_has_48_bytes[sizeof(row_wanted_t) == 48 ? 1 : -1];
 typedef char row_drawn_has_32_bytes[sizeof(row_drawn_t) == 32 ? 1 : -1];
 
-typedef char row_scene_has_1616_bytes[sizeof(row_scene_t) == 1616 ? 1 : -1];
+typedef char row_scene_has_1632_bytes[sizeof(row_scene_t) == 1632 ? 1 : -1];
 typedef char row_toucher_has_80_bytes[sizeof(row_toucher_t) == 80 ? 1 : -1];
 typedef char row_piece_has_48_bytes[sizeof(row_piece_t) == 48 ? 1 : -1];
 typedef char row_edge_has_96_bytes[sizeof(row_edge_t) == 96 ? 1 : -1];

@@ -26,6 +26,10 @@ typedef struct {
   const row_hull_t* hull;
   row_point_t normal, velocity, center;
   double spin, curve, line;
+  /* By corner, if there are few: where it is along the normal, and how fast. As copies in
+   * row_core_t. */
+  int is_small;
+  double at[ROW_FEW_CORNERS], speed[ROW_FEW_CORNERS];
 } row_front_t;
 
 /* The room at one front, or between two. */
@@ -42,16 +46,36 @@ typedef struct {
   double hard, rest;
 } row_advance_t;
 
+/* Where a corner is along the normal, and how fast. */
+RAY_FUNCTION double row_at(const row_front_t* front, ray_uint corner) {
+  return row_dot(front->normal, front->hull->corners[corner]);
+}
+RAY_FUNCTION double row_speed_of(const row_front_t* front, ray_uint corner) {
+  const row_point_t arm = row_minus(front->hull->corners[corner], front->center);
+  return row_dot(front->normal, front->velocity) + front->spin * row_cross(arm, front->normal);
+}
+
+/* Prepares a front whose other members are set. */
+RAY_FUNCTION void row_note_corners(row_front_t* front) {
+  ray_uint i;
+  front->is_small = front->hull->count <= ROW_FEW_CORNERS;
+  if (!front->is_small) return;
+  for (i = 0; i < ROW_FEW_CORNERS; i++) {
+    const ray_uint corner = i < front->hull->count ? i : 0;
+    front->at[i] = row_at(front, corner);
+    front->speed[i] = row_speed_of(front, corner);
+  }
+}
+
 RAY_FUNCTION double row_room_of(const row_front_t* front, double t) {
-  const double along = row_dot(front->normal, front->velocity);
   double least = 1e300;
   ray_uint i;
-  for (i = 0; i < front->hull->count; i++) {
-    const row_point_t corner = front->hull->corners[i];
-    const row_point_t arm = row_minus(corner, front->center);
-    least = row_smaller(least, row_dot(front->normal, corner) +
-                                   t * (along + front->spin * row_cross(arm, front->normal)));
-  }
+  if (front->is_small)
+    for (i = 0; i < ROW_FEW_CORNERS; i++)
+      least = row_smaller(least, front->at[i] + t * front->speed[i]);
+  else
+    for (i = 0; i < front->hull->count; i++)
+      least = row_smaller(least, row_at(front, i) + t * row_speed_of(front, i));
   return least - front->line - 0.5 * front->curve * t * t;
 }
 
@@ -61,8 +85,8 @@ RAY_FUNCTION double row_room(const row_fronts_t* fronts, double t) {
 }
 
 /* See LastTimeWithRoom(). */
-RAY_FUNCTION double row_last_time_with_room(const row_fronts_t* fronts, double rest,
-                                            double room_now) {
+RAY_LARGE_FUNCTION double row_last_time_with_room(const row_fronts_t* fronts, double rest,
+                                                  double room_now) {
   double low = 0.0, high = rest, at_low = room_now, at_high = row_room(fronts, rest);
   int i;
   if (at_high >= 0.0) return rest;
@@ -95,6 +119,7 @@ RAY_FUNCTION row_front_t row_front_in_world(const row_moving_t* piece, row_point
   front.spin = piece->motion.a;
   front.curve = piece->core * piece->motion.a * piece->motion.a;
   front.line = 0.0;
+  row_note_corners(&front);
   return front;
 }
 
@@ -125,6 +150,7 @@ RAY_FUNCTION double row_part_with(const row_advance_t* advance, const row_moving
       w * w * (row_length(r) + speed) + 2.0 * w * speed + guest->core * difference * difference;
   fronts.first.line = row_dot(normal, host->hull.corners[corner]) + advance->hard +
                       advance->a->hull.radius + advance->b->hull.radius;
+  row_note_corners(&fronts.first);
   fronts.second = fronts.first;
   fronts.both = 0;
   fronts.edge = 0.0;
@@ -165,7 +191,8 @@ RAY_FUNCTION double row_safe_part_of_discs(const row_moving_t* a, const row_movi
 }
 
 /* Moves a piece, whose corners then are at `to`. False if they are too many. */
-RAY_FUNCTION int row_move_corners(double part, row_moving_t* piece, RAY_GLOBAL row_point_t* to) {
+RAY_LARGE_FUNCTION int row_move_corners(double part, row_moving_t* piece,
+                                        ROW_ROOM row_point_t* to) {
   const row_planar_t motion = piece->motion;
   row_point_t center;
   row_turn_t turn;
@@ -185,8 +212,8 @@ RAY_FUNCTION int row_goes_straight(const row_moving_t* piece) {
 }
 
 /* See motion::SafePart(). `moved`: memory for the corners of both pieces, `most` for each. */
-RAY_FUNCTION double row_safe_part(row_moving_t a, row_moving_t b, row_point_t normal,
-                                  RAY_GLOBAL row_point_t* moved, ray_uint most) {
+RAY_LARGE_FUNCTION double row_safe_part(row_moving_t a, row_moving_t b, row_point_t normal,
+                                        ROW_ROOM row_point_t* moved, ray_uint most) {
   const row_point_t v = row_minus(row_way(a.motion), row_way(b.motion));
   const double spin = fabs(a.motion.a) * a.core + fabs(b.motion.a) * b.core;
   double made = 0.0, guessed;

@@ -1,24 +1,31 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
  * How far apart two convex pieces are, and where they touch: the first part of
- * libstage/motion/separation.cc. Compiled after row_vector.h.
+ * libstage/motion/separation.cc. Compiled after row_crowd.h.
  */
 #ifndef STAGE_KERNELS_ROW_SEPARATION_H
 #define STAGE_KERNELS_ROW_SEPARATION_H
 
 #ifndef RAY_IN_OPENCL
-#include "kernels/row_vector.h"
+#include "kernels/row_crowd.h"
 namespace Stg {
 #endif
 
-/* See libstage/motion/separation.hh. */
-#define ROW_HARD 2e-5
-#define ROW_SKIN 4e-4
-#define ROW_TOUCH 8e-4
+/* The memory of the arrays of an island while it is solved. Small islands are in the private memory
+ * of a work-item, where accesses of neighbouring work-items fall together. */
+#ifndef RAY_IN_OPENCL
+#define ROW_ROOM
+#elif defined(ROW_SOLVES_LARGE)
+#define ROW_ROOM __global
+#else
+#define ROW_ROOM __private
+#endif
+
+#define ROW_FEW_CORNERS 8u
 
 /* See motion::Hull. */
 typedef struct {
-  RAY_GLOBAL const row_point_t* corners;
+  ROW_ROOM const row_point_t* corners;
   ray_uint count;
   double radius;
 } row_hull_t;
@@ -44,39 +51,67 @@ typedef struct {
   int two;
 } row_simplex_t;
 
+/* A hull, and copies of its corners if they are few. The loops over copies have a fixed length, so
+ * that compilers keep the copies in registers. The first corner fills up the rest, and changes
+ * nothing. */
+typedef struct {
+  const row_hull_t* hull;
+  int is_small;
+  row_point_t copies[ROW_FEW_CORNERS];
+} row_core_t;
+
+RAY_FUNCTION void row_copy_corners(const row_hull_t* hull, row_core_t* core) {
+  ray_uint i;
+  core->hull = hull;
+  core->is_small = hull->count <= ROW_FEW_CORNERS;
+  if (core->is_small)
+    for (i = 0; i < ROW_FEW_CORNERS; i++) core->copies[i] = hull->corners[i < hull->count ? i : 0];
+}
+
 /* The first corner that is farthest along d. */
-RAY_FUNCTION ray_uint row_support(const row_hull_t* hull, row_point_t d) {
-  double most = row_dot(hull->corners[0], d);
+RAY_FUNCTION ray_uint row_support(const row_core_t* core, row_point_t d) {
+  const row_hull_t* const hull = core->hull;
   ray_uint best = 0, i;
-  for (i = 1; i < hull->count; i++) {
-    const double along = row_dot(hull->corners[i], d);
-    if (along > most) {
-      most = along;
-      best = i;
+  if (core->is_small) {
+    double most = row_dot(core->copies[0], d);
+    for (i = 1; i < ROW_FEW_CORNERS; i++) {
+      const double along = row_dot(core->copies[i], d);
+      best = along > most ? i : best;
+      most = along > most ? along : most;
+    }
+  } else {
+    double most = row_dot(hull->corners[0], d);
+    for (i = 1; i < hull->count; i++) {
+      const double along = row_dot(hull->corners[i], d);
+      best = along > most ? i : best;
+      most = along > most ? along : most;
     }
   }
   return best;
 }
 
 /* The separation of the cores, the polygons without their radii, across a given normal. */
-RAY_FUNCTION row_separation_t row_cores_across(const row_hull_t* a, const row_hull_t* b,
+RAY_FUNCTION row_separation_t row_cores_across(const row_core_t* a, const row_core_t* b,
                                                row_point_t normal) {
   row_separation_t found;
   found.normal = normal;
   found.a = row_support(a, normal);
   found.b = row_support(b, row_opposite(normal));
-  found.gap = row_dot(normal, row_minus(b->corners[found.b], a->corners[found.a]));
+  found.gap = row_dot(normal, row_minus(b->hull->corners[found.b], a->hull->corners[found.a]));
   return found;
 }
 
 RAY_FUNCTION double row_gap_across(const row_hull_t* a, const row_hull_t* b, row_point_t normal) {
-  return row_cores_across(a, b, normal).gap - a->radius - b->radius;
+  row_core_t of_a, of_b;
+  row_copy_corners(a, &of_a);
+  row_copy_corners(b, &of_b);
+  return row_cores_across(&of_a, &of_b, normal).gap - a->radius - b->radius;
 }
 
 /* The widest strip across the normal of an edge of one of two cores that overlap. */
-RAY_FUNCTION void row_try_edge_normals(const row_hull_t* a, const row_hull_t* b, int of_a,
+RAY_FUNCTION void row_try_edge_normals(const row_core_t* a, const row_core_t* b, int of_a,
                                        row_separation_t* best) {
-  const row_hull_t* const hull = of_a ? a : b;
+  const row_hull_t* const hull = of_a ? a->hull : b->hull;
   ray_uint i;
   for (i = 0; i < hull->count && hull->count > 1; i++) {
     const row_point_t edge =
@@ -92,10 +127,13 @@ RAY_FUNCTION void row_try_edge_normals(const row_hull_t* a, const row_hull_t* b,
 }
 
 /* For cores that overlap: the normal along which they overlap least. */
-RAY_FUNCTION row_separation_t row_least_overlap(const row_hull_t* a, const row_hull_t* b,
-                                                row_separation_t best) {
-  row_try_edge_normals(a, b, 1, &best);
-  row_try_edge_normals(a, b, 0, &best);
+RAY_LARGE_FUNCTION row_separation_t row_least_overlap(const row_hull_t* a, const row_hull_t* b,
+                                                      row_separation_t best) {
+  row_core_t of_a, of_b;
+  row_copy_corners(a, &of_a);
+  row_copy_corners(b, &of_b);
+  row_try_edge_normals(&of_a, &of_b, 1, &best);
+  row_try_edge_normals(&of_a, &of_b, 0, &best);
   return best;
 }
 
@@ -151,11 +189,15 @@ RAY_FUNCTION int row_add_point(row_simplex_t* simplex, row_point_t r) {
 }
 
 /* See SeparateCores(). */
-RAY_FUNCTION row_separation_t row_separate_cores(const row_hull_t* a, const row_hull_t* b,
-                                                 row_point_t guess) {
-  row_separation_t best = row_cores_across(a, b, guess);
+RAY_LARGE_FUNCTION row_separation_t row_separate_cores(const row_hull_t* a, const row_hull_t* b,
+                                                       row_point_t guess) {
+  row_core_t of_a, of_b;
+  row_separation_t best;
   row_simplex_t simplex;
   int turn;
+  row_copy_corners(a, &of_a);
+  row_copy_corners(b, &of_b);
+  best = row_cores_across(&of_a, &of_b, guess);
   simplex.p = row_minus(b->corners[best.b], a->corners[best.a]);
   simplex.q = row_point(0.0, 0.0);
   simplex.two = 0;
@@ -164,7 +206,7 @@ RAY_FUNCTION row_separation_t row_separate_cores(const row_hull_t* a, const row_
     row_point_t normal;
     double distance;
     if (!row_nearest(&simplex, &normal, &distance)) return row_least_overlap(a, b, best);
-    found = row_cores_across(a, b, normal);
+    found = row_cores_across(&of_a, &of_b, normal);
     if (found.gap > best.gap) best = found;
     if (found.gap >= distance - 1e-12) return best;
     if (!row_add_point(&simplex, row_minus(b->corners[found.b], a->corners[found.a])))

@@ -10,13 +10,8 @@
  */
 row_world_t world_number(__global const ulong* image, __global ulong* state,
                          __global ulong* scratch, const ulong world) {
-  row_world_t w;
-  w.image = (__global const row_byte*)image;
-  w.scene = (__global const row_scene_t*)image;
-  w.state = (__global row_byte*)state;
-  w.scratch = (__global row_byte*)scratch + world * w.scene->scratch_bytes;
-  w.world = world;
-  return w;
+  return row_world_at((__global const row_byte*)image, (__global row_byte*)state,
+                      (__global row_byte*)scratch, world);
 }
 
 /* The number or place of the work-item's world. */
@@ -24,7 +19,7 @@ uint world_of_item(const uint first) {
   return first + (uint)(get_group_id(0) * get_local_size(1) + get_local_id(1));
 }
 
-/* Step all worlds, or those of a list. Contacts are those of cells, or those of outlines. */
+/* Steps all worlds, or those of a list. Contacts are those of cells. */
 __kernel void step_rows(const uint first, __global const uint* list, const uint is_list,
                         __global const ulong* image, __global ulong* state, __global ulong* scratch,
                         const uint steps, const uint unseen) {
@@ -33,12 +28,23 @@ __kernel void step_rows(const uint first, __global const uint* list, const uint 
   row_step_cells(&w, steps, unseen);
 }
 
-__kernel void step_outline_rows(const uint first, __global const uint* list, const uint is_list,
-                                __global const ulong* image, __global ulong* state,
-                                __global ulong* scratch, const uint steps, const uint unseen) {
+/* The first and the last part of a step with contacts of outlines. The kernels of islands.cl run
+ * between them. */
+__kernel void begin_outlines(const uint first, __global const uint* list, const uint is_list,
+                             __global const ulong* image, __global ulong* state,
+                             __global ulong* scratch, const uint unseen) {
   const uint place = world_of_item(first);
   const row_world_t w = world_number(image, state, scratch, is_list ? list[place] : place);
-  row_step_outlines(&w, steps, unseen);
+  row_begin_outlines(&w, unseen);
+}
+
+__kernel void end_outlines(const uint first, __global const uint* list, const uint is_list,
+                           __global const ulong* image, __global ulong* state,
+                           __global ulong* scratch) {
+  const uint place = world_of_item(first);
+  const row_world_t w = world_number(image, state, scratch, is_list ? list[place] : place);
+  if (get_global_id(0) == 0 && get_global_id(1) == 0) row_forget_waiting(&w);
+  row_end_outlines(&w);
 }
 
 /* Resets the worlds of a list, each with given_bytes bytes of its own. */

@@ -7,6 +7,7 @@
 #define STAGE_KERNELS_ROW_STEP_H
 
 #ifndef RAY_IN_OPENCL
+#include "kernels/row_driven.h"
 #include "kernels/row_outlines.h"
 #include "kernels/row_rays.h"
 namespace Stg {
@@ -118,17 +119,22 @@ RAY_FUNCTION void row_step_cells(const row_world_t* w, ray_uint steps, ray_uint 
   row_write_clock(w, &clock, steps);
 }
 
-/* Makes steps of a world with contacts of outlines. Kernels have one or the other, because that of
- * outlines needs more registers. */
-RAY_FUNCTION void row_step_outlines(const row_world_t* w, ray_uint steps, ray_uint unseen) {
+/* Makes the first part of a step of a world with contacts of outlines. Nobody looks at readings
+ * before `unseen` further steps. */
+RAY_FUNCTION void row_begin_outlines(const row_world_t* w, ray_uint unseen) {
   row_clock_t clock = row_read_clock(w);
-  ray_uint i;
-  for (i = 0; i < steps; i++) {
-    row_begin_step(w, &clock, (ray_ulong)unseen + (steps - 1 - i));
-    row_move_outlines(w);
-    row_end_step(w, &clock);
-  }
-  row_write_clock(w, &clock, steps);
+  row_begin_step(w, &clock, unseen);
+  row_write_clock(w, &clock, 0);
+  row_begin_moves(w);
+}
+
+/* Makes the rest of the step, after all islands have been solved. */
+RAY_FUNCTION void row_end_outlines(const row_world_t* w) {
+  row_clock_t clock = row_read_clock(w);
+  clock.is_due = clock.last == clock.now;
+  row_end_moves(w);
+  row_end_step(w, &clock);
+  row_write_clock(w, &clock, 1);
 }
 
 /* Copies bytes, in the largest words that fit. */

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
- * Vectors in the plane and motions: libstage/motion/vector.hh. Compiled after row_driven.h.
+ * Vectors in the plane and motions: libstage/motion/vector.hh. Compiled after row_math.h.
  */
 #ifndef STAGE_KERNELS_ROW_VECTOR_H
 #define STAGE_KERNELS_ROW_VECTOR_H
 
 #ifndef RAY_IN_OPENCL
-#include "kernels/row_driven.h"
+#include "kernels/row_math.h"
 namespace Stg {
 #endif
 
@@ -37,6 +37,13 @@ RAY_FUNCTION double row_clamp(double a, double low, double high) {
 
 /* ---- motions: a displacement and a turn, see motion::Motion --------------------------------- */
 
+RAY_FUNCTION row_planar_t row_planar(double x, double y, double a) {
+  row_planar_t p;
+  p.x = x;
+  p.y = y;
+  p.a = a;
+  return p;
+}
 RAY_FUNCTION row_point_t row_way(row_planar_t motion) { return row_point(motion.x, motion.y); }
 RAY_FUNCTION row_planar_t row_part_of(row_planar_t motion, double part) {
   return row_planar(part * motion.x, part * motion.y, part * motion.a);

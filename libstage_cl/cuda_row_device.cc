@@ -7,13 +7,9 @@
 #include <utility>
 
 namespace Stg::cl {
-
 namespace {
 
 using rows::RowDeviceError;
-
-/// Work-items of a group of a kernel of entries.
-constexpr unsigned kItemsOfEntries = 128;
 
 /// Adapts kernels of OpenCL to CUDA. Registers 0 to 5 of the environment hold offsets of
 /// work-groups and work-items, which are 0; CUDA does not set them.
@@ -58,23 +54,31 @@ CudaRowMemory::CudaRowMemory(const std::shared_ptr<CudaDevice>& device, size_t b
 
 // ---- the device ---------------------------------------------------------------------------------
 
-CudaKernels::CudaKernels(std::shared_ptr<CudaDevice> device, const std::string& ptx)
+CudaKernels::CudaKernels(std::shared_ptr<CudaDevice> device, const Texts& ptx)
     : device_(std::move(device)) {
   const CudaDevice::Current current(*device_);
-  if (device_->functions().load_module(&module_, AdaptToCuda(ptx).c_str()) != 0)
-    throw RowDeviceError("CUDA does not load the kernels");
+  for (size_t i = 0; i < kRowPrograms; i++)
+    if (device_->functions().load_module(&modules_[i], AdaptToCuda(ptx[i]).c_str()) != 0) {
+      Unload();
+      throw RowDeviceError("CUDA does not load the kernels");
+    }
 }
 
 CudaKernels::~CudaKernels() {
   const CudaDevice::Current current(*device_);
-  device_->functions().unload_module(module_);
+  Unload();
+}
+
+void CudaKernels::Unload() {
+  for (const cuda::Module module : modules_)
+    if (module) device_->functions().unload_module(module);
 }
 
 CudaRowDevice::CudaRowDevice(std::shared_ptr<CudaDevice> device, const std::string& name,
-                             const std::string& ptx, const RowLimits& limits)
+                             const CudaKernels::Texts& ptx, const RowLimits& limits)
     : device_(std::move(device)),
       name_(name),
-      kernels_(std::make_shared<const CudaKernels>(device_, ptx)),
+      programs_(std::make_shared<const CudaKernels>(device_, ptx)),
       limits_(limits) {
   FindKernels();
 }
@@ -83,7 +87,7 @@ CudaRowDevice::CudaRowDevice(const CudaRowDevice& other)
     : RowDevice(),
       device_(other.device_),
       name_(other.name_),
-      kernels_(other.kernels_),
+      programs_(other.programs_),
       limits_(other.limits_) {
   FindKernels();
 }
@@ -102,17 +106,15 @@ void CudaRowDevice::Check(cuda::Result result, const std::string& what) const {
 
 void CudaRowDevice::FindKernels() {
   const CudaDevice::Current current(*device_);
-  const std::pair<cuda::Function*, const char*> kernels[] = {
-      {&step_, "step_rows"},       {&step_outlines_, "step_outline_rows"},
-      {&reset_, "reset_rows"},     {&restore_, "restore_rows"},
-      {&give_, "give_rows"},       {&gather_, "gather_rows"},
-      {&command_, "command_rows"}, {&clear_, "clear_rows"},
-      {&place_, "place_rows"},     {&reset_flagged_, "reset_flagged_rows"}};
-  for (const auto& [kernel, name] : kernels) {
-    Check(device_->functions().get_function(kernel, kernels_->module(), name), name);
+  for (size_t i = 0; i < kRowKernels; i++) {
+    const RowKernelInfo& info = kRowKernelInfos[i];
     int most = 0;
-    Check(device_->functions().get_attribute(&most, cuda::kMaxThreadsPerBlock, *kernel), name);
-    limits_.most_items = std::min(limits_.most_items, static_cast<size_t>(most));
+    Check(
+        device_->functions().get_function(&kernels_[i], programs_->module(info.program), info.name),
+        info.name);
+    Check(device_->functions().get_attribute(&most, cuda::kMaxThreadsPerBlock, kernels_[i]),
+          info.name);
+    LowerLimits(info.item, static_cast<size_t>(most), &limits_);
   }
 }
 
@@ -126,17 +128,18 @@ void CudaRowDevice::Call(F f) {
 }
 
 template <typename... Arguments>
-void CudaRowDevice::Launch(cuda::Function kernel, size_t groups, unsigned items, unsigned worlds,
+void CudaRowDevice::Launch(RowKernel kernel, size_t groups, size_t items, unsigned worlds,
                            Arguments... arguments) {
   void* addresses[] = {&arguments...};
-  Check(device_->functions().launch(kernel, static_cast<unsigned>(groups), 1, 1, items, worlds, 1,
-                                    0, nullptr, addresses, nullptr),
+  Check(device_->functions().launch(kernels_[kernel], static_cast<unsigned>(groups), 1, 1,
+                                    static_cast<unsigned>(items), worlds, 1, 0, nullptr, addresses,
+                                    nullptr),
         "a kernel");
 }
 
 /// Starts a kernel with work-groups of worlds.
 template <typename... Arguments>
-void CudaRowDevice::LaunchForWorlds(cuda::Function kernel, size_t worlds, Arguments... arguments) {
+void CudaRowDevice::LaunchForWorlds(RowKernel kernel, size_t worlds, Arguments... arguments) {
   ForEachRowLaunch(worlds, groups_, [&](uint32_t first, size_t groups, unsigned of_group) {
     Launch(kernel, groups, groups_.items, of_group, first, arguments...);
   });
@@ -144,14 +147,14 @@ void CudaRowDevice::LaunchForWorlds(cuda::Function kernel, size_t worlds, Argume
 
 /// Starts a kernel with a work-item for each of `count` entries of each world.
 template <typename... Arguments>
-void CudaRowDevice::LaunchForEntries(cuda::Function kernel, const rows::RowChoice& worlds,
+void CudaRowDevice::LaunchForEntries(RowKernel kernel, const rows::RowChoice& worlds,
                                      uint32_t count, Arguments... arguments) {
   const cuda::Address list = SendList(worlds.list);
   const cuda::Address flags = Send(worlds.flags, "flags", &flags_);
   rows::ForEachPartOfEntries(
       worlds_, worlds, count, [&](uint32_t first, uint32_t all, size_t items) {
-        Launch(kernel, (items + kItemsOfEntries - 1) / kItemsOfEntries, kItemsOfEntries, 1, list,
-               flags, worlds.kind, first, all, count, arguments...);
+        Launch(kernel, (items + limits_.entry_items - 1) / limits_.entry_items, limits_.entry_items,
+               1, list, flags, worlds.kind, first, all, count, arguments...);
       });
 }
 
@@ -188,6 +191,7 @@ void CudaRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffer
     worlds_ = buffers.worlds;
     groups_ = ChooseRowGroups(buffers, limits_);
     outlines_ = rows::HasOutlines(image);
+    of_islands_ = ChooseIslandGroups(buffers, groups_, limits_);
     image_ = BytesOf(image, "the scene");
     state_ = CudaBytes(device_, buffers.state_bytes, "the state of all worlds");
     scratch_ = CudaBytes(device_, buffers.scratch_bytes, "steps of all worlds");
@@ -218,14 +222,31 @@ std::shared_ptr<std::byte> CudaRowDevice::MakeHostMemory(size_t bytes) {
           }};
 }
 
+/// Starts to solve islands of all worlds, see kernels/islands.cl.
+void CudaRowDevice::SolveIslands(RowKernel kernel, uint32_t kinds) {
+  Launch(kernel, of_islands_.groups, of_islands_.items, 1, image_.address(), state_.address(),
+         scratch_.address(), static_cast<uint32_t>(of_islands_.groups * of_islands_.items), kinds);
+}
+
 /// Steps all worlds, if is_list is 0, or those of the list.
-void CudaRowDevice::StepWorlds(std::span<const uint32_t> list, uint32_t is_list, uint32_t steps,
+void CudaRowDevice::StepWorlds(std::span<const uint32_t> worlds, uint32_t is_list, uint32_t steps,
                                uint32_t unseen) {
   if (steps == 0) return;
+  const size_t count = is_list ? worlds.size() : worlds_;
   Call([&] {
-    LaunchForWorlds(outlines_ ? step_outlines_ : step_, is_list ? list.size() : worlds_,
-                    SendList(list), is_list, image_.address(), state_.address(), scratch_.address(),
-                    steps, unseen);
+    const cuda::Address list = SendList(worlds), image = image_.address(), state = state_.address(),
+                        scratch = scratch_.address();
+    if (!outlines_) {
+      LaunchForWorlds(kStep, count, list, is_list, image, state, scratch, steps, unseen);
+      return;
+    }
+    for (uint32_t left = steps; left-- > 0;) {
+      LaunchForWorlds(kBeginOutlines, count, list, is_list, image, state, scratch, unseen + left);
+      SolveIslands(kSolveSmall, ROW_SMALL_KINDS);
+      SolveIslands(kSolveSmall, 1u << ROW_SLOW);
+      SolveIslands(kSolveLarge, 1u << ROW_LARGE);
+      LaunchForWorlds(kEndOutlines, count, list, is_list, image, state, scratch);
+    }
   });
 }
 
@@ -241,7 +262,7 @@ void CudaRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std:
   Call([&] {
     const cuda::Address list = SendList(worlds);
     const cuda::Address of_worlds = Send(given, "the columns of worlds", &given_);
-    LaunchForWorlds(reset_, worlds.size(), image_.address(), state_.address(), list, of_worlds,
+    LaunchForWorlds(kReset, worlds.size(), image_.address(), state_.address(), list, of_worlds,
                     columns, static_cast<uint32_t>(given.size() / worlds.size()));
   });
 }
@@ -253,7 +274,7 @@ void CudaRowDevice::Restore(std::span<const uint32_t> worlds, std::span<const st
     const cuda::Address list = SendList(worlds);
     const cuda::Address of_all = Send(start, "the state of a world", &start_);
     const cuda::Address of_worlds = Send(given, "the columns of worlds", &given_);
-    LaunchForWorlds(restore_, worlds.size(), image_.address(), state_.address(), list, of_all,
+    LaunchForWorlds(kRestore, worlds.size(), image_.address(), state_.address(), list, of_all,
                     of_worlds, columns, static_cast<uint32_t>(given.size() / worlds.size()));
   });
 }
@@ -262,8 +283,9 @@ void CudaRowDevice::Give(std::span<const row_given_t> commands) {
   if (commands.empty()) return;
   Call([&] {
     const cuda::Address given = Send(std::as_bytes(commands), "commands", &commands_);
-    Launch(give_, (commands.size() + kItemsOfEntries - 1) / kItemsOfEntries, kItemsOfEntries, 1,
-           image_.address(), state_.address(), given, static_cast<uint32_t>(commands.size()));
+    Launch(kGive, (commands.size() + limits_.entry_items - 1) / limits_.entry_items,
+           limits_.entry_items, 1, image_.address(), state_.address(), given,
+           static_cast<uint32_t>(commands.size()));
   });
 }
 
@@ -294,7 +316,7 @@ void CudaRowDevice::Gather(rows::RowMemory* memory, const rows::RowChoice& world
   Call([&] {
     const auto& to = static_cast<const CudaRowMemory&>(*memory);
     for (const CudaRowMemory::Part& part : to.parts_)
-      LaunchForEntries(gather_, worlds, part.count, image_.address(), state_.address(),
+      LaunchForEntries(kGather, worlds, part.count, image_.address(), state_.address(),
                        part.entries.address(), part.values.address(), part.array.kind,
                        part.array.column, part.array.elements, part.array.of_readings,
                        to.bytes_.address());
@@ -305,7 +327,7 @@ void CudaRowDevice::GiveCommands(rows::RowMemory* memory, const rows::RowChoice&
   Call([&] {
     const auto& from = static_cast<const CudaRowMemory&>(*memory);
     for (const CudaRowMemory::Part& part : from.parts_)
-      LaunchForEntries(command_, worlds, part.count, image_.address(), state_.address(),
+      LaunchForEntries(kCommand, worlds, part.count, image_.address(), state_.address(),
                        part.entries.address(), part.array.elements, from.bytes_.address());
   });
 }
@@ -313,7 +335,7 @@ void CudaRowDevice::GiveCommands(rows::RowMemory* memory, const rows::RowChoice&
 void CudaRowDevice::Clear(rows::RowMemory* memory, const rows::RowChoice& worlds,
                           uint32_t words_per_world) {
   Call([&] {
-    LaunchForEntries(clear_, worlds, words_per_world,
+    LaunchForEntries(kClear, worlds, words_per_world,
                      static_cast<const CudaRowMemory&>(*memory).bytes_.address());
   });
 }
@@ -328,7 +350,7 @@ cuda::Address CudaRowDevice::Send(const rows::RowInput& input, const std::string
 void CudaRowDevice::Place(const std::vector<row_entry_t>& entries, uint32_t robots,
                           const rows::RowInput& poses, const rows::RowInput& chosen) {
   Call([&] {
-    LaunchForWorlds(place_, worlds_, image_.address(), state_.address(), scratch_.address(),
+    LaunchForWorlds(kPlace, worlds_, image_.address(), state_.address(), scratch_.address(),
                     Send(std::as_bytes(std::span(entries)), "the entries of poses", &entries_),
                     static_cast<uint32_t>(entries.size()), robots, Send(poses, "poses", &poses_),
                     Send(chosen, "flags", &flags_));
@@ -337,7 +359,7 @@ void CudaRowDevice::Place(const std::vector<row_entry_t>& entries, uint32_t robo
 
 void CudaRowDevice::ResetFlagged(const rows::RowInput& flags) {
   Call([&] {
-    LaunchForWorlds(reset_flagged_, worlds_, image_.address(), state_.address(),
+    LaunchForWorlds(kResetFlagged, worlds_, image_.address(), state_.address(),
                     Send(flags, "flags", &flags_));
   });
 }

@@ -10,6 +10,7 @@
 
 #include <unistd.h>
 
+#include <array>
 #include <memory>
 #include <span>
 #include <string>
@@ -43,17 +44,21 @@ class CudaBytes {
 /// Kernels that CUDA has loaded.
 class CudaKernels {
  public:
-  /// `ptx`: see CudaRowDevice. Throws rows::RowDeviceError.
-  CudaKernels(std::shared_ptr<CudaDevice> device, const std::string& ptx);
+  /// The programs as text in PTX, as NVIDIA's OpenCL compiler writes it.
+  using Texts = std::array<std::string, kRowPrograms>;
+  /// Throws rows::RowDeviceError if CUDA does not accept them.
+  CudaKernels(std::shared_ptr<CudaDevice> device, const Texts& ptx);
   ~CudaKernels();
   CudaKernels(const CudaKernels&) = delete;
   CudaKernels& operator=(const CudaKernels&) = delete;
 
-  cuda::Module module() const { return module_; }
+  cuda::Module module(RowProgram program) const { return modules_[program]; }
 
  private:
+  void Unload();
+
   const std::shared_ptr<CudaDevice> device_;
-  cuda::Module module_ = nullptr;
+  std::array<cuda::Module, kRowPrograms> modules_{};
 };
 
 class CudaRowMemory final : public rows::RowMemory {
@@ -73,10 +78,9 @@ class CudaRowMemory final : public rows::RowMemory {
 
 class CudaRowDevice final : public rows::RowDevice {
  public:
-  /// `ptx`: the kernels as text in PTX, as NVIDIA's OpenCL compiler writes it. Throws
-  /// rows::RowDeviceError if CUDA does not accept it.
-  CudaRowDevice(std::shared_ptr<CudaDevice> device, const std::string& name, const std::string& ptx,
-                const RowLimits& limits);
+  /// Throws rows::RowDeviceError if CUDA does not accept the programs.
+  CudaRowDevice(std::shared_ptr<CudaDevice> device, const std::string& name,
+                const CudaKernels::Texts& ptx, const RowLimits& limits);
   /// Shares the kernels.
   CudaRowDevice(const CudaRowDevice& other);
 
@@ -109,7 +113,8 @@ class CudaRowDevice final : public rows::RowDevice {
   bool IsInDefaultStream() const override { return true; }
 
  private:
-  void StepWorlds(std::span<const uint32_t> list, uint32_t is_list, uint32_t steps,
+  void SolveIslands(RowKernel kernel, uint32_t kinds);
+  void StepWorlds(std::span<const uint32_t> worlds, uint32_t is_list, uint32_t steps,
                   uint32_t unseen);
   template <typename F>
   void Call(F f);
@@ -121,22 +126,22 @@ class CudaRowDevice final : public rows::RowDevice {
   cuda::Address Send(const rows::RowInput& input, const std::string& name, CudaBytes* to);
   cuda::Address SendList(std::span<const uint32_t> worlds);
   template <typename... Arguments>
-  void Launch(cuda::Function kernel, size_t groups, unsigned items, unsigned worlds,
+  void Launch(RowKernel kernel, size_t groups, size_t items, unsigned worlds,
               Arguments... arguments);
   template <typename... Arguments>
-  void LaunchForWorlds(cuda::Function kernel, size_t worlds, Arguments... arguments);
+  void LaunchForWorlds(RowKernel kernel, size_t worlds, Arguments... arguments);
   template <typename... Arguments>
-  void LaunchForEntries(cuda::Function kernel, const rows::RowChoice& worlds, uint32_t count,
+  void LaunchForEntries(RowKernel kernel, const rows::RowChoice& worlds, uint32_t count,
                         Arguments... arguments);
 
   const std::shared_ptr<CudaDevice> device_;
   const std::string name_;
   const pid_t process_ = getpid();
-  const std::shared_ptr<const CudaKernels> kernels_;
-  cuda::Function step_, step_outlines_, reset_, restore_, give_, gather_, command_, clear_, place_,
-      reset_flagged_;
+  const std::shared_ptr<const CudaKernels> programs_;
+  std::array<cuda::Function, kRowKernels> kernels_{};
   RowLimits limits_;
   RowGroups groups_{1, 1};
+  IslandGroups of_islands_{1, 1};
   size_t worlds_ = 0;
   bool outlines_ = false;  // contacts are those of outlines
   CudaBytes image_, state_, scratch_, list_, given_, start_, commands_, poses_, flags_, entries_;

@@ -49,23 +49,33 @@ bool HasDoubles(const ::cl::Device& device) {
   return (config & kNeeded) == kNeeded;
 }
 
-std::string SourceOf(Kernels kernels) {
-  std::string source = std::string(kRayWalkSource) + "\n" + kRecordsSource + "\n";
-  if (kernels == Kernels::kWalks) return source + kPrefilterSource;
-  if (kernels == Kernels::kRanges) {
-    for (const char* const part :
-         {kPrefilterSource, kRowRecordsSource, kRowMathSource, kRowRangesSource, kRangesSource})
-      source += std::string(part) + "\n";
-    return source;
+/// The parts of a program. Each needs some of those before it.
+std::vector<const char*> PartsOf(Kernels kernels) {
+  switch (kernels) {
+    case Kernels::kWalks:
+      return {kRayWalkSource, kRecordsSource, kPrefilterSource};
+    case Kernels::kRanges:
+      return {kRayWalkSource, kRecordsSource,   kPrefilterSource, kRowRecordsSource,
+              kRowMathSource, kRowRangesSource, kRangesSource};
+    case Kernels::kRows:
+      return {kRayWalkSource,     kRecordsSource,    kRowRecordsSource, kRowMathSource,
+              kRowVectorSource,   kRowAccessSource,  kRowDriveSource,   kRowOdometrySource,
+              kRowMoveSource,     kRowRangesSource,  kRowWallsSource,   kRowExactSource,
+              kRowRaysSource,     kRowControlSource, kRowDrivenSource,  kRowCrowdSource,
+              kRowOutlinesSource, kRowStepSource,    kRowArraysSource,  kRowKernelsSource};
+    case Kernels::kSmallIslands:
+    case Kernels::kLargeIslands:
+      break;
   }
-  for (const char* const part :
-       {kRowRecordsSource,  kRowMathSource,       kRowAccessSource,   kRowDriveSource,
-        kRowOdometrySource, kRowMoveSource,       kRowRangesSource,   kRowWallsSource,
-        kRowExactSource,    kRowRaysSource,       kRowControlSource,  kRowDrivenSource,
-        kRowVectorSource,   kRowSeparationSource, kRowSafePartSource, kRowCrowdSource,
-        kRowIslandSource,   kRowForcesSource,     kRowJointSource,    kRowOutlinesSource,
-        kRowStepSource,     kRowArraysSource,     kRowKernelsSource})
-    source += std::string(part) + "\n";
+  return {kRayWalkSource,   kRowRecordsSource, kRowMathSource,       kRowVectorSource,
+          kRowAccessSource, kRowCrowdSource,   kRowSeparationSource, kRowSafePartSource,
+          kRowIslandSource, kRowForcesSource,  kRowJointSource,      kRowSolveSource,
+          kIslandsSource};
+}
+
+std::string SourceOf(Kernels kernels) {
+  std::string source = kernels == Kernels::kLargeIslands ? "#define ROW_SOLVES_LARGE\n" : "";
+  for (const char* const part : PartsOf(kernels)) source += std::string(part) + "\n";
   return source;
 }
 
@@ -77,19 +87,19 @@ std::string LogOf(const ::cl::Program& program, const ::cl::Device& device) {
   }
 }
 
-::cl::Program Compile(const ::cl::Context& context, const ::cl::Device& device, Kernels kernels) {
+}  // namespace
+
+::cl::Program OpenDevice::Compile(Kernels kernels) const {
   const std::string options = "-cl-std=CL1.1 " + FromEnvironment("STAGE_CL_OPTIONS");
-  ::cl::Program program(context, SourceOf(kernels));
+  ::cl::Program made(context, SourceOf(kernels));
   try {
-    program.build(std::vector<::cl::Device>{device}, options.c_str());
+    made.build(std::vector<::cl::Device>{found.device}, options.c_str());
   } catch (const ::cl::Error& error) {
     throw sensing::PrefilterError("its compiler rejects the kernels (error " +
-                                  std::to_string(error.err()) + "): " + LogOf(program, device));
+                                  std::to_string(error.err()) + "): " + LogOf(made, found.device));
   }
-  return program;
+  return made;
 }
-
-}  // namespace
 
 OpenDevice::OpenDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> watch_,
                        Kernels kernels)
@@ -103,14 +113,13 @@ OpenDevice::OpenDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> w
   const double start = threads::WallClock();
   if (kernels == Kernels::kRanges && has_doubles) {
     try {
-      program = Compile(context, found.device, Kernels::kRanges);
+      program = Compile(Kernels::kRanges);
       finds_ranges = true;
     } catch (const sensing::PrefilterError&) {  // the device gives hit lists
     }
   }
   if (program() == nullptr)
-    program = Compile(context, found.device,
-                      kernels == Kernels::kRows ? Kernels::kRows : Kernels::kWalks);
+    program = Compile(kernels == Kernels::kRanges ? Kernels::kWalks : kernels);
   compile_seconds = threads::WallClock() - start;
 }
 

@@ -15,8 +15,9 @@
 namespace Stg::cl {
 
 /// The programs: walks of rays (prefilter.cl); the same, and ranges (ranges.cl) if the device has
-/// doubles; or steps of rows (row_step.cl), which need doubles.
-enum class Kernels { kWalks, kRanges, kRows };
+/// doubles; or steps of rows (row_step.cl), which need doubles, and the islands of their contacts
+/// (islands.cl).
+enum class Kernels { kWalks, kRanges, kRows, kSmallIslands, kLargeIslands };
 
 struct OpenDevice {
   /// Compiles the kernels. Throws cl::Error, or sensing::PrefilterError with the start of the
@@ -24,6 +25,9 @@ struct OpenDevice {
   /// watches the driver while the device is open; may be null.
   OpenDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> watch,
              Kernels kernels = Kernels::kWalks);
+
+  /// Compiles another program. Throws as the constructor does.
+  ::cl::Program Compile(Kernels kernels) const;
 
   std::unique_ptr<DriverWatch> watch;  ///< destroyed last
   FoundDevice found;

@@ -12,51 +12,39 @@
 
 namespace Stg::cl {
 
-namespace {
-
 using rows::RowDeviceError;
-
-// Work-items of a group in kernels of arrays.
-constexpr size_t kItemsOfEntries = 128;
-
-}  // namespace
 
 ClRowDevice::ClRowDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> watch,
                          uint32_t work_items)
     : device_(std::make_shared<const OpenDevice>(device, std::move(watch), Kernels::kRows)),
+      programs_{device_->program, device_->Compile(Kernels::kSmallIslands),
+                device_->Compile(Kernels::kLargeIslands)},
       queue_(device_->context, device_->found.device),
-      limits_{work_items, SIZE_MAX, device_->found.device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>()},
-      items_of_entries_(kItemsOfEntries),
       cuda_(FromEnvironment("STAGE_CL_CUDA") == "off" ? nullptr
                                                       : CudaDevice::Find(device_->found.device)) {
+  limits_.wanted_items = work_items;
+  limits_.processors = device_->found.device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
   FindKernels();
 }
 
 ClRowDevice::ClRowDevice(const ClRowDevice& other)
     : RowDevice(),
       device_(other.device_),
+      programs_(other.programs_),
       queue_(other.queue_),
       limits_(other.limits_),
-      items_of_entries_(other.items_of_entries_),
       cuda_(other.cuda_) {
   FindKernels();
 }
 
 /// Makes the kernels, each of which holds its arguments.
 void ClRowDevice::FindKernels() {
-  const std::pair<::cl::Kernel*, const char*> kernels[] = {
-      {&step_, "step_rows"},       {&step_outlines_, "step_outline_rows"},
-      {&reset_, "reset_rows"},     {&restore_, "restore_rows"},
-      {&give_, "give_rows"},       {&gather_, "gather_rows"},
-      {&command_, "command_rows"}, {&clear_, "clear_rows"},
-      {&place_, "place_rows"},     {&reset_flagged_, "reset_flagged_rows"}};
-  for (const auto& [kernel, name] : kernels) {
-    *kernel = ::cl::Kernel(device_->program, name);
-    const bool has_entries =
-        kernel == &give_ || kernel == &gather_ || kernel == &command_ || kernel == &clear_;
-    size_t& items = has_entries ? items_of_entries_ : limits_.most_items;
-    items = std::min<size_t>(
-        items, kernel->getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_->found.device));
+  for (size_t i = 0; i < kRowKernels; i++) {
+    const RowKernelInfo& info = kRowKernelInfos[i];
+    kernels_[i] = ::cl::Kernel(programs_[info.program], info.name);
+    LowerLimits(info.item,
+                kernels_[i].getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_->found.device),
+                &limits_);
   }
 }
 
@@ -80,11 +68,14 @@ std::unique_ptr<rows::RowDevice> ClRowDevice::ForCuda() const {
   const std::string wanted = FromEnvironment("STAGE_CL_CUDA");
   if (!cuda_ || wanted == "share") return nullptr;
   try {
-    const std::vector<std::vector<unsigned char>> binaries =
-        device_->program.getInfo<CL_PROGRAM_BINARIES>();
-    if (binaries.empty()) return nullptr;
-    const std::string ptx(binaries[0].begin(), binaries[0].end());
-    return std::make_unique<CudaRowDevice>(cuda_, Name(), ptx, limits_);
+    CudaKernels::Texts texts;
+    for (size_t i = 0; i < kRowPrograms; i++) {
+      const std::vector<std::vector<unsigned char>> binaries =
+          programs_[i].getInfo<CL_PROGRAM_BINARIES>();
+      if (binaries.empty()) return nullptr;
+      texts[i].assign(binaries[0].begin(), binaries[0].end());
+    }
+    return std::make_unique<CudaRowDevice>(cuda_, Name(), texts, limits_);
   } catch (const RowDeviceError&) {
     return nullptr;
   }
@@ -131,6 +122,7 @@ void ClRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffers&
         device_->found.kind == "cpu" && limits_.wanted_items == 0 && buffers.work_items == 0;
     groups_ = is_alone ? RowGroups{1, 1} : ChooseRowGroups(buffers, limits_);
     outlines_ = rows::HasOutlines(image);
+    of_islands_ = ChooseIslandGroups(buffers, groups_, limits_);
     image_ = MakeBuffer(image.size_bytes(), "the scene");
     state_ = MakeBuffer(buffers.state_bytes, "the state of all worlds");
     scratch_ = MakeBuffer(buffers.scratch_bytes, "memory for steps of all worlds");
@@ -148,19 +140,19 @@ void ClRowDevice::Read(size_t offset, void* to, size_t bytes) {
 
 /// Starts groups of the size items * worlds.
 template <typename... Arguments>
-void ClRowDevice::Launch(::cl::Kernel* kernel, size_t groups, size_t items, size_t worlds,
+void ClRowDevice::Launch(RowKernel which, size_t groups, size_t items, size_t worlds,
                          const Arguments&... arguments) {
+  ::cl::Kernel& kernel = kernels_[which];
   cl_uint index = 0;
-  (kernel->setArg(index++, arguments), ...);
-  queue_.enqueueNDRangeKernel(*kernel, ::cl::NullRange, ::cl::NDRange(groups * items, worlds),
+  (kernel.setArg(index++, arguments), ...);
+  queue_.enqueueNDRangeKernel(kernel, ::cl::NullRange, ::cl::NDRange(groups * items, worlds),
                               ::cl::NDRange(items, worlds));
   queue_.flush();
 }
 
 /// Starts a kernel with work-groups of worlds.
 template <typename... Arguments>
-void ClRowDevice::LaunchForWorlds(::cl::Kernel* kernel, size_t worlds,
-                                  const Arguments&... arguments) {
+void ClRowDevice::LaunchForWorlds(RowKernel kernel, size_t worlds, const Arguments&... arguments) {
   ForEachRowLaunch(worlds, groups_, [&](uint32_t first, size_t groups, unsigned of_group) {
     Launch(kernel, groups, groups_.items, of_group, cl_uint{first}, arguments...);
   });
@@ -168,26 +160,44 @@ void ClRowDevice::LaunchForWorlds(::cl::Kernel* kernel, size_t worlds,
 
 /// Starts a kernel with a work-item for each of `count` entries of each world.
 template <typename... Arguments>
-void ClRowDevice::LaunchForEntries(::cl::Kernel* kernel, const rows::RowChoice& worlds,
-                                   uint32_t count, const Arguments&... arguments) {
+void ClRowDevice::LaunchForEntries(RowKernel kernel, const rows::RowChoice& worlds, uint32_t count,
+                                   const Arguments&... arguments) {
   const ::cl::Buffer& list = SendList(worlds.list);
   const ::cl::Buffer& flags = Send(worlds.flags, &flags_);
-  rows::ForEachPartOfEntries(worlds_, worlds, count,
-                             [&](uint32_t first, uint32_t all, size_t items) {
-                               Launch(kernel, (items + items_of_entries_ - 1) / items_of_entries_,
-                                      items_of_entries_, 1, list, flags, cl_uint{worlds.kind},
-                                      cl_uint{first}, cl_uint{all}, cl_uint{count}, arguments...);
-                             });
+  rows::ForEachPartOfEntries(
+      worlds_, worlds, count, [&](uint32_t first, uint32_t all, size_t items) {
+        Launch(kernel, (items + limits_.entry_items - 1) / limits_.entry_items, limits_.entry_items,
+               1, list, flags, cl_uint{worlds.kind}, cl_uint{first}, cl_uint{all}, cl_uint{count},
+               arguments...);
+      });
+}
+
+/// Starts to solve islands of all worlds, see kernels/islands.cl.
+void ClRowDevice::SolveIslands(RowKernel kernel, cl_uint kinds) {
+  Launch(kernel, of_islands_.groups, of_islands_.items, 1, image_, state_, scratch_,
+         static_cast<cl_uint>(of_islands_.groups * of_islands_.items), kinds);
 }
 
 /// Steps all worlds, if is_list is 0, or those of the list.
-void ClRowDevice::StepWorlds(std::span<const uint32_t> list, cl_uint is_list, uint32_t steps,
+void ClRowDevice::StepWorlds(std::span<const uint32_t> worlds, cl_uint is_list, uint32_t steps,
                              uint32_t unseen) {
   if (steps == 0) return;
+  const size_t count = is_list ? worlds.size() : worlds_;
   Call([&] {
-    LaunchForWorlds(outlines_ ? &step_outlines_ : &step_, is_list ? list.size() : worlds_,
-                    SendList(list), is_list, image_, state_, scratch_, cl_uint{steps},
-                    cl_uint{unseen});
+    const ::cl::Buffer& list = SendList(worlds);
+    if (!outlines_) {
+      LaunchForWorlds(kStep, count, list, is_list, image_, state_, scratch_, cl_uint{steps},
+                      cl_uint{unseen});
+      return;
+    }
+    for (uint32_t left = steps; left-- > 0;) {
+      LaunchForWorlds(kBeginOutlines, count, list, is_list, image_, state_, scratch_,
+                      cl_uint{unseen + left});
+      SolveIslands(kSolveSmall, ROW_SMALL_KINDS);
+      SolveIslands(kSolveSmall, 1u << ROW_SLOW);
+      SolveIslands(kSolveLarge, 1u << ROW_LARGE);
+      LaunchForWorlds(kEndOutlines, count, list, is_list, image_, state_, scratch_);
+    }
   });
 }
 
@@ -201,7 +211,7 @@ void ClRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std::b
                         uint64_t columns) {
   if (worlds.empty()) return;
   Call([&] {
-    LaunchForWorlds(&reset_, worlds.size(), image_, state_, SendList(worlds), Send(given, &given_),
+    LaunchForWorlds(kReset, worlds.size(), image_, state_, SendList(worlds), Send(given, &given_),
                     cl_ulong{columns}, static_cast<cl_uint>(given.size() / worlds.size()));
   });
 }
@@ -210,8 +220,8 @@ void ClRowDevice::Restore(std::span<const uint32_t> worlds, std::span<const std:
                           std::span<const std::byte> given, uint64_t columns) {
   if (worlds.empty()) return;
   Call([&] {
-    LaunchForWorlds(&restore_, worlds.size(), image_, state_, SendList(worlds),
-                    Send(start, &start_), Send(given, &given_), cl_ulong{columns},
+    LaunchForWorlds(kRestore, worlds.size(), image_, state_, SendList(worlds), Send(start, &start_),
+                    Send(given, &given_), cl_ulong{columns},
                     static_cast<cl_uint>(given.size() / worlds.size()));
   });
 }
@@ -219,8 +229,8 @@ void ClRowDevice::Restore(std::span<const uint32_t> worlds, std::span<const std:
 void ClRowDevice::Give(std::span<const row_given_t> commands) {
   if (commands.empty()) return;
   Call([&] {
-    Launch(&give_, (commands.size() + items_of_entries_ - 1) / items_of_entries_, items_of_entries_,
-           1, image_, state_, Send(std::as_bytes(commands), &commands_),
+    Launch(kGive, (commands.size() + limits_.entry_items - 1) / limits_.entry_items,
+           limits_.entry_items, 1, image_, state_, Send(std::as_bytes(commands), &commands_),
            static_cast<cl_uint>(commands.size()));
   });
 }
@@ -275,7 +285,7 @@ void ClRowDevice::Gather(rows::RowMemory* memory, const rows::RowChoice& worlds)
   Call([&] {
     const auto& to = static_cast<const ClRowMemory&>(*memory);
     for (const ClRowMemory::Part& part : to.parts_)
-      LaunchForEntries(&gather_, worlds, part.count, image_, state_, part.entries, part.values,
+      LaunchForEntries(kGather, worlds, part.count, image_, state_, part.entries, part.values,
                        part.array.kind, part.array.column, part.array.elements,
                        part.array.of_readings, to.buffer_);
   });
@@ -285,7 +295,7 @@ void ClRowDevice::GiveCommands(rows::RowMemory* memory, const rows::RowChoice& w
   Call([&] {
     const auto& from = static_cast<const ClRowMemory&>(*memory);
     for (const ClRowMemory::Part& part : from.parts_)
-      LaunchForEntries(&command_, worlds, part.count, image_, state_, part.entries,
+      LaunchForEntries(kCommand, worlds, part.count, image_, state_, part.entries,
                        part.array.elements, from.buffer_);
   });
 }
@@ -293,7 +303,7 @@ void ClRowDevice::GiveCommands(rows::RowMemory* memory, const rows::RowChoice& w
 void ClRowDevice::Clear(rows::RowMemory* memory, const rows::RowChoice& worlds,
                         uint32_t words_per_world) {
   Call([&] {
-    LaunchForEntries(&clear_, worlds, words_per_world, static_cast<ClRowMemory*>(memory)->buffer_);
+    LaunchForEntries(kClear, worlds, words_per_world, static_cast<ClRowMemory*>(memory)->buffer_);
   });
 }
 
@@ -305,7 +315,7 @@ const ::cl::Buffer& ClRowDevice::Send(const rows::RowInput& input, Transfer* to)
 void ClRowDevice::Place(const std::vector<row_entry_t>& entries, uint32_t robots,
                         const rows::RowInput& poses, const rows::RowInput& chosen) {
   Call([&] {
-    LaunchForWorlds(&place_, worlds_, image_, state_, scratch_,
+    LaunchForWorlds(kPlace, worlds_, image_, state_, scratch_,
                     Send(std::as_bytes(std::span(entries)), &entries_),
                     static_cast<cl_uint>(entries.size()), cl_uint{robots}, Send(poses, &poses_),
                     Send(chosen, &flags_));
@@ -313,7 +323,7 @@ void ClRowDevice::Place(const std::vector<row_entry_t>& entries, uint32_t robots
 }
 
 void ClRowDevice::ResetFlagged(const rows::RowInput& flags) {
-  Call([&] { LaunchForWorlds(&reset_flagged_, worlds_, image_, state_, Send(flags, &flags_)); });
+  Call([&] { LaunchForWorlds(kResetFlagged, worlds_, image_, state_, Send(flags, &flags_)); });
 }
 
 void ClRowDevice::WriteMemory(rows::RowMemory* memory, const void* from) {

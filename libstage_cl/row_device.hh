@@ -8,6 +8,7 @@
 
 #include <unistd.h>
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -76,7 +77,9 @@ class ClRowDevice final : public rows::RowDevice {
   void WaitForCuda() override;
 
  private:
-  void StepWorlds(std::span<const uint32_t> list, cl_uint is_list, uint32_t steps, uint32_t unseen);
+  void SolveIslands(RowKernel kernel, cl_uint kinds);
+  void StepWorlds(std::span<const uint32_t> worlds, cl_uint is_list, uint32_t steps,
+                  uint32_t unseen);
   template <typename F>
   auto Call(F f) const;
   ::cl::Buffer MakeBuffer(size_t bytes, const std::string& name) const;
@@ -91,25 +94,26 @@ class ClRowDevice final : public rows::RowDevice {
   const ::cl::Buffer& Send(std::span<const std::byte> data, Transfer* to);
   const ::cl::Buffer& Send(const rows::RowInput& input, Transfer* to);
   template <typename... Arguments>
-  void Launch(::cl::Kernel* kernel, size_t groups, size_t items, size_t worlds,
+  void Launch(RowKernel which, size_t groups, size_t items, size_t worlds,
               const Arguments&... arguments);
   template <typename... Arguments>
-  void LaunchForWorlds(::cl::Kernel* kernel, size_t worlds, const Arguments&... arguments);
+  void LaunchForWorlds(RowKernel kernel, size_t worlds, const Arguments&... arguments);
   template <typename... Arguments>
-  void LaunchForEntries(::cl::Kernel* kernel, const rows::RowChoice& worlds, uint32_t count,
+  void LaunchForEntries(RowKernel kernel, const rows::RowChoice& worlds, uint32_t count,
                         const Arguments&... arguments);
   const ::cl::Buffer& SendList(std::span<const uint32_t> worlds);
 
   void FindKernels();
 
   const std::shared_ptr<const OpenDevice> device_;  // destroyed last
+  const std::array<::cl::Program, kRowPrograms> programs_;
   const pid_t process_ = getpid();
   ::cl::CommandQueue queue_;
-  ::cl::Kernel step_, step_outlines_, reset_, restore_, give_, gather_, command_, clear_, place_,
-      reset_flagged_;
+  std::array<::cl::Kernel, kRowKernels> kernels_;
   RowLimits limits_;
-  size_t items_of_entries_, worlds_ = 0;
+  size_t worlds_ = 0;
   RowGroups groups_{1, 1};
+  IslandGroups of_islands_{1, 1};
   bool outlines_ = false;  // contacts are those of outlines
   ::cl::Buffer image_, state_, scratch_;
   Transfer list_{"the numbers of worlds"}, given_{"the columns of worlds"},

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "libstage_cl/row_kernels.hh"
 #include "rows/row_backend.hh"
 
 namespace Stg::cl {
@@ -23,10 +24,20 @@ struct RowGroups {
 inline constexpr unsigned kItemsOfGroup = 32;
 
 struct RowLimits {
-  unsigned wanted_items = 0;     ///< of a world; 0: those that suit a GPU
-  size_t most_items = SIZE_MAX;  ///< of a group
-  unsigned processors = 1;       ///< compute units of the GPU
+  unsigned wanted_items = 0;       ///< of a world; 0: those that suit a GPU
+  size_t most_items = SIZE_MAX;    ///< of a group that steps worlds
+  size_t entry_items = 128;        ///< of a group of a kernel of entries
+  size_t island_items = SIZE_MAX;  ///< of a group that solves islands, at most
+  unsigned processors = 1;         ///< compute units of the GPU
 };
+
+/// Takes what a kernel needs into account.
+inline void LowerLimits(RowItem item, size_t most_items, RowLimits* limits) {
+  size_t& limit = item == RowItem::kPartOfWorld ? limits->most_items
+                  : item == RowItem::kEntry     ? limits->entry_items
+                                                : limits->island_items;
+  limit = std::min(limit, most_items);
+}
 
 /// The groups for these buffers. In many phases, only a work-item for each mover has work, so
 /// worlds that share the items of a group are faster, as long as their work-items keep the GPU
@@ -43,6 +54,23 @@ inline RowGroups ChooseRowGroups(const rows::RowBuffers& buffers, const RowLimit
   const auto items = static_cast<unsigned>(wanted > 0 ? std::min(wanted, limits.most_items)
                                                       : std::min(suitable, most));
   return {items, static_cast<unsigned>(std::max<size_t>(most / items, 1))};
+}
+
+/// The groups that solve the islands of all worlds, one of each work-item after the other. More
+/// than a GPU runs at a time would only wait.
+struct IslandGroups {
+  size_t groups;
+  unsigned items;  ///< of a group
+};
+
+inline IslandGroups ChooseIslandGroups(const rows::RowBuffers& buffers, const RowGroups& of_worlds,
+                                       const RowLimits& limits) {
+  constexpr size_t kGroupsOfProcessor = 16;
+  const bool is_alone = of_worlds.items * of_worlds.worlds == 1;  // a CPU
+  const size_t items = is_alone ? 1 : std::min<size_t>(kItemsOfGroup, limits.island_items);
+  const size_t islands = std::max<size_t>(1, buffers.worlds * buffers.movers);
+  return {std::min((islands + items - 1) / items, kGroupsOfProcessor * limits.processors),
+          static_cast<unsigned>(items)};
 }
 
 /// Calls f(first, groups, worlds) for launches that step this many worlds: the number of the

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "kernels/row_outlines.h"
+#include "kernels/row_solve.h"
 
 namespace Stg::rows {
 

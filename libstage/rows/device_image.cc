@@ -80,7 +80,7 @@ class ImageMaker {
   std::vector<row_node_t> nodes_;
   std::vector<row_planar_t> links_;
   std::vector<uint32_t> first_node_;  // by mover
-  size_t corner_count_ = 0, state_bytes_ = 0;
+  size_t corner_count_ = 0, state_bytes_ = 0, scratch_bytes_ = 0;
 };
 
 /// Adds the frame of a node or, if `pose` is given, that pose in it.
@@ -295,6 +295,7 @@ void ImageMaker::PlaceColumns() {
     state_bytes_ = Aligned(state_bytes_ + worlds_ * header_.row_bytes[id]);
   }
   header_.lock = state_bytes_;
+  header_.counts = header_.lock + sizeof(uint64_t);
   state_bytes_ += ROW_ALIGNMENT;
 }
 
@@ -320,10 +321,13 @@ void ImageMaker::PlaceScratch() {
   place(ROW_NEAR_BITS, touchers * ((touchers + 31) / 32) * sizeof(uint32_t));
   place(ROW_MEMBERS, touchers * sizeof(uint32_t));
   place(ROW_ISLANDS, touchers * sizeof(row_island_t));
-  place(ROW_CROWD, sizeof(row_crowd_t));
-  place(ROW_CROWDED, header_.rooms[0].bytes);
   header_.scratch_bytes = end;
-  header_.shared_room = worlds_ * end;
+  header_.most_waiting = static_cast<uint32_t>(worlds_ * touchers);
+  header_.first_room = worlds_ * end;
+  header_.shared_room = header_.first_room + worlds_ * header_.rooms[0].bytes;
+  header_.waiting = header_.shared_room + header_.rooms[1].bytes;
+  scratch_bytes_ =
+      header_.waiting + ROW_ISLAND_KINDS * header_.most_waiting * sizeof(row_waiting_t);
 }
 
 DeviceImage ImageMaker::Make() {
@@ -354,7 +358,7 @@ DeviceImage ImageMaker::Make() {
   PlaceScratch();
   std::memcpy(bytes_.data(), &header_, sizeof header_);
   DeviceImage image{std::vector<uint64_t>(bytes_.size() / sizeof(uint64_t)), state_bytes_,
-                    static_cast<size_t>(header_.shared_room + header_.rooms[1].bytes)};
+                    scratch_bytes_};
   std::memcpy(image.words.data(), bytes_.data(), bytes_.size());
   return image;
 }

@@ -82,8 +82,9 @@ DeviceRows::DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds,
                                 .worlds = worlds,
                                 .state_bytes = image_.state_bytes,
                                 .scratch_bytes = image_.scratch_bytes});
-  constexpr uint64_t kUnlocked = 0;
-  device_->Write(image_.scene().lock, &kUnlocked, sizeof kUnlocked);
+  // Nobody has the lock, and no island waits.
+  constexpr std::array<std::byte, ROW_ALIGNMENT> kZeros{};
+  device_->Write(image_.scene().lock, kZeros.data(), kZeros.size());
 }
 
 void DeviceRows::PlanControls() {

@@ -2,7 +2,7 @@
 //
 // The interface to a device that steps closed worlds, and what a plug-in with such a device
 // exports. A device knows neither worlds nor columns: it keeps buffers and runs the kernels of
-// kernels/row_step.cl on them.
+// kernels/row_step.cl and kernels/islands.cl on them.
 
 #ifndef STAGE_ROWS_ROW_BACKEND_HH
 #define STAGE_ROWS_ROW_BACKEND_HH
@@ -165,7 +165,7 @@ class RowDevice {
 };
 
 /// Raise it whenever the meaning of the interface or of an image changes.
-inline constexpr uint32_t kRowBackendVersion = 5;
+inline constexpr uint32_t kRowBackendVersion = 6;
 
 /// A hash that differs if the layout of shared objects or of records differs.
 constexpr uint64_t RowBackendLayout() {

@@ -19,10 +19,13 @@ KERNELS = Path(__file__).resolve().parents[2] / "kernels"
 # The programs: their parts in the order in which drivers get them.
 WALKS = ("ray_walk.h", "records.h", "prefilter.cl")
 RANGES = (*WALKS, "row_records.h", "row_math.h", "row_ranges.h", "ranges.cl")
-ROWS = ("ray_walk.h", "records.h", "row_records.h", "row_math.h", "row_access.h", "row_drive.h", "row_odometry.h",
-        "row_move.h", "row_ranges.h", "row_walls.h", "row_exact.h", "row_rays.h", "row_control.h",
-        "row_driven.h", "row_vector.h", "row_separation.h", "row_safe_part.h", "row_crowd.h", "row_island.h", "row_forces.h",
-        "row_joint.h", "row_outlines.h", "row_step.h", "row_arrays.h", "row_step.cl")
+ROWS = ("ray_walk.h", "records.h", "row_records.h", "row_math.h", "row_vector.h", "row_access.h", "row_drive.h",
+        "row_odometry.h", "row_move.h", "row_ranges.h", "row_walls.h", "row_exact.h", "row_rays.h", "row_control.h",
+        "row_driven.h", "row_crowd.h", "row_outlines.h", "row_step.h", "row_arrays.h", "row_step.cl")
+ISLANDS = ("ray_walk.h", "row_records.h", "row_math.h", "row_vector.h", "row_access.h", "row_crowd.h",
+           "row_separation.h", "row_safe_part.h", "row_island.h", "row_forces.h", "row_joint.h", "row_solve.h",
+           "islands.cl")
+LARGE = "-DROW_SOLVES_LARGE"  # makes another program of the text for islands
 CLANG = next((name for name in ("clang", "clang-19", "clang-16", "clang-14") if shutil.which(name)), None)
 
 
@@ -38,9 +41,10 @@ def run_clang(text: str, *options: str) -> subprocess.CompletedProcess:
                               capture_output=True, text=True, check=False)
 
 
-def compile_kernels(version: str, target: str, tail: str = "", parts: tuple[str, ...] = WALKS) -> str:
+def compile_kernels(version: str, target: str, tail: str = "", parts: tuple[str, ...] = WALKS,
+                    options: tuple[str, ...] = ()) -> str:
     """Returns Clang's errors; empty if it accepts the kernels."""
-    done = run_clang(read_kernels(parts) + tail, f"-cl-std={version}", "-target", target, "-Wall", "-Wextra", "-pedantic",
+    done = run_clang(read_kernels(parts) + tail, *options, f"-cl-std={version}", "-target", target, "-Wall", "-Wextra", "-pedantic",
                      "-Wconversion", "-Werror", "-fsyntax-only")
     return done.stderr if done.returncode != 0 else ""
 
@@ -50,19 +54,19 @@ class KernelLanguageTest(unittest.TestCase):
     def test_every_version_and_width_of_addresses(self) -> None:
         for version in ("CL1.1", "CL1.2", "CL2.0", "CL3.0"):
             for target in ("spir", "spir64"):
-                for parts in (WALKS, RANGES, ROWS):
-                    with self.subTest(version=version, target=target, kernels=parts[-1]):
-                        self.assertEqual(compile_kernels(version, target, parts=parts), "")
+                for parts, options in ((WALKS, ()), (RANGES, ()), (ROWS, ()), (ISLANDS, ()), (ISLANDS, (LARGE,))):
+                    with self.subTest(version=version, target=target, kernels=parts[-1], options=options):
+                        self.assertEqual(compile_kernels(version, target, parts=parts, options=options), "")
 
     def test_drivers_get_all_parts_in_this_order(self) -> None:
         """A part that is embedded, but not here, would not be checked."""
-        self.assertEqual({path.name for path in KERNELS.iterdir()}, {*WALKS, *RANGES, *ROWS})
+        self.assertEqual({path.name for path in KERNELS.iterdir()}, {*WALKS, *RANGES, *ROWS, *ISLANDS})
         source = (KERNELS.parent / "libstage_cl/open_device.cc").read_text(encoding="utf-8")
         embedded = (KERNELS.parent / "libstage_cl/CMakeLists.txt").read_text(encoding="utf-8")
         files = dict(re.findall(r"(k\w+Source) kernels/([\w.]+)", embedded))
-        lists = re.findall(r"const part :\s*\{(.*?)\}", source, re.DOTALL)
+        lists = re.findall(r"return \{(kRayWalkSource.*?)\};", source, re.DOTALL)
         orders = [[files[name] for name in re.findall(r"k\w+Source", text)] for text in lists]
-        self.assertEqual(orders, [list(RANGES[2:]), list(ROWS[2:])])
+        self.assertEqual(orders, [list(WALKS), list(RANGES), list(ROWS), list(ISLANDS)])
 
     def test_newer_functions_would_be_noticed(self) -> None:
         later = "__kernel void later(__global uint* a) { a[0] = popcount(a[0]); }\n"

@@ -276,6 +276,9 @@ TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
   EXPECT_GT(remembering, 20u);
   EXPECT_EQ(hindered > 300, outlines) << hindered;
   EXPECT_EQ(pushed > 30, outlines) << pushed;
+  if (work_items != kHost || !outlines) return;
+  for (const uint64_t islands : Stg::test::HostRowDevice::islands) EXPECT_GT(islands, 100u);
+  EXPECT_GT(Stg::test::HostRowDevice::worlds_in_shared_room, 100u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, DeviceRowsTest,
@@ -307,6 +310,30 @@ TEST(DeviceRowsSizesTest, AnyNumberOfWorldsHasTheBitsOfTheHost) {
       comparison.ResetSome();
     }
     EXPECT_EQ(comparison.Difference(), "");
+  }
+}
+
+/// With many islands, those that take long are given up, and solved after the others.
+TEST(DeviceRowsSizesTest, ManyIslandsHaveTheBitsOfTheHost) {
+  if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
+  const ScenePointer scene = SceneOf(R"(
+define robot position( size [0.2 0.2 0.2] drive "omni" )
+robot( pose [-0.3 -0.3 0 10] )
+robot( pose [0.3 -0.3 0 60] )
+robot( pose [-0.3 0.3 0 110] )
+robot( pose [0.3 0.3 0 200] )
+model( pose [0 -0.6 0 0] size [1.2 0.05 1] )
+model( pose [0 0.6 0 0] size [1.2 0.05 1] )
+model( pose [-0.6 0 0 0] size [0.05 1.2 1] )
+model( pose [0.6 0 0 0] size [0.05 1.2 1] )
+)",
+                                     0);
+  ASSERT_TRUE(scene);
+  RandomSource random(5);
+  Comparison comparison(scene, 1000, kChosen, &random);
+  for (int round = 0; round < 8; round++) {
+    comparison.Step(5);
+    ASSERT_EQ(comparison.Difference(), "") << round;
   }
 }
 

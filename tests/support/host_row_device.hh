@@ -6,15 +6,18 @@
 #define STAGE_TESTS_SUPPORT_HOST_ROW_DEVICE_HH
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "kernels/row_arrays.h"
+#include "kernels/row_solve.h"
 #include "rows/row_backend.hh"
 
 namespace Stg::test {
@@ -47,16 +50,12 @@ class HostRowDevice : public rows::RowDevice {
     std::memcpy(to, state() + offset, bytes);
   }
   void Step(uint32_t steps, uint32_t unseen) override {
-    for (size_t i = 0; i < worlds_; i++) {
-      const row_world_t world = WorldAt(i);
-      StepRow(world, steps, unseen);
-    }
+    std::vector<uint32_t> all(worlds_);
+    std::iota(all.begin(), all.end(), 0u);
+    StepWorlds(all, steps, unseen);
   }
   void StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) override {
-    for (const uint32_t i : worlds) {
-      const row_world_t world = WorldAt(i);
-      StepRow(world, steps, unseen);
-    }
+    StepWorlds(worlds, steps, unseen);
   }
   void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
              uint64_t columns) override {
@@ -140,9 +139,42 @@ class HostRowDevice : public rows::RowDevice {
   }
   void WaitForCuda() override {}
 
+  /// Numbers of islands that were solved, by kind, of all such devices.
+  inline static std::array<uint64_t, ROW_ISLAND_KINDS> islands{};
+  inline static uint64_t worlds_in_shared_room = 0;
+
  private:
-  static void StepRow(const row_world_t& world, uint32_t steps, uint32_t unseen) {
-    (world.scene->outlines ? row_step_outlines : row_step_cells)(&world, steps, unseen);
+  void StepWorlds(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) {
+    if (!rows::HasOutlines(image_)) {
+      for (const uint32_t i : worlds) {
+        const row_world_t world = WorldAt(i);
+        row_step_cells(&world, steps, unseen);
+      }
+      return;
+    }
+    for (uint32_t left = steps; left-- > 0;) StepOutlines(worlds, unseen + left);
+  }
+  void StepOutlines(std::span<const uint32_t> worlds, uint32_t unseen) {
+    for (const uint32_t i : worlds) {
+      const row_world_t world = WorldAt(i);
+      row_begin_outlines(&world, unseen);
+    }
+    const row_world_t first = WorldAt(0);
+    row_solve_small_islands(&first, ROW_SMALL_KINDS, 1, 0, 1);
+    row_solve_small_islands(&first, 1u << ROW_SLOW, 0, 0, 1);
+    row_solve_large_islands(&first, 0, 1);
+    CountIslands(first);
+    row_forget_waiting(&first);
+    for (const uint32_t i : worlds) {
+      const row_world_t world = WorldAt(i);
+      row_end_outlines(&world);
+    }
+  }
+  void CountIslands(const row_world_t& w) {
+    for (uint32_t kind = 0; kind < ROW_ISLAND_KINDS; kind++)
+      islands[kind] += *row_waiting_count(&w, kind);
+    for (uint32_t i = 0; i < *row_waiting_count(&w, ROW_LARGE); i++)
+      worlds_in_shared_room += (row_waiting(&w, ROW_LARGE)[i].island & ROW_ALL_OF) != 0;
   }
   row_byte* state() { return reinterpret_cast<row_byte*>(state_.data()); }
   std::vector<uint32_t> Chosen(const rows::RowChoice& worlds) const {
