@@ -73,7 +73,8 @@ def test_each_environment_is_reset_once_per_episode(apart: bool) -> None:
     assert (resets == 1).all() and (turns == task.episode / LEG).all()
 
 
-@pytest.mark.parametrize("name, envs, apart", [("stage", 2, False), ("stage-exact", 2, False), ("stage", 24, True)])
+@pytest.mark.parametrize("name, envs, apart", [("stage", 2, False), ("stage-exact", 2, False), ("stage-cells", 24, True),
+                                               ("stage", 24, True)])
 def test_the_rows_of_stagesim_pass_all_checks(name: str, envs: int, apart: bool) -> None:
     task = replace(TASK, envs=envs, apart=apart)
     sight = sight_of(peer_named(name).open(task, "cpu", 1), task)

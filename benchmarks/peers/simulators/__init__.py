@@ -44,6 +44,7 @@ class Peer:
 
 PEERS = (
     Peer("stage", "stagesim", "stage", ("stagesim",), cards=True),
+    Peer("stage-cells", 'stagesim, `contacts "cells"`', "stage", ("stagesim",)),
     Peer("stage-exact", 'stagesim, `ray_model "exact"`', "stage", ("stagesim",), cards=True),
     Peer("vmas", "VMAS", "with_vmas", ("vmas", "torch"), "vmas", cards=True),
     Peer("navground", "Navground", "with_navground", ("navground",), "navground", most_envs=1024),

@@ -39,11 +39,12 @@ def width() -> float:
     return 2 * RADIUS * math.sqrt(angle / math.sin(angle)) * math.cos(angle / 2)
 
 
-def world_file(task: Task, ray_model: str) -> str:
+def world_file(task: Task, ray_model: str, contacts: str = "outlines") -> str:
     """Returns the scenario as a world file. Lidars are below the top of the agents, so they detect each other."""
     first = 180 - 180 / task.rays  # degrees; turns the fan so that the first ray points forwards
     lines = [
         f"resolution {CELL}", f"interval_sim {1000 * STEP:g}", f'ray_model "{ray_model}"',
+        f'contacts "{contacts}"',
         f"define lidar ranger( size [0.02 0.02 0.1] pose [0 0 -0.2 {first:.9g}] "
         f"sensor( range [0 {task.reach}] fov {360 - 360 / task.rays:.9g} samples {task.rays} ) )",
         f"define agent position( size [{width():.9g} {width():.9g} 0.3] drive \"omni\" {outline()} lidar() )"]
@@ -63,8 +64,8 @@ class StageSimulation(Simulation):
 
     senses_first = True
 
-    def __init__(self, task: Task, threads: int, ray_model: str) -> None:
-        world = st.World.from_text(world_file(task, ray_model))
+    def __init__(self, task: Task, threads: int, world_text: str) -> None:
+        world = st.World.from_text(world_text)
         self._batch = st.Batch.of(world, task.envs, threads=threads)
         self._task = task
         self._chance = np.random.default_rng(1)
@@ -74,6 +75,9 @@ class StageSimulation(Simulation):
         self._distance = np.zeros((task.envs, task.agents))
         if torch is None:
             self.note = "NumPy's arrays instead of tensors, because torch is not installed"
+        else:
+            torch.set_num_threads(1)  # PyTorch's threads wait busily, on the processors that step the worlds
+            torch.set_grad_enabled(False)
 
     def reset(self, which: npt.NDArray[np.int64]) -> None:
         """Begins new episodes; one step without commands measures the first ranges."""
@@ -144,10 +148,11 @@ class StageSimulation(Simulation):
 
 
 def open_simulation(task: Task, device: str, threads: int, name: str) -> Simulation:
-    """Starts the simulation; `name` says which ray model."""
+    """Starts the simulation; `name` says which ray model and which contacts."""
     ray_model = "exact" if name == "stage-exact" else "cell"
     if device == "cpu":
-        return StageSimulation(task, threads, ray_model)
+        contacts = "cells" if name == "stage-cells" else "outlines"
+        return StageSimulation(task, threads, world_file(task, ray_model, contacts))
     from .stage_on_card import CardSimulation
 
-    return CardSimulation(task, world_file(task, ray_model))
+    return CardSimulation(task, world_file(task, ray_model, "cells"))

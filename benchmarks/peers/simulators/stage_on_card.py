@@ -51,7 +51,7 @@ class CardSimulation(Simulation):
         torch.set_grad_enabled(False)
         torch.manual_seed(1)
         self._task = task
-        self._batch = st.Batch.of(st.World.from_text('contacts "cells"\n' + world_text), task.envs, device="opencl:gpu")
+        self._batch = st.Batch.of(st.World.from_text(world_text), task.envs, device="opencl:gpu")
         batch = self._batch
         self._command, self._ranges, self._pose, self._stalled, self._velocity = (
             torch.from_dlpack(array) for array in (batch.cmd, batch.ranges, batch.pose, batch.stalled, batch.velocity))
