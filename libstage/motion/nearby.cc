@@ -49,13 +49,14 @@ void Nearby::SetBox(uint32_t i, const Columns& columns) {
 
 void Nearby::TryPair(uint32_t a, uint32_t b, const Columns& columns,
                      std::vector<NearPair>* found) const {
-  if (!Overlap(boxes_[a], boxes_[b])) return;
-  if (reach[a] == 0.0 && reach[b] == 0.0) return;
-  if (columns.group[a] == columns.group[b] && columns.group[a] != kNoGroup) return;
   const double dx = columns.x[a] - columns.x[b], dy = columns.y[a] - columns.y[b];
   // This sum is the same for (a, b) and for (b, a).
   const double far = (bound_[a] + bound_[b]) + (reach[a] + reach[b]) + kTouch;
-  if (dx * dx + dy * dy < far * far) found->push_back(a < b ? NearPair{a, b} : NearPair{b, a});
+  if (!(dx * dx + dy * dy < far * far)) return;  // first, because it decides most pairs
+  if (!Overlap(boxes_[a], boxes_[b])) return;
+  if (reach[a] == 0.0 && reach[b] == 0.0) return;
+  if (columns.group[a] == columns.group[b] && columns.group[a] != kNoGroup) return;
+  found->push_back(a < b ? NearPair{a, b} : NearPair{b, a});
 }
 
 void Nearby::FindWallsOf(uint32_t i, const Walls& edges, const Columns& columns,

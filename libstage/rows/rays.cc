@@ -77,8 +77,9 @@ void Rows::Scratch::MakeFans(const Scene& scene) {
 void Rows::Stepper::PlaceFan(size_t index) {
   const Sensor& sensor = scene_.sensors[index];
   if (!(sensor.reach > 0)) return;  // it casts no rays anywhere
-  const Placed frame = scene_.movers[sensor.mover].FrameOf(sensor.node, PlaceOf(sensor.mover));
-  const Placed origin = frame + sensor.settings->pose;
+  const RememberedPlaced root{PlaceOf(sensor.mover), &s_.turns};
+  const Placed origin =
+      (scene_.movers[sensor.mover].FrameOf(sensor.node, root) + sensor.settings->pose).place;
   sensing::MoveFan(&s_.fans[index], origin.x, origin.y, origin.turn, scene_.cells_per_metre);
 }
 

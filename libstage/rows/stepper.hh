@@ -63,6 +63,7 @@ class Rows::Scratch {
   std::vector<uint64_t> keys;      // by ray: which of several bodies in a cell is hit first
   std::vector<point_t> points;     // corners of all bodies, closed, m
   std::vector<RaysOfSensor> rays;  // by sensor
+  TurnMemory turns;                // of sensors
   std::vector<internal::sensing::Direction> own_directions;  // by ray, of sensors that turn noisily
   std::vector<SineCosine> own_unit_vectors;
   // The group of rays that is traced next.
