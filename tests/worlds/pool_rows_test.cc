@@ -420,7 +420,7 @@ TEST(PoolVariantsSizes, ManyVariantsAndWorldsEqualWorldsAlone) {
     options.threads = 2;
     WorldPool pool(pointers, std::vector<uint64_t>(worlds, 7), variants, options);
     pool.Step(pool.All(), 20);
-    for (uint32_t& variant : variants) variant = (variant + 1) % kVariants;
+    for (uint32_t& variant : variants) variant = static_cast<uint32_t>((variant + 1) % kVariants);
     pool.Reset(pool.All(), std::vector<uint64_t>(worlds, 7), variants);
     pool.Step(pool.All(), 20);
     const std::vector<uint64_t> hashes = pool.StateHashes(pool.All());
