@@ -27,7 +27,7 @@ constexpr uint32_t kRounds = 20;
 constexpr char kRobots[] = R"(
 define wheeled sized(
   drive "diff" localization "odom" odom_noise [0.02 0.01 0.03 0.02] wheel_slip 0.3
-  joules 20 joules_capacity 200
+  joules 4 joules_capacity 200
   block( points 6 point[0] [0.75 0] point[1] [1 0.25] point[2] [1 0.75] point[3] [0.75 1]
          point[4] [0 1] point[5] [0 0] z [0 1] )
   ranger( pose [0.05 0 -0.1 10] sensor( range [0.1 1.5] fov 240 samples 24 noise [0.01 0.02 0.5] ) )
