@@ -63,8 +63,7 @@ std::uint32_t Document::FindIn(std::uint32_t body, std::uint32_t name) const {
 
 std::uint32_t Document::Find(std::uint32_t entity, std::uint32_t name) const {
   for (std::size_t i = overrides.size(); i-- > 0;) {
-    if (overrides[i].name == name && IsCalled(entity, overrides[i].selector))
-      return overrides[i].property;
+    if (overrides[i].name == name && Selects(overrides[i], entity)) return overrides[i].property;
   }
   return FindInFile(entity, name);
 }

@@ -139,6 +139,7 @@ struct OverridingProperty {
   std::uint32_t selector;  // name
   std::uint32_t name;
   std::uint32_t property;
+  std::uint32_t entity;  // if the selector is its number; otherwise kNone
 };
 
 /// A range of text in the world file that Save() omits.
@@ -193,6 +194,11 @@ struct Document {
   }
   /// True if `selector` is its type, one of its macros or its name, or "world" for entity 0.
   bool IsCalled(std::uint32_t entity, std::uint32_t selector) const;
+  /// True if the override applies to the entity.
+  bool Selects(const OverridingProperty& override, std::uint32_t entity) const {
+    return override.entity == kNone ? IsCalled(entity, override.selector)
+                                    : override.entity == entity;
+  }
 };
 
 using messages::Quoted;

@@ -2,7 +2,9 @@
 #include "worldfile/settings.hh"
 
 #include <algorithm>
+#include <charconv>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -30,6 +32,15 @@ std::string ValueText(const Setting& setting) {
     throw LoadError("--set " + setting.selector + "." + setting.property +
                     ": found a quote or the end of a line in the value, expected neither");
   return '"' + value + '"';
+}
+
+/// The number of the entity that a selector #N is for, otherwise kNone.
+std::uint32_t EntityOf(const std::string& selector) {
+  std::uint32_t number = kNone;
+  const char* const end = selector.data() + selector.size();
+  if (!selector.starts_with('#')) return kNone;
+  const auto read = std::from_chars(selector.data() + 1, end, number);
+  return read.ec == std::errc() && read.ptr == end ? number : kNone;
 }
 
 std::uint32_t LastToken(const Document& document) {
@@ -110,8 +121,9 @@ void Override(Document& document, const Setting& setting) {
   Lexer(document, "").LexText(static_cast<std::uint16_t>(source));
   document.properties.push_back(MakeProperty(document, first));
   const auto property = static_cast<std::uint32_t>(document.properties.size() - 1);
-  document.overrides.push_back(
-      {document.names.Intern(setting.selector), document.properties.back().name, property});
+  document.overrides.push_back({document.names.Intern(setting.selector),
+                                document.properties.back().name, property,
+                                EntityOf(setting.selector)});
 }
 
 void CheckOverridesAreRead(const Document& document) {
@@ -124,7 +136,7 @@ void CheckOverridesAreRead(const Document& document) {
       overridden |= &other > &given && other.name == given.name;
     if (overridden) continue;
     for (std::uint32_t entity = 0; entity < document.entities.size() && !fits; ++entity)
-      fits = document.IsCalled(entity, given.selector);
+      fits = document.Selects(given, entity);
     document.Fail(document.tokens[property.name_token],
                   fits ? "nothing reads " + Quoted(document.names.Text(given.name)) + " of " +
                              Quoted(selector)

@@ -13,7 +13,8 @@ namespace Stg::worldfile {
 inline constexpr std::size_t kMaxSettings = 1000;
 
 struct Setting {
-  std::string selector;  // "world", a type, or the name of a macro, model or population
+  // "world", a type, the name of a macro, model or population, or #N for entity number N
+  std::string selector;
   std::string property;  // empty: the number of `selector`
   std::string value;
 };

@@ -243,6 +243,7 @@ void BindWorld(nb::module_& module) {
   BindCast(world);
   BindPicture(module, world);
   BindScene(module, world);
+  BindSections(world);
   world
       .def("options",
            [](Simulation& simulation) {

@@ -23,25 +23,27 @@ MapLike = Union[Any, "GridMap", "Scene"]
 class SceneVariants:
     """Finds the variant with a scene by its content, and the number for a new one."""
 
-    def __init__(self, scenes: Sequence[Scene | None]) -> None:
-        self._fixed = len(scenes)  # variants that the batch was made with keep their scenes
-        self._count = len(scenes)
-        self._numbers: dict[str, int] = {}  # by text, the least recently used one first
-        for number, scene in enumerate(scenes):
-            if scene is not None:
-                self._numbers.setdefault(scene.text(), number)
+    def __init__(self, keys: Sequence[str]) -> None:
+        self._fixed = len(keys)  # variants that the batch was made with keep their scenes
+        self._count = len(keys)
+        self._numbers: dict[str, int] = {}  # by key, the least recently used one first
+        self._keys: dict[int, str] = {}  # the other way round
+        for number, key in enumerate(keys):
+            if key not in self._numbers:
+                self._numbers[key] = number
+                self._keys[number] = key
 
     def __copy__(self) -> SceneVariants:
         copied = SceneVariants([])
-        copied._fixed, copied._count, copied._numbers = self._fixed, self._count, dict(self._numbers)
+        copied._fixed, copied._count = self._fixed, self._count
+        copied._numbers, copied._keys = dict(self._numbers), dict(self._keys)
         return copied
 
-    def find(self, scene: Scene) -> int | None:
-        """The number of the variant with this scene; None: there is none."""
-        text = scene.text()
-        number = self._numbers.pop(text, None)
+    def find(self, key: str) -> int | None:
+        """The number of the variant with this content; None: there is none."""
+        number = self._numbers.pop(key, None)
         if number is not None:
-            self._numbers[text] = number
+            self._numbers[key] = number
         return number
 
     def number_for_new(self, used: Collection[int]) -> int:
@@ -49,12 +51,12 @@ class SceneVariants:
         idle = [number for number in self._numbers.values() if number >= self._fixed and number not in used]
         return idle[0] if len(idle) >= KEPT else self._count
 
-    def add(self, scene: Scene, number: int) -> None:
-        """Notes that a variant has this scene now."""
-        for text, known in list(self._numbers.items()):
-            if known == number:
-                del self._numbers[text]
-        self._numbers[scene.text()] = number
+    def add(self, key: str, number: int) -> None:
+        """Notes that a variant has this content now."""
+        if number in self._keys:
+            del self._numbers[self._keys[number]]
+        self._numbers[key] = number
+        self._keys[number] = key
         self._count = max(self._count, number + 1)
 
 

@@ -42,6 +42,7 @@ class Recipe(NamedTuple):
     text: str | None  # contents of the world file; None: read from `path`
     options: dict[str, Any]  # all options, see _options.complete()
     scene: Scene | None = None  # the scene that `text` was made from
+    varied: tuple[str, ...] = ()  # settings after those of the options: values of Batch.vary()
 
 
 class World:
@@ -147,7 +148,8 @@ class World:
         return world
 
     def _load(self, recipe: Recipe) -> None:
-        self._core = _core.Simulation(recipe.options, recipe.scene.pictures() if recipe.scene else {})
+        options = {**recipe.options, "settings": [*recipe.options["settings"], *recipe.varied]}
+        self._core = _core.Simulation(options, recipe.scene.pictures() if recipe.scene else {})
         self._recipe = recipe if recipe.scene else recipe._replace(path=os.path.abspath(recipe.path))
         try:
             if recipe.text is None:

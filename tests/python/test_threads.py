@@ -59,6 +59,7 @@ ARGUMENTS: dict[str, Any] = {
     "World.model": ("r",), "World.restore": "snapshot", "World.render": (8, 8), "Batch.restore": "snapshot",
     "Batch.snapshot": (0,), "Batch.fork": (0,), "Batch.state_hash": (0,), "Batch.rollout": {"moments": 2},
     "Batch.teleport": ([0, 0, 0],), "Batch.place": ([0, 0, 0],), "Batch.set_map": (None, Scene()),
+    "Batch.vary": ("world.quit_time", [1, 2, 3]),
     "Batch.render": (0, 8, 8), "Fleet.teleport": ([0, 0, 0],), "Model.drive": (0.1,),
     "Model.go_to": (1, 1), "Model.add_sensor": (5, 1, 3), "Fleet.sensor": ("ranger",), "Batch.sensor": ("ranger",),
     "Fleet.array": ("ranger.ranges",), "Batch.array": ("pose",),
@@ -67,7 +68,7 @@ ARGUMENTS: dict[str, Any] = {
 MAKERS = {"World.from_text", "World.of", "World.from_grid", "World.from_map", "Batch.of"}
 #: Properties that are constant and access no world.
 CONSTANT = {"Model.id", "_core.Crowd.size", "Batch.threads", "_core.Batch.crowd", "_core.Batch.threads", "Batch.device",
-            "Batch.synchronous", "_core.Batch.device", "_core.Batch.device_crowd"}
+            "Batch.synchronous", "Batch.varied", "_core.Batch.device", "_core.Batch.device_crowd"}
 #: Compiled classes, whose functions the public classes call.
 COMPILED = (_core.Simulation, _core.Batch, _core.Crowd)
 OF_BATCH: tuple[type, ...] = (st.Batch, _core.Batch)

@@ -62,6 +62,23 @@ TEST(Settings, LastMatchingSettingWins) {
   wf.CheckSettings();
 }
 
+TEST(Settings, CanSelectSectionsByNumber) {
+  Worldfile wf;
+  LoadWith(&wf, {"robot.speed=5", "#2.speed=6", "#0.resolution=0.5", "#3.tag=9"}, kFile);
+  EXPECT_EQ(wf.ReadFloat(1, "speed", 0), 5);
+  EXPECT_EQ(wf.ReadFloat(2, "speed", 0), 6);
+  EXPECT_EQ(wf.ReadFloat(0, "resolution", 0), 0.5);
+  EXPECT_EQ(wf.ReadInt(3, "tag", 0), 9);
+  EXPECT_EQ(wf.ReadInt(4, "tag", 0), 0);
+  wf.CheckSettings();
+  EXPECT_EQ(wf.Copy()->ReadFloat(2, "speed", 0), 6);
+  EXPECT_NE(ErrorWith("#2.speeed=1").find("nothing reads \"speeed\" of \"#2\""), std::string::npos);
+  for (const char* none : {"#99.speed=1", "#.speed=1", "#2x.speed=1", "#-1.speed=1"})
+    EXPECT_NE(ErrorWith(none).find("found nothing in the world file that is called"),
+              std::string::npos)
+        << none;
+}
+
 TEST(Settings, AreCopiedButNotSaved) {
   Worldfile wf;
   LoadWith(&wf, {"world.resolution=0.5"}, kFile);
