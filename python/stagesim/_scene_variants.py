@@ -46,10 +46,11 @@ class SceneVariants:
             self._numbers[key] = number
         return number
 
-    def number_for_new(self, used: Collection[int]) -> int:
-        """The number of the variant that a new scene replaces, or the next one; those in `used` stay."""
+    def numbers_for_new(self, used: Collection[int], count: int) -> list[int]:
+        """The numbers of the variants that new scenes replace, followed by the next ones; those in `used` stay."""
         idle = [number for number in self._numbers.values() if number >= self._fixed and number not in used]
-        return idle[0] if len(idle) >= KEPT else self._count
+        replaced = idle[:max(0, len(idle) - KEPT + 1)]
+        return [*replaced, *range(self._count, self._count + count)][:count]
 
     def add(self, key: str, number: int) -> None:
         """Notes that a variant has this content now."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import difflib
+import functools
 import math
 import re
 from collections.abc import Collection, Iterable
@@ -177,6 +178,7 @@ def _similar(text: str, candidates: Collection[str]) -> str:
     return f"; did you mean {' or '.join(map(repr, near))}?" if near else ""
 
 
+@functools.cache
 def _kinds(type_: str) -> dict[str, Any]:
     """The kinds of the properties that sections of a type have."""
     from . import scenes

@@ -374,12 +374,11 @@ class Batch(Crowd):
         numbers = {key: number for key, number in found.items() if number is not None}
         new = [key for key in once if key not in numbers]
         used = {*present, *self._next_variants.values(), *numbers.values()} if new else set()
-        for key, prototype in zip(new, self._prototypes_of([once[key] for key in new])):
-            number = self._scenes.number_for_new(used)
+        places = self._scenes.numbers_for_new(used, len(new)) if new else []
+        for key, number, prototype in zip(new, places, self._prototypes_of([once[key] for key in new])):
             self._set_prototype(number, prototype)
             self._scenes.add(key, number)
             numbers[key] = number
-            used.add(number)
         return numbers
 
     def _prototypes_of(self, recipes: list[Recipe]) -> list[World]:
