@@ -9,7 +9,7 @@ import difflib
 import functools
 import math
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,6 +38,7 @@ class Varied(NamedTuple):
     given: Values  # as the caller gave them
     values: Values  # shape (n, targets, numbers)
     is_tuple: bool  # written in brackets
+    has_ranges: bool  # a table says which values are valid
 
 
 class Variation:
@@ -68,10 +69,11 @@ class Variation:
         """Notes that the values are in force in these worlds."""
         self._waiting[ids] = False
 
-    def set(self, name: str, values: Any, bases: Iterable[Recipe], first: Recipe) -> None:
-        """Sets the values of a property; None: those of the file. `first` is the recipe of the first world."""
+    def set(self, name: str, values: Any, bases: Sequence[Recipe]) -> None:
+        """Sets the values of a property; None: those of the file. `bases` are the recipes of all worlds."""
         before = dict(self.all)
-        varied = None if values is None else self._checked(name, values, bases)
+        once = {id(base): base for base in bases}
+        varied = None if values is None else self._checked(name, values, once.values())
         if varied is None and name not in self.all:
             raise ValueError(f"vary({name!r}): found a name that is not varied, expected "
                              f"{' or '.join(map(repr, self.all)) or 'one that is'}{_similar(name, self.all)}")
@@ -81,7 +83,9 @@ class Variation:
         try:
             if varied:
                 self._check_combinations(name)
-                self._try(name, self.recipe(0, first))
+                wrong = self.why_not_made({i: self.recipe(i, bases[i]) for i in _worlds_to_try(varied)})
+                if wrong:
+                    raise ValueError(f"vary({name!r}): {wrong}")
         except Exception:
             self.all = before
             raise
@@ -102,6 +106,16 @@ class Variation:
         settings = [f"#{number}.{name}={'[' + ' '.join(each) + ']' if is_tuple else each[0]}"
                     for (number, name), (each, is_tuple) in texts.items()]
         return base._replace(varied=tuple(settings))
+
+    def why_not_made(self, recipes: Mapping[int, Recipe]) -> str:
+        """The reason why the first of these worlds that can't be made can't be made; "": all can."""
+        for i, recipe in recipes.items():
+            try:
+                World._from_recipe(recipe)
+            except WorldError as error:
+                text = re.sub(r"^.*?--set #(\d+)\.(\w+)(:\d+)*: (property \"\w+\": )?", "", str(error).splitlines()[0])
+                return re.sub(r" of \"#\d+\"", " of what it chooses", f"{text}, in world {i}")
+        return ""
 
     def _sections(self, base: Recipe) -> Sections:
         key = key_of(base._replace(varied=()))
@@ -135,7 +149,7 @@ class Variation:
                   for kind, (target, sections) in zip(kinds, found.items())]
         array = _shaped(name, values, len(self._waiting), len(found), 1 if index is not None else max(counts))
         is_tuple = array.shape[2] > 1 or isinstance(values, np.ndarray) and values.ndim == 3
-        made = Varied(property, index, tuple(found), np.array(values), array, is_tuple)
+        made = Varied(property, index, tuple(found), np.array(values), array, is_tuple, None not in kinds)
         _check_values(name, made, kinds)
         return made
 
@@ -146,15 +160,6 @@ class Variation:
         if count > MOST_COMBINATIONS:
             raise ValueError(f"vary({name!r}): found {count} worlds that all differ, expected up to {MOST_COMBINATIONS} "
                              "different combinations of values; give several worlds the same ones")
-
-    def _try(self, name: str, recipe: Recipe) -> None:
-        """Makes the first world. Raises ValueError if it can't be loaded."""
-        try:
-            World._from_recipe(recipe)
-        except WorldError as error:
-            text = re.sub(r"^.*?--set #\d+\.[^:]*(:\d+)*: ", "", str(error).splitlines()[0])
-            text = re.sub(r" of \"#\d+\"", " of what it chooses", text)
-            raise ValueError(f"vary({name!r}): {text}") from None
 
 
 def key_of(recipe: Recipe) -> str:
@@ -188,6 +193,14 @@ def _kinds(type_: str) -> dict[str, Any]:
                if isinstance(cls, type) and issubclass(cls, Thing) and "type" in vars(cls)}
     of = {"world": scenes.Scene, "sensor": scenes.Sensor}.get(type_) or classes.get(type_, Thing)
     return {field.name: field.metadata["kind"] for field in dataclasses.fields(of) if "kind" in field.metadata}
+
+
+def _worlds_to_try(varied: Varied) -> list[int]:
+    """The first world, and those with the least and the largest values if no table has their range."""
+    columns = varied.values.reshape(len(varied.values), -1)
+    if varied.has_ranges or columns.dtype.kind == "U":
+        return [0]
+    return sorted({0, *columns.argmin(0).tolist(), *columns.argmax(0).tolist()})
 
 
 def _count(kind: Any) -> int:

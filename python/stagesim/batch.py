@@ -17,7 +17,7 @@ from ._core import Snapshot
 from ._scene_variants import MapLike, SceneVariants, each_map, scene_with
 from ._variation import Variation, key_of
 from .device_array import checked_tensor, is_on_card, on_host
-from .errors import GoneError, StageError
+from .errors import GoneError, StageError, WorldError
 from .fleet import Bools, Crowd, Floats
 from .pictures import Pixels
 from .world import Recipe, World, is_named, rendered
@@ -291,7 +291,13 @@ class Batch(Crowd):
     def _varied(self, before: Mapping[int, int], present: list[int]) -> dict[int, int]:
         """The variants of worlds with their values of vary(), by the variants that they would have without."""
         recipes = {i: self._variation.recipe(i, self._recipes[variant]) for i, variant in before.items()}
-        numbers = self._variants_of(recipes.values(), present)
+        try:
+            numbers = self._variants_of(recipes.values(), present)
+        except WorldError:
+            wrong = self._variation.why_not_made(recipes)
+            if not wrong:
+                raise
+            raise WorldError(f"values of vary() can't be in force: {wrong}") from None
         return {i: numbers[key_of(recipe)] for i, recipe in recipes.items()}
 
     def vary(self, name: str, values: npt.ArrayLike | None) -> None:
@@ -311,16 +317,16 @@ class Batch(Crowd):
                 (n, matches, k) for properties with k numbers. None: the values of the file again.
 
         Raises:
-            ValueError: there is no such model or property, or values have another shape, are NaN or out of range. What
-                no table has is found out by loading the first world; others then raise WorldError in reset().
+            ValueError: there is no such model or property, or values have another shape, are NaN or out of range.
+                Numbers that are valid alone and not together raise WorldError in reset().
             StageError: the worlds are on a device and of one variant: make the batch from two scenes or more then.
         """
         if self._core.device_crowd:
             raise StageError("the worlds of this batch are on a device and of one variant, so their values can't vary; "
                              "make it from two scenes or more")
-        used = {i: self._next_variants.get(i, variant) for i, variant in enumerate(self._core.variants())}
-        bases = {key_of(base): base for base in (self._recipes[variant]._replace(varied=()) for variant in set(used.values()))}
-        self._variation.set(name, values, bases.values(), self._recipes[used[0]])
+        plain = [recipe._replace(varied=()) for recipe in self._recipes]
+        bases = [plain[self._next_variants.get(i, variant)] for i, variant in enumerate(self._core.variants())]
+        self._variation.set(name, values, bases)
 
     @property
     def varied(self) -> dict[str, npt.NDArray[Any]]:

@@ -235,6 +235,7 @@ def test_mistakes_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
          "docs/properties.md; did you mean 'mass'?"),
         ("crate.odom_noise", np.ones((3, 1, 4)), ValueError, "vary('crate.odom_noise'): nothing reads \"odom_noise\""),
         ("crate.samples", good, ValueError, "vary('crate.samples'): nothing reads \"samples\" of what it chooses"),
+        ("r1.watts", [1, 1, -1.], ValueError, "vary('r1.watts'): found a negative number, expected 0 or more, in world 2"),
         ("r*.name", good, ValueError, "vary('r*.name'): found the property 'name', which 'r*' lacks"),
         ("mass", good, ValueError, "vary(): found 'mass', expected PATTERN.PROPERTY or PATTERN.PROPERTY[INDEX], such as"),
         (3, good, TypeError, "vary(): found 3, expected PATTERN.PROPERTY"),
@@ -265,6 +266,26 @@ def test_mistakes_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     batch.vary("r*.mass", good)
     with pytest.raises(ValueError, match=r"expected 'r\*.mass'; did you mean 'r\*.mass'\?$"):
         batch.vary("r.mass", None)
+
+
+def test_values_that_do_not_go_together_are_told_by_the_reset() -> None:
+    batch = st.Batch.of(made(), 3)
+    _ = batch.ranges
+    before = batch.state_hashes()
+    turned = np.array([BOUNDS, BOUNDS, [.5, -.5, *BOUNDS[2:]]])[:, None]
+    for name, values, kind, message in [
+            ("r*.velocity_bounds", turned, st.WorldError, "values of vary() can't be in force: found the minimum above the "
+             "maximum, expected the minimum first, in world 2"),
+            ("ranger.samples", [9, 9, 10], st.StageError, "the scene doesn't fit into this batch, because the ranges of its "
+             "ranger need 10 places, and the array has 9")]:
+        batch.vary(name, values)
+        with pytest.raises(kind) as caught:
+            batch.reset(5)
+        assert str(caught.value) == message
+        assert batch.state_hashes() == before
+        batch.vary(name, None)
+    batch.reset(6)
+    check(batch, [made()] * 3)
 
 
 def test_worlds_on_a_device_vary() -> None:
