@@ -128,6 +128,31 @@ def test_vector_environment_equals_single_ones(case: str, mode: AutoresetMode) -
     assert_same(ours.reset(seed=[1, 2, 3, 4, 5, 6, 7]), theirs.reset(seed=[1, 2, 3, 4, 5, 6, 7]))
 
 
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_values_vary_between_worlds_from_their_next_episodes_on(mode: AutoresetMode) -> None:
+    n, sizes = 3, np.array([[.2, .2, .2], [.3, .25, .2], [.35, .4, .2]])
+
+    def settings(i: int) -> dict[str, Any]:
+        return {"position.size": sizes[i].tolist(), "sensor.range": [0, 1 + i]}
+
+    for begun in (False, True):
+        many = stage_env.StageVectorEnv(n, task=stage_env.Navigate(limit=9), autoreset_mode=mode)
+        if begun:
+            many.reset(seed=3)
+        many.vary("position.size", sizes[:, None])
+        many.vary("ranger.range", np.array([[[0, 1 + i]] for i in range(n)]))
+        assert list(many.varied) == ["position.size", "ranger.range"]
+        singles = [lambda i=i: stage_env.StageEnv(task=stage_env.Navigate(limit=9), settings=settings(i))  # type: ignore[misc]
+                   for i in range(n)]
+        theirs = SyncVectorEnv(singles, autoreset_mode=mode)
+        assert np.array_equal(many.reset(seed=5)[0], theirs.reset(seed=5)[0])
+        many.action_space.seed(1)
+        for _ in range(25):
+            actions = many.action_space.sample()
+            for mine, other in zip(many.step(actions)[:4], theirs.step(actions)[:4]):
+                assert np.array_equal(mine, other)
+
+
 def test_results_do_not_depend_on_the_numbers_of_worlds_and_threads() -> None:
     """Results must not depend on NumPy's vectorized loops."""
     many = stage_env.StageVectorEnv(33, task="Disperse", threads=3)

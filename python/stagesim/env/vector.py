@@ -109,6 +109,15 @@ class StageVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
             self._over = np.zeros(self.num_envs, bool)
         return self._last.copy(), moment.rewards.sum(1), terminations, truncations, infos
 
+    def vary(self, name: str, values: npt.ArrayLike | None) -> None:
+        """Gives a property another value in each world, from its next episode on: see Batch.vary()."""
+        opened(self._episodes).batch.vary(name, values)
+
+    @property
+    def varied(self) -> dict[str, npt.NDArray[Any]]:
+        """The values that vary() was given, by name: copies."""
+        return opened(self._episodes).batch.varied
+
     def render(self) -> tuple[Pixels, ...] | None:  # type: ignore[override]
         """Returns a picture of each world if render_mode is "rgb_array", else None."""
         episodes = opened(self._episodes)
