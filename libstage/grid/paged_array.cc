@@ -4,6 +4,7 @@
 
 #if defined(__linux__)
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <unistd.h>
 #endif
 
@@ -19,6 +20,15 @@ std::size_t WithSpareCapacity(std::size_t size) {
   return size + size / 4 + kMinSpare;
 }
 
+/// Smaller arrays are cheaper to copy than to share, and shared ones take a file each.
+constexpr std::size_t kMinShared = 1 << 15;
+
+/// Leaves half of the numbers of files, often 1024, to the rest of the process.
+bool IsAmongTooMany(int file) {
+  rlimit most{};
+  return getrlimit(RLIMIT_NOFILE, &most) == 0 && static_cast<rlim_t>(file) >= most.rlim_cur / 2;
+}
+
 bool WriteAll(int file, const void* bytes, std::size_t size) {
   for (std::size_t done = 0; done < size;) {
     const ssize_t written = write(file, static_cast<const char*>(bytes) + done, size - done);
@@ -32,10 +42,11 @@ bool WriteAll(int file, const void* bytes, std::size_t size) {
 
 /// Uses an anonymous file in memory, which no other process can see.
 std::shared_ptr<const SharedPages> SharedPages::Make(const void* bytes, std::size_t size) {
-  const int file = memfd_create("stage", MFD_CLOEXEC);
+  const int file = size < kMinShared ? -1 : memfd_create("stage", MFD_CLOEXEC);
   if (file < 0) return nullptr;
   std::shared_ptr<const SharedPages> pages(new SharedPages(file, WithSpareCapacity(size)));
-  if (!WriteAll(file, bytes, size) || ftruncate(file, static_cast<off_t>(pages->size_)) != 0)
+  if (IsAmongTooMany(file) || !WriteAll(file, bytes, size) ||
+      ftruncate(file, static_cast<off_t>(pages->size_)) != 0)
     return nullptr;
   return pages;
 }

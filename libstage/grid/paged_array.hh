@@ -22,7 +22,7 @@ namespace Stg::internal::grid {
 /// support that, the bytes are copied.
 class SharedPages {
  public:
-  /// Copies `size` bytes into new shared pages. Returns null if the system cannot provide them.
+  /// Copies `size` bytes into new shared pages. Returns null if they are few, or cannot be had.
   static std::shared_ptr<const SharedPages> Make(const void* bytes, std::size_t size);
   ~SharedPages();
   SharedPages(const SharedPages&) = delete;

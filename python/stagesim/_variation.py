@@ -21,8 +21,8 @@ from ._sections import Sections, Target
 from .errors import WorldError
 from .world import Recipe, World
 
-#: Different combinations of values that a batch may have: each has a scene of its own, of about 0.3 megabytes.
-MOST_COMBINATIONS = 4096
+#: Different combinations of values that a batch may have: each has a scene of its own, of about a megabyte.
+MOST_COMBINATIONS = 1024
 #: Files whose sections are remembered.
 _REMEMBERED = 64
 

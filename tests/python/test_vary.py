@@ -4,7 +4,10 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
+import os
 import pickle
+import resource
 from collections.abc import Callable
 from typing import Any
 
@@ -220,6 +223,24 @@ def test_many_worlds_with_values_each_in_each_episode(monkeypatch: pytest.Monkey
         assert len(set(batch.variant)) == 40
         check(batch, [both(float(mass), 0) for mass in masses], 5)
     assert len(batch._recipes) <= 90
+
+
+def test_many_scenes_leave_files_to_others() -> None:
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    base = dataclasses.replace(made(), map=GridMap(np.random.default_rng(3).random((120, 120)) < 0.1, 0.1))
+    opened = []
+    try:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (200, limits[1]))
+        batch = st.Batch.of(base, 130)
+        batch.vary("crate.mass", np.arange(1., 131))
+        batch.reset(3)
+        opened = [open(os.devnull, "rb") for _ in range(40)]
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, limits)
+        for file in opened:
+            file.close()
+    crates = [dataclasses.replace(base.models[-1], mass=float(mass)) for mass in range(1, 131)]
+    check(batch, [dataclasses.replace(base, models=[*base.models[:-1], crate]) for crate in crates], 3)
 
 
 def test_mistakes_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
