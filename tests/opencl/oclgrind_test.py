@@ -16,6 +16,8 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import kernel_language_test as kernels  # noqa: E402
 from build_tree import HAS_OPENCL  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 
@@ -58,6 +60,15 @@ def is_sanitized():
         return re.search(r"^STAGE_SANITIZE:\w+=.", file.read(), re.MULTILINE) is not None
 
 
+def why_not():
+    """Says why Oclgrind cannot be used; empty if it can."""
+    if not OCLGRIND:
+        return "oclgrind is not installed"
+    if not HAS_OPENCL:
+        return "this build has no OpenCL"
+    return "the program is built with sanitizers" if is_sanitized() else ""
+
+
 class OclgrindTest(unittest.TestCase):
     def run_stage(self, before, options, hits):
         environment = dict(os.environ)
@@ -73,12 +84,8 @@ class OclgrindTest(unittest.TestCase):
         return found.group(), output
 
     def setUp(self):
-        if not OCLGRIND:
-            self.skipTest("oclgrind is not installed")
-        if not HAS_OPENCL:
-            self.skipTest("this build has no OpenCL")
-        if is_sanitized():
-            self.skipTest("the program is built with sanitizers")
+        if why_not():
+            self.skipTest(why_not())
         self.directory = tempfile.TemporaryDirectory()
         self.addCleanup(self.directory.cleanup)
         self.world = os.path.join(self.directory.name, "tiny.world")
@@ -119,6 +126,45 @@ class OclgrindTest(unittest.TestCase):
         for model in ("cell", "exact"):
             with self.subTest(model=model):
                 self.check(None, ["--ray-model", model])
+
+
+class RowRacesTest(unittest.TestCase):
+    """Steps of rows, by a program that calls the kernels itself. The worlds are such that none of them takes its turn
+    in the memory that worlds share: Oclgrind does not know the lock of it."""
+
+    def setUp(self):
+        if why_not():
+            self.skipTest(why_not())
+        directory = tempfile.TemporaryDirectory()
+        self.addCleanup(directory.cleanup)
+        self.directory = Path(directory.name)
+
+    def report_of(self, rows, contacts, seed, items):
+        """Returns what Oclgrind found in steps by these kernels, which must have the bits of the host."""
+        islands = kernels.read_kernels(kernels.ISLANDS)
+        texts = {"rows.cl": rows, "small.cl": islands, "large.cl": "#define ROW_SOLVES_LARGE\n" + islands}
+        for name, text in texts.items():
+            (self.directory / name).write_text(text, encoding="utf-8")
+        log = self.directory / "oclgrind.log"
+        log.unlink(missing_ok=True)
+        result = subprocess.run(
+            [OCLGRIND, "--data-races", "--check-api", "--log", log, os.path.join(BINARY_DIR, "tests", "row_races"),
+             *(self.directory / name for name in texts), contacts, str(seed), str(items)],
+            capture_output=True, text=True, timeout=PATIENCE, check=False)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        return log.read_text(encoding="utf-8").strip() if log.exists() else ""
+
+    def test_steps_have_no_races(self):
+        for case in (("cells", 3, 8), ("cells", 4, 5), ("cells", 5, 1), ("outlines", 1, 8), ("outlines", 3, 4),
+                     ("outlines", 5, 8), ("outlines", 6, 3)):
+            with self.subTest(case=case):
+                self.assertEqual(self.report_of(kernels.read_kernels(kernels.ROWS), *case), "")
+
+    def test_a_missing_barrier_is_found(self):
+        rows = kernels.read_kernels(kernels.ROWS)
+        broken = rows.replace("row_set_target(w, i);\n  ROW_BARRIER();", "row_set_target(w, i);")
+        self.assertNotEqual(broken, rows)
+        self.assertIn("data race", self.report_of(broken, "outlines", 3, 8))
 
 
 if __name__ == "__main__":
