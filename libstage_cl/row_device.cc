@@ -17,8 +17,8 @@ using rows::RowDeviceError;
 ClRowDevice::ClRowDevice(const FoundDevice& device, std::unique_ptr<DriverWatch> watch,
                          uint32_t work_items)
     : device_(std::make_shared<const OpenDevice>(device, std::move(watch), Kernels::kRows)),
-      programs_{device_->program, device_->Compile(Kernels::kSmallIslands),
-                device_->Compile(Kernels::kLargeIslands)},
+      islands_(std::make_shared<const IslandPrograms>(IslandPrograms{
+          device_->Compile(Kernels::kSmallIslands), device_->Compile(Kernels::kLargeIslands)})),
       queue_(device_->context, device_->found.device),
       cuda_(FromEnvironment("STAGE_CL_CUDA") == "off" ? nullptr
                                                       : CudaDevice::Find(device_->found.device)) {
@@ -30,18 +30,24 @@ ClRowDevice::ClRowDevice(const FoundDevice& device, std::unique_ptr<DriverWatch>
 ClRowDevice::ClRowDevice(const ClRowDevice& other)
     : RowDevice(),
       device_(other.device_),
-      programs_(other.programs_),
+      islands_(other.islands_),
       queue_(other.queue_),
       limits_(other.limits_),
       cuda_(other.cuda_) {
   FindKernels();
 }
 
+const ::cl::Program& ClRowDevice::ProgramOf(RowProgram program) const {
+  return program == kRowProgram            ? device_->program
+         : program == kSmallIslandsProgram ? islands_->small
+                                           : islands_->large;
+}
+
 /// Makes the kernels, each of which holds its arguments.
 void ClRowDevice::FindKernels() {
   for (size_t i = 0; i < kRowKernels; i++) {
     const RowKernelInfo& info = kRowKernelInfos[i];
-    kernels_[i] = ::cl::Kernel(programs_[info.program], info.name);
+    kernels_[i] = ::cl::Kernel(ProgramOf(info.program), info.name);
     LowerLimits(info.item,
                 kernels_[i].getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_->found.device),
                 &limits_);
@@ -71,7 +77,7 @@ std::unique_ptr<rows::RowDevice> ClRowDevice::ForCuda() const {
     CudaKernels::Texts texts;
     for (size_t i = 0; i < kRowPrograms; i++) {
       const std::vector<std::vector<unsigned char>> binaries =
-          programs_[i].getInfo<CL_PROGRAM_BINARIES>();
+          ProgramOf(static_cast<RowProgram>(i)).getInfo<CL_PROGRAM_BINARIES>();
       if (binaries.empty()) return nullptr;
       texts[i].assign(binaries[0].begin(), binaries[0].end());
     }

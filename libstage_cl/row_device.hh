@@ -103,10 +103,15 @@ class ClRowDevice final : public rows::RowDevice {
                         const Arguments&... arguments);
   const ::cl::Buffer& SendList(std::span<const uint32_t> worlds);
 
+  /// The programs of islands.cl, which all devices on the same hardware share.
+  struct IslandPrograms {
+    ::cl::Program small, large;
+  };
+  const ::cl::Program& ProgramOf(RowProgram program) const;
   void FindKernels();
 
   const std::shared_ptr<const OpenDevice> device_;  // destroyed last
-  const std::array<::cl::Program, kRowPrograms> programs_;
+  const std::shared_ptr<const IslandPrograms> islands_;
   const pid_t process_ = getpid();
   ::cl::CommandQueue queue_;
   std::array<::cl::Kernel, kRowKernels> kernels_;

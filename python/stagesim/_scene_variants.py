@@ -33,7 +33,8 @@ class SceneVariants:
                 self._numbers[key] = number
                 self._keys[number] = key
 
-    def __copy__(self) -> SceneVariants:
+    def copy(self) -> SceneVariants:
+        """Variants that can be changed on their own."""
         copied = SceneVariants([])
         copied._fixed, copied._count = self._fixed, self._count
         copied._numbers, copied._keys = dict(self._numbers), dict(self._keys)

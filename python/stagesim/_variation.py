@@ -3,9 +3,6 @@
 
 from __future__ import annotations
 
-import copy
-import dataclasses
-import difflib
 import functools
 import math
 import re
@@ -49,7 +46,8 @@ class Variation:
         self._waiting = np.zeros(n, bool)  # for their next reset, since something was changed
         self._known: dict[str, tuple[World, Sections]] = {}  # by the key of the recipe
 
-    def __copy__(self) -> Variation:
+    def copy(self) -> Variation:
+        """A variation that can be changed on its own."""
         copied = Variation(len(self._waiting))
         copied.all, copied._waiting, copied._known = dict(self.all), self._waiting.copy(), dict(self._known)
         return copied
@@ -179,6 +177,8 @@ def _parts(name: str) -> tuple[str, str, int | None]:
 
 
 def _similar(text: str, candidates: Collection[str]) -> str:
+    import difflib  # rarely needed
+
     near = difflib.get_close_matches(text, sorted(candidates), 3)
     return f"; did you mean {' or '.join(map(repr, near))}?" if near else ""
 
@@ -186,6 +186,8 @@ def _similar(text: str, candidates: Collection[str]) -> str:
 @functools.cache
 def _kinds(type_: str) -> dict[str, Any]:
     """The kinds of the properties that sections of a type have."""
+    import dataclasses  # rarely needed
+
     from . import scenes
     from .scenes.models import Thing
 
@@ -278,7 +280,7 @@ def _texts(varied: Varied, i: int, j: int, own: list[str] | None, sections: Sect
     if varied.index is None:
         texts = _text(kind, given, varied.is_tuple)
         return texts, varied.is_tuple or len(texts) > 1
-    texts = copy.copy(own) if own else [each if _is_number(each) else f'"{each}"'
+    texts = list(own) if own else [each if _is_number(each) else f'"{each}"'
                                         for each in sections.texts(target, varied.property)]
     if not texts and varied.property == "noise":
         texts = ["0"] * 3

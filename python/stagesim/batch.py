@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import copy
 import os
 from collections import Counter
 from collections.abc import Iterable
@@ -155,8 +154,8 @@ class Batch(Crowd):
     def __deepcopy__(self, memo: dict[int, Any]) -> Batch:
         copied = memo[id(self)] = type(self).__new__(type(self))
         copied._take(self._core.another(self.seeds), self.n, self.names, self._recipes, self._ids,
-                     (self._things, self.placed), self._device, self._patterns, copy.copy(self._scenes),
-                     self._next_variants, copy.copy(self._variation))
+                     (self._things, self.placed), self._device, self._patterns, self._scenes.copy(),
+                     self._next_variants, self._variation.copy())
         copied._put(self._states())
         return copied
 
