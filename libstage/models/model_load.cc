@@ -55,15 +55,15 @@ std::string TooLong(const std::string& text) {
 const picture::Outlines& OutlinesOfPicture(Host* host, Worldfile* wf, int entity,
                                            const std::string& name) {
   const std::string* const content = PictureInMemory(*host, name);
-  const std::string path = content ? name : PathOfPicture(wf, entity, name);
+  const std::string key = KeyOfPicture(*host, wf, entity, name);
   auto& known = host->outlines_of_pictures;
   try {
-    auto found = known.find(path);
+    auto found = known.find(key);
     if (found != known.end()) return *found->second;
     messages::Progress("[Image \"" + messages::Shortened(name, messages::kMaxDetailBytes) + "\"]");
     auto outlines = std::make_shared<picture::Outlines>(
-        content ? picture::OutlinesOf(*content, name) : picture::OutlinesOf(path));
-    return *known.emplace(path, std::move(outlines)).first->second;
+        content ? picture::OutlinesOf(*content, name) : picture::OutlinesOf(key));
+    return *known.emplace(key, std::move(outlines)).first->second;
   } catch (const LoadError& error) {
     throw LoadError(wf->Where(entity, "bitmap") + ": " + error.what(), error.exit_status());
   }

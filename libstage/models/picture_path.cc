@@ -21,4 +21,8 @@ const std::string* PictureInMemory(const Host& host, const std::string& name) {
   return found == host.pictures->end() ? nullptr : &found->second;
 }
 
+std::string KeyOfPicture(const Host& host, Worldfile* wf, int entity, const std::string& name) {
+  return PictureInMemory(host, name) ? name : PathOfPicture(wf, entity, name);
+}
+
 }  // namespace Stg

@@ -17,6 +17,9 @@ std::string PathOfPicture(Worldfile* wf, int entity, const std::string& name);
 /// null.
 const std::string* PictureInMemory(const Host& host, const std::string& name);
 
+/// The key of the picture in Host::outlines_of_pictures: its name in memory, or its path.
+std::string KeyOfPicture(const Host& host, Worldfile* wf, int entity, const std::string& name);
+
 }  // namespace Stg
 
 #endif

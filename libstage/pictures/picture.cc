@@ -85,10 +85,6 @@ struct CloseFile {
 };
 using File = std::unique_ptr<std::FILE, CloseFile>;
 
-}  // namespace
-
-namespace {
-
 Bitmap LoadFile(const std::string& path, std::uint8_t threshold, Samples* samples) {
   Input input{nullptr, 0, path, threshold, samples};
   // Checked before opening, because opening a pipe could block forever.
