@@ -41,9 +41,14 @@ RAY_FUNCTION row_world_t row_world_at(RAY_GLOBAL const row_byte* image, RAY_GLOB
   return w;
 }
 
+/* The scratch memory of all worlds. */
+RAY_FUNCTION RAY_GLOBAL row_byte* row_whole_scratch(const row_world_t* w) {
+  return w->scratch - w->world * w->scene->scratch_bytes;
+}
+
 /* Another world of the same buffers. */
 RAY_FUNCTION row_world_t row_another_world(const row_world_t* w, ray_ulong world) {
-  return row_world_at(w->image, w->state, w->scratch - w->world * w->scene->scratch_bytes, world);
+  return row_world_at(w->image, w->state, row_whole_scratch(w), world);
 }
 
 /* Elements of this world in a column: ROW_COLUMN(w, double, ROW_RANGES)[ray]. */

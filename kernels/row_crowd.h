@@ -61,8 +61,8 @@ RAY_FUNCTION RAY_GLOBAL const row_toucher_t* row_toucher(const row_world_t* w, r
 /* The memory for the pairs of a world: its own, or the shared one. See row_room_t. */
 RAY_FUNCTION RAY_GLOBAL row_byte* row_memory(const row_world_t* w, int shared) {
   RAY_GLOBAL const row_scene_t* const scene = w->scene;
-  RAY_GLOBAL row_byte* const all = w->scratch - w->world * scene->scratch_bytes;
-  return all + (shared ? scene->shared_room : scene->first_room + w->world * scene->rooms[0].bytes);
+  return row_whole_scratch(w) +
+         (shared ? scene->shared_room : scene->first_room + w->world * scene->rooms[0].bytes);
 }
 RAY_FUNCTION RAY_GLOBAL row_near_t* row_near_pairs(const row_world_t* w, int shared) {
   return (RAY_GLOBAL row_near_t*)(row_memory(w, shared) + w->scene->rooms[shared].near);
@@ -70,8 +70,8 @@ RAY_FUNCTION RAY_GLOBAL row_near_t* row_near_pairs(const row_world_t* w, int sha
 
 /* Islands of a kind that wait to be solved, and how many they are. */
 RAY_FUNCTION RAY_GLOBAL row_waiting_t* row_waiting(const row_world_t* w, ray_uint kind) {
-  RAY_GLOBAL row_byte* const all = w->scratch - w->world * w->scene->scratch_bytes;
-  return (RAY_GLOBAL row_waiting_t*)(all + w->scene->waiting) + kind * w->scene->most_waiting;
+  return (RAY_GLOBAL row_waiting_t*)(row_whole_scratch(w) + w->scene->waiting) +
+         kind * w->scene->most_waiting;
 }
 RAY_FUNCTION volatile RAY_GLOBAL ray_uint* row_waiting_count(const row_world_t* w, ray_uint kind) {
   return (volatile RAY_GLOBAL ray_uint*)(w->state + w->scene->counts) + kind;

@@ -7,6 +7,7 @@
 #include <utility>
 
 namespace Stg::cl {
+
 namespace {
 
 using rows::RowDeviceError;
@@ -223,9 +224,10 @@ std::shared_ptr<std::byte> CudaRowDevice::MakeHostMemory(size_t bytes) {
 }
 
 /// Starts to solve islands of all worlds, see kernels/islands.cl.
-void CudaRowDevice::SolveIslands(RowKernel kernel, uint32_t kinds) {
-  Launch(kernel, of_islands_.groups, of_islands_.items, 1, image_.address(), state_.address(),
-         scratch_.address(), static_cast<uint32_t>(of_islands_.groups * of_islands_.items), kinds);
+void CudaRowDevice::SolveIslands(const IslandLaunch& launch) {
+  Launch(launch.kernel, of_islands_.groups, of_islands_.items, 1, image_.address(),
+         state_.address(), scratch_.address(),
+         static_cast<uint32_t>(of_islands_.groups * of_islands_.items), launch.kinds);
 }
 
 /// Steps all worlds, if is_list is 0, or those of the list.
@@ -242,9 +244,7 @@ void CudaRowDevice::StepWorlds(std::span<const uint32_t> worlds, uint32_t is_lis
     }
     for (uint32_t left = steps; left-- > 0;) {
       LaunchForWorlds(kBeginOutlines, count, list, is_list, image, state, scratch, unseen + left);
-      SolveIslands(kSolveSmall, ROW_SMALL_KINDS);
-      SolveIslands(kSolveSmall, 1u << ROW_SLOW);
-      SolveIslands(kSolveLarge, 1u << ROW_LARGE);
+      for (const IslandLaunch& launch : kIslandLaunches) SolveIslands(launch);
       LaunchForWorlds(kEndOutlines, count, list, is_list, image, state, scratch);
     }
   });

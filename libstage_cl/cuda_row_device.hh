@@ -113,7 +113,7 @@ class CudaRowDevice final : public rows::RowDevice {
   bool IsInDefaultStream() const override { return true; }
 
  private:
-  void SolveIslands(RowKernel kernel, uint32_t kinds);
+  void SolveIslands(const IslandLaunch& launch);
   void StepWorlds(std::span<const uint32_t> worlds, uint32_t is_list, uint32_t steps,
                   uint32_t unseen);
   template <typename F>

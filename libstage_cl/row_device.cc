@@ -179,9 +179,9 @@ void ClRowDevice::LaunchForEntries(RowKernel kernel, const rows::RowChoice& worl
 }
 
 /// Starts to solve islands of all worlds, see kernels/islands.cl.
-void ClRowDevice::SolveIslands(RowKernel kernel, cl_uint kinds) {
-  Launch(kernel, of_islands_.groups, of_islands_.items, 1, image_, state_, scratch_,
-         static_cast<cl_uint>(of_islands_.groups * of_islands_.items), kinds);
+void ClRowDevice::SolveIslands(const IslandLaunch& launch) {
+  Launch(launch.kernel, of_islands_.groups, of_islands_.items, 1, image_, state_, scratch_,
+         static_cast<cl_uint>(of_islands_.groups * of_islands_.items), cl_uint{launch.kinds});
 }
 
 /// Steps all worlds, if is_list is 0, or those of the list.
@@ -199,9 +199,7 @@ void ClRowDevice::StepWorlds(std::span<const uint32_t> worlds, cl_uint is_list, 
     for (uint32_t left = steps; left-- > 0;) {
       LaunchForWorlds(kBeginOutlines, count, list, is_list, image_, state_, scratch_,
                       cl_uint{unseen + left});
-      SolveIslands(kSolveSmall, ROW_SMALL_KINDS);
-      SolveIslands(kSolveSmall, 1u << ROW_SLOW);
-      SolveIslands(kSolveLarge, 1u << ROW_LARGE);
+      for (const IslandLaunch& launch : kIslandLaunches) SolveIslands(launch);
       LaunchForWorlds(kEndOutlines, count, list, is_list, image_, state_, scratch_);
     }
   });

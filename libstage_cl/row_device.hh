@@ -77,7 +77,7 @@ class ClRowDevice final : public rows::RowDevice {
   void WaitForCuda() override;
 
  private:
-  void SolveIslands(RowKernel kernel, cl_uint kinds);
+  void SolveIslands(const IslandLaunch& launch);
   void StepWorlds(std::span<const uint32_t> worlds, cl_uint is_list, uint32_t steps,
                   uint32_t unseen);
   template <typename F>

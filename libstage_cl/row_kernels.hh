@@ -6,6 +6,9 @@
 #define STAGE_LIBSTAGE_CL_ROW_KERNELS_HH
 
 #include <array>
+#include <cstdint>
+
+#include "rows/row_backend.hh"
 
 namespace Stg::cl {
 
@@ -53,6 +56,15 @@ inline constexpr std::array<RowKernelInfo, kRowKernels> kRowKernelInfos = {{
     {kRowProgram, "place_rows", RowItem::kPartOfWorld},
     {kRowProgram, "reset_flagged_rows", RowItem::kPartOfWorld},
 }};
+
+/// The launches that solve the islands of a step, in this order.
+struct IslandLaunch {
+  RowKernel kernel;
+  uint32_t kinds;  ///< see kernels/islands.cl
+};
+
+inline constexpr IslandLaunch kIslandLaunches[] = {
+    {kSolveSmall, ROW_SMALL_KINDS}, {kSolveSmall, 1u << ROW_SLOW}, {kSolveLarge, 1u << ROW_LARGE}};
 
 }  // namespace Stg::cl
 

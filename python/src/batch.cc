@@ -120,7 +120,7 @@ class Batch::Gatherer : public StepObserver {
   SignalChecks signals_;
 };
 
-/// Also applies the commands before each step of a world.
+/// A gatherer that also applies the commands before each step of a world.
 class Batch::Stepper : public Gatherer {
  public:
   using Gatherer::Gatherer;

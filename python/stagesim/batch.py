@@ -309,9 +309,9 @@ class Batch(Crowd):
 
         Args:
             name: PATTERN.PROPERTY, or PATTERN.PROPERTY[INDEX] for one number of several: "robot*.mass",
-                "ranger.noise[0]", "r0.ranger.range", "world.resolution". A pattern is like the whole name of a model, part by
-                part between dots. A part may also be a type, or the name of a `define`. Properties are those of
-                docs/properties.md, in the units of the world file, or of the scene.
+                "ranger.noise[0]", "r0.ranger.range", "world.resolution". A pattern is like the whole name of a model,
+                part by part between dots. A part may also be a type, or the name of a `define`. Properties are those
+                of docs/properties.md, in the units of the world file, or of the scene.
             values: shape (n,), or (n, matches) for each model that the name chooses, in the order of the file, or
                 (n, matches, k) for properties with k numbers. None: the values of the file again.
 
@@ -320,12 +320,16 @@ class Batch(Crowd):
                 Numbers that are valid alone and not together raise WorldError in reset().
             StageError: the worlds are on a device and of one variant: make the batch from two scenes or more then.
         """
-        if self._core.device_crowd:
-            raise StageError("the worlds of this batch are on a device and of one variant, so their values can't vary; "
-                             "make it from two scenes or more")
+        self._check_not_on_device("their values can't vary")
         plain = [recipe._replace(varied=()) for recipe in self._recipes]
         bases = [plain[self._next_variants.get(i, variant)] for i, variant in enumerate(self._core.variants())]
         self._variation.set(name, values, bases)
+
+    def _check_not_on_device(self, why: str) -> None:
+        """Raises StageError if the arrays of the worlds are on a device, which has one scene for all of them."""
+        if self._core.device_crowd:
+            raise StageError(f"the worlds of this batch are on a device and of one variant, so {why}; make it from two "
+                             "scenes or more")
 
     @property
     def varied(self) -> dict[str, npt.NDArray[Any]]:
@@ -335,8 +339,8 @@ class Batch(Crowd):
     def set_map(self, ids: Which, map: MapLike | Sequence[MapLike]) -> None:
         """Gives worlds another map, or another scene, from their next reset on.
 
-        The world is then equal to that of the scene alone, with the options of the batch's first world. A map that the batch has had
-        is found again by its content, unless 64 others without worlds have been used since.
+        The world is then equal to that of the scene alone, with the options of the batch's first world. A map that the
+        batch has had is found again by its content, unless 64 others without worlds have been used since.
 
         Args:
             ids: which worlds; None: all.
@@ -350,9 +354,7 @@ class Batch(Crowd):
             StageError: a sensor has more readings than the array in use. Or the worlds are on a device and of one
                 variant: make the batch from two scenes or more then.
         """
-        if self._core.device_crowd:
-            raise StageError("the worlds of this batch are on a device and of one variant, so they keep their map; make "
-                             "it from two scenes or more")
+        self._check_not_on_device("they keep their map")
         chosen = self._chosen(ids).tolist()
         present = self._core.variants()
         scenes: dict[tuple[int, int], Scene] = {}  # by the map that is given, and the variant until now
