@@ -291,11 +291,18 @@ void Batch::Teleport(const double* poses, const bool* which) {
   if (device_crowd_)
     return device_crowd_->Teleport({poses, 3 * size() * crowd_->size() * sizeof *poses},
                                    {which, size() * crowd_->size()});
-  pool_->Run(size(), [&](size_t i, unsigned) {
-    const size_t first = i * crowd_->size();
-    crowd_->Teleport(*this, i, poses + 3 * first, which + first);
+  const size_t robots = crowd_->size();
+  const auto is_moved = [&](uint32_t id) {
+    const bool* const first = which + id * robots;
+    return std::find(first, first + robots, true) != first + robots;
+  };
+  Indices moved = pool_->All();
+  std::erase_if(moved, std::not_fn(is_moved));
+  pool_->ForEach(moved, [&](uint32_t id) {
+    const size_t first = id * robots;
+    crowd_->Teleport(*this, id, poses + 3 * first, which + first);
+    crowd_->Gather(*this, id);
   });
-  Gather(pool_->All());
 }
 
 void Batch::Place(const PlacedIds& models, const double* poses, const bool* which) {

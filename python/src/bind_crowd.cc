@@ -153,6 +153,20 @@ Batch::Indices IndicesOf(const Numbers& which) {
   return {which.data(), which.data() + which.shape(0)};
 }
 
+using Seeds = nb::ndarray<const uint64_t, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
+
+/// Resets worlds, each with its own seed and variant; none: with those that it has.
+void Reset(Batch& batch, const Numbers& which, const std::optional<Seeds>& seeds,
+           const std::optional<Numbers>& variants) {
+  if ((seeds && seeds->size() != which.size()) || (variants && variants->size() != which.size()))
+    throw nb::value_error("found another number of seeds or variants than there are worlds");
+  std::optional<std::vector<uint64_t>> new_seeds;
+  if (seeds) new_seeds.emplace(seeds->data(), seeds->data() + seeds->size());
+  std::optional<Batch::Indices> new_variants;
+  if (variants) new_variants = IndicesOf(*variants);
+  Logged([&] { batch.Reset(IndicesOf(which), new_seeds, new_variants); });
+}
+
 using Pixels = nb::ndarray<uint8_t, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
 
 void Render(Batch& batch, uint32_t index, double x, double y, double scale, bool data,
@@ -205,13 +219,8 @@ void BindBatch(nb::module_& module) {
            nb::sig("def rollout(self, moments: int, steps: int, commands: object, "
                    "live: collections.abc.Sequence[object], "
                    "to: collections.abc.Sequence[object], recorded: object) -> None"))
-      .def(
-          "reset",
-          [](Batch& b, const Numbers& which, const std::optional<std::vector<uint64_t>>& seeds,
-             const std::optional<std::vector<uint32_t>>& variants) {
-            Logged([&] { b.Reset(IndicesOf(which), seeds, variants); });
-          },
-          nb::arg("which"), nb::arg("seeds").none(), nb::arg("variants").none())
+      .def("reset", &Reset, nb::arg("which").noconvert(), nb::arg("seeds").none().noconvert(),
+           nb::arg("variants").none().noconvert())
       .def(
           "restore",
           [](Batch& b, const Numbers& which, const Snapshot& from) {

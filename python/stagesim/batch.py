@@ -30,6 +30,8 @@ OWN = ("seed", "threads")  # options of World() that a batch has in another form
 _States = tuple[list[Snapshot], Mapping[int, str], Union[Floats, None]]
 #: For each variant the ids of its robots; None: it lacks the robot.
 _Ids = list[list[Union[int, None]]]
+#: Numbers of worlds or of variants.
+Numbers = npt.NDArray[np.uint32]
 #: Selects worlds: None for all, indices, or a boolean mask of shape (n,).
 Which = Union[None, int, Sequence[int], npt.NDArray[Any]]
 
@@ -114,7 +116,8 @@ class Batch(Crowd):
         things = _placed_of(prototypes, placed)
         threads = _core.count_processors() if threads is None else _options.checked("threads", threads)
         core = _core.Batch([prototype._core for prototype in prototypes],
-                           _options.seeds(range(n) if seeds is None else seeds, n), variant, threads, ids,
+                           _options.seeds(np.arange(n) if seeds is None else seeds, n).tolist(), variant.tolist(),
+                           threads, ids,
                            _choice_of(device), list(things[1]), branch)
         self._take(core, n, names, [prototype._recipe for prototype in prototypes], ids, things, device,
                    (robots, placed))
@@ -246,7 +249,8 @@ class Batch(Crowd):
         controllers, plug-ins or populations.
 
         Args:
-            seeds: one seed per selected world, or one for all; None: their current seeds.
+            seeds: one seed per selected world, or one for all; None: their current seeds. An array of integers is
+                the fastest way to give many.
             ids: which worlds; None: all. For a batch on a CUDA device, a mask there of shape (n,) as well: if the
                 worlds have no populations and no noise, it stays there.
             variant: one variant per selected world, or one for all; None: those that they have.
@@ -257,11 +261,11 @@ class Batch(Crowd):
                 return
             ids = on_host(flags)
         chosen = self._chosen(ids)
-        new: list[int] | None = None
+        new: npt.NDArray[np.uint64] | None = None
         if seeds is None:
             pass
         elif not isinstance(seeds, Iterable) or (isinstance(seeds, np.ndarray) and seeds.ndim == 0):
-            new = [_options.checked("seed", seeds)] * len(chosen)
+            new = np.full(len(chosen), _options.checked("seed", seeds), np.uint64)
         elif isinstance(seeds, np.ndarray) and seeds.dtype == bool:
             raise TypeError("found truth values as seeds, expected whole numbers; ids= chooses worlds")
         else:
@@ -269,14 +273,14 @@ class Batch(Crowd):
         variants = None if variant is None else _variants(variant, len(chosen), len(self._recipes))
         self._core.reset(chosen, new, self._take_next_variants(chosen, variants))
 
-    def _take_next_variants(self, chosen: npt.NDArray[np.uint32], given: list[int] | None) -> list[int] | None:
+    def _take_next_variants(self, chosen: Numbers, given: Numbers | None) -> Numbers | None:
         """The variants of worlds after a reset; None: those that they have."""
         if not self._next_variants and self._variation.is_idle():
             return given
         ids = chosen.tolist()
         present = self._core.variants()
         if given is not None:
-            following = dict(zip(ids, given))
+            following = dict(zip(ids, given.tolist()))
         else:
             following = {i: self._next_variants[i] for i in ids if i in self._next_variants}
         if not self._variation.is_idle():
@@ -285,7 +289,7 @@ class Batch(Crowd):
             self._variation.note_reset(chosen)
         for i in ids:
             self._next_variants.pop(i, None)
-        return [following.get(i, present[i]) for i in ids] if following else None
+        return np.array([following.get(i, present[i]) for i in ids], np.uint32) if following else None
 
     def _varied(self, before: Mapping[int, int], present: list[int]) -> dict[int, int]:
         """The variants of worlds with their values of vary(), by the variants that they would have without."""
@@ -407,7 +411,7 @@ class Batch(Crowd):
             of_variants[number:number + 1] = [value]
 
     @property
-    def variant(self) -> npt.NDArray[np.uint32]:
+    def variant(self) -> Numbers:
         """Number of each world's variant: a new array of shape (n,)."""
         return np.array(self._core.variants(), np.uint32)
 
@@ -552,7 +556,7 @@ class Batch(Crowd):
             raise IndexError(f"found the number of a world {i}, expected {-self.n} to {self.n - 1}")
         return i % self.n
 
-    def _chosen(self, ids: Which) -> npt.NDArray[np.uint32]:
+    def _chosen(self, ids: Which) -> Numbers:
         if ids is None:
             return self._all
         array = np.atleast_1d(np.asarray(ids))
@@ -574,7 +578,7 @@ def _moves(pose: npt.ArrayLike, which: npt.ArrayLike | None, shape: tuple[int, i
     """Poses of shape (*shape, 3) and a mask of those to move; raises ValueError if one of these is not finite."""
     mask = np.ascontiguousarray(np.broadcast_to(True if which is None else which, shape), bool)
     poses = np.ascontiguousarray(np.broadcast_to(pose, (*shape, 3)), np.float64)
-    if not np.isfinite(poses[mask]).all():
+    if not np.isfinite(poses).all() and not np.isfinite(poses[mask]).all():  # the second takes several times as long
         raise ValueError("found a pose that is not finite")
     return poses, mask
 
@@ -590,7 +594,7 @@ def _choice_of(device: str | None) -> str | None:
     return choice
 
 
-def _variants(given: npt.ArrayLike, n: int, count: int) -> list[int]:
+def _variants(given: npt.ArrayLike, n: int, count: int) -> Numbers:
     """Numbers of `n` variants, below `count`."""
     array = np.asarray(given)
     if array.dtype.kind not in "iu":
@@ -599,7 +603,7 @@ def _variants(given: npt.ArrayLike, n: int, count: int) -> list[int]:
         raise ValueError(f"found variants of shape {array.shape}, expected ({n},)")
     if array.size and not (0 <= array.min() and array.max() < count):
         raise ValueError(f"found a variant outside of 0 to {count - 1}")
-    return [int(number) for number in np.broadcast_to(array, (n,))]
+    return np.ascontiguousarray(np.broadcast_to(array, (n,)), np.uint32)
 
 
 def _merged(lists: list[list[tuple[str, int]]]) -> list[tuple[str, int]]:

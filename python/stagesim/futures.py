@@ -69,7 +69,7 @@ class Futures:
             raise StageError(reason)
         if seeds is not None:
             given = [seeds] * self.n if isinstance(seeds, (int, np.integer)) else seeds
-            batch._core.reseed(_options.seeds(given, self.n))
+            batch._core.reseed(_options.seeds(given, self.n).tolist())
         told = None
         if commands is not None:
             told = np.asarray(commands, np.float64)

@@ -160,8 +160,14 @@ def test_teleport() -> None:
     batch.teleport([3, 3, 0], np.arange(5) == 2)
     assert (batch.pose[:, 2] == [3, 3, 0]).all()
     assert batch.pose[:, 1, 0] == pytest.approx(x[:, 1])
-    with pytest.raises(ValueError, match="not finite"):
-        batch.teleport([np.nan, 0, 0])
+    before, poses = batch.pose.copy(), np.full((3, 5, 3), np.nan)
+    poses[1, 4] = [-3, 2, 1]
+    batch.teleport(poses, np.isfinite(poses).all(-1))  # only poses of robots to move need be finite
+    before[1, 4] = [-3, 2, 1]
+    assert (batch.pose == before).all()
+    for wrong in ([np.nan, 0, 0], poses):
+        with pytest.raises(ValueError, match="not finite"):
+            batch.teleport(wrong)
 
 
 THROWER = """

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import stagesim as st
-from stagesim import _core, _paths
+from stagesim import _core, _options, _paths
 
 ODD = """
 resolution 0.02
@@ -107,6 +107,33 @@ def seconds_of(call: Callable[[], object]) -> float:
         call()
         least = min(least, time.perf_counter() - start)
     return least
+
+
+@pytest.mark.parametrize("type_", ["u8", ">i8", "i4", "u1"])
+def test_seeds_of_arrays_take_no_python_object_each(type_: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    batch, other = (st.Batch("arena.world", n=4, threads=2) for _ in range(2))
+    seeds = np.array([7, 1, 200 if type_ == "u1" else 2**31 - 1, 9, 0, 0, 0, 0], type_)
+    with monkeypatch.context() as patched:
+        patched.delattr(_options, "checked")
+        batch.reset(seeds[:4])
+        batch.reset(seeds[:6:3], ids=np.array([True, False, False, True]))
+    other.reset(seeds[:4].tolist())
+    other.reset(seeds[:6:3].tolist(), ids=[0, 3])
+    assert batch.seeds == other.seeds == [7, 1, int(seeds[2]), 9]
+    assert batch.state_hashes() == other.state_hashes()
+
+
+def test_wrong_seeds_of_arrays_are_refused() -> None:
+    batch = st.Batch("arena.world", n=2, threads=1)
+    batch.reset(np.array([2**64 - 1, 0], np.uint64))
+    with pytest.raises(ValueError, match=r"found -3 as seed, expected a whole number, 0 to"):
+        batch.reset(np.array([1, -3]))
+    with pytest.raises(ValueError, match="found 3 seeds, expected 2"):
+        batch.reset(np.arange(3))
+    for wrong in (np.ones((2, 1), int), np.ones(2)):
+        with pytest.raises(TypeError, match="as seed, expected a whole number"):
+            batch.reset(wrong)
+    assert batch.seeds == [2**64 - 1, 0]
 
 
 @pytest.mark.parametrize("file", ["arena.world", "navigate.world", "disperse.world", "forage.world"])
