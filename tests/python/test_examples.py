@@ -9,19 +9,26 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 import pytest
 import stagesim as st
 
 NAMES = ("crowd", "evolution", "particle_filter", "ppo", "training")
 
 
-def figures(root: Path, name: str, *arguments: str) -> dict[str, Any]:
-    """The result of the program's main()."""
+def example(root: Path, name: str) -> Any:
+    """The program as a module."""
     spec = importlib.util.spec_from_file_location(name, root / "examples" / "python" / f"{name}.py")
     assert spec and spec.loader
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return module.main(["--short", *arguments])
+    return module
+
+
+def figures(root: Path, name: str, *arguments: str) -> dict[str, Any]:
+    """The result of the program's main()."""
+    return example(root, name).main(["--short", *arguments])
 
 
 def test_every_example_is_tested(root: Path) -> None:
@@ -30,8 +37,6 @@ def test_every_example_is_tested(root: Path) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_help(root: Path, name: str) -> None:
-    if name == "evolution":
-        pytest.importorskip("cma")
     if name == "ppo":
         pytest.importorskip("torch")
     said = subprocess.run([sys.executable, str(root / "examples" / "python" / f"{name}.py"), "--help"],
@@ -58,15 +63,45 @@ def test_particle_filter(root: Path, capsys: pytest.CaptureFixture[str]) -> None
 
 
 def test_evolution(root: Path) -> None:
-    """Controllers improve, and threads and processes give the same results."""
-    pytest.importorskip("cma")
-    found = figures(root, "evolution", "--executor", "threads")
-    assert found["tried"] == 64
-    assert found["best"] > found["first"] + 2
+    """Controllers improve, and one batch, threads and processes give the same results."""
+    found = figures(root, "evolution")
+    assert found["tried"] == 128
+    assert found["best"] >= found["last"] > found["first"] + 2
+    assert figures(root, "evolution", "--executor", "threads", "--workers", "3") == found
     program = str(root / "examples" / "python" / "evolution.py")
     by_processes = subprocess.run([sys.executable, program, "--short", "--executor", "processes"],
                                   capture_output=True, text=True, check=True).stdout.splitlines()[-1]
-    assert f"from {found['first']:.2f} m" in by_processes and f"to {found['best']:.2f} m" in by_processes
+    assert "from {first:.2f} m to {last:.2f} m, best {best:.2f} m".format(**found) in by_processes
+
+
+def worth_alone(evolution: Any, genome: npt.NDArray[np.float64], trial: Any) -> float:
+    """The fitness of a genome, in a World for each repeat."""
+    worlds = [st.World("arena.world", threads=1) for _ in range(trial.repeats)]
+    values = []
+    for world, start in zip(worlds, evolution.starts(worlds[0].fleet().pose, trial)):
+        fleet = world.fleet()
+        fleet.teleport(start)
+        ranges = fleet.ranger(0).ranges
+        world.step()
+        metres, stalled = np.zeros(len(fleet)), np.zeros(len(fleet), int)
+        for _ in range(round(trial.seconds / world.dt)):
+            fleet.cmd[:, 0], fleet.cmd[:, 2] = evolution.speeds(genome, ranges)
+            world.step()
+            metres += world.dt * fleet.actual_velocity[:, 0]
+            stalled += fleet.stalled
+        values.append(metres - 0.05 * stalled)
+    return float(np.concatenate(values).mean())
+
+
+def test_the_fitness_of_the_example_evolution_is_that_of_single_worlds(root: Path) -> None:
+    evolution = example(root, "evolution")
+    genomes = np.random.default_rng(2).normal(0, 1, (7, evolution.WEIGHTS))
+    trial = evolution.Trial(repeats=3, seconds=10.0, seed=4)
+    batch = st.Batch(evolution.WORLD, 21, threads=2)
+    evolution.worths(batch, genomes[::-1], trial)  # leaves other states, which must not matter
+    alone = [worth_alone(evolution, genome, trial) for genome in genomes]
+    assert len(set(alone)) == 7
+    assert evolution.worths(batch, genomes, trial).tolist() == alone
 
 
 def test_training(root: Path) -> None:
