@@ -8,16 +8,22 @@ Importing this module registers "Stage/Navigate-v0", "Stage/Disperse-v0", "Stage
 from __future__ import annotations
 
 try:
+    import array_api_compat as _array_api_compat  # noqa: F401
     import gymnasium as _gymnasium
     import pettingzoo as _pettingzoo  # noqa: F401
 except ImportError as error:
-    raise ImportError(f"stagesim.env needs Gymnasium and PettingZoo ({error}): "
+    raise ImportError(f"stagesim.env needs Gymnasium, PettingZoo and array-api-compat ({error}): "
                       'pip install "stagesim[env]"', name=error.name) from error
 
+from .features import distance_to, free_space, joined, seen_from, speeds, towards, with_headings
 from .parallel import StageParallelEnv
 from .places import reachable_places
+from .randoms import Randoms
+from .robots import ArrayStep, StageArrayEnv
+from .scene import Scene
 from .single import StageEnv
-from .task import Outcome, Scene, Task, seen_from
+from .statistics import Statistics
+from .task import Outcome, Task
 from .tasks import TASKS, Disperse, Forage, Measured, Navigate
 from .vector import StageVectorEnv
 
@@ -25,8 +31,9 @@ from .vector import StageVectorEnv
 parallel_env = StageParallelEnv
 
 __all__ = [
-    "TASKS", "Disperse", "Forage", "Measured", "Navigate", "Outcome", "Scene", "StageEnv", "StageParallelEnv",
-    "StageVectorEnv", "Task", "parallel_env", "reachable_places", "seen_from",
+    "TASKS", "ArrayStep", "Disperse", "Forage", "Measured", "Navigate", "Outcome", "Randoms", "Scene", "StageArrayEnv",
+    "StageEnv", "StageParallelEnv", "StageVectorEnv", "Statistics", "Task", "distance_to", "free_space", "joined",
+    "parallel_env", "reachable_places", "seen_from", "speeds", "towards", "with_headings",
 ]
 
 for _name in TASKS:

@@ -3,27 +3,41 @@
 
 from __future__ import annotations
 
+import inspect
+import math
 import os
-import warnings
 from dataclasses import dataclass
-from typing import Any, Sequence, Union
+from typing import Any, Callable, Union
 
 import numpy as np
 import numpy.typing as npt
 from gymnasium.error import ResetNeeded
-from gymnasium.spaces import Box
+from gymnasium.spaces import Discrete, Space
 
+from .._scene_variants import MapLike
 from ..batch import Batch
+from ..device_array import DeviceArray
 from ..errors import StageError
-from ..fleet import Bools, Floats
+from ..fleet import Bools
+from ..scenes import Scene as SceneOfFile
 from ..world import World
-from .rendering import MODES, Renderer
-from .task import Scene, Task
+from .actions import Actions
+from .arrays import Array, Arrays, on_host
+from .observed import Observed
+from .randoms import Randoms, keys_of, mixed
+from .rendering import Renderer, Rendering
+from .scene import Scene
+from .statistics import Statistics
+from .task import Observations, Outcome, Task
 from .tasks import TASKS
 
-Observations = npt.NDArray[np.float32]
 #: A task, its class, or the name of a shipped one.
 AnyTask = Union[Task, "type[Task]", str]
+#: The world of an environment: a world file or its name, a scene, or a World; None: the world of the task.
+AnyWorld = Union[str, "os.PathLike[str]", World, SceneOfFile, None]
+#: Makes the map, or the scene, of a world for an episode.
+MakeMap = Callable[[np.random.Generator], MapLike]
+_SEED_OF_WORLD = 0x5851F42D4C957F2D  # makes a world's seed differ from the task's random numbers
 
 
 def task_of(task: AnyTask) -> Task:
@@ -32,7 +46,11 @@ def task_of(task: AnyTask) -> Task:
         if task not in TASKS:
             raise ValueError(f"found the task {task!r}, expected one of {', '.join(sorted(TASKS))}")
         return TASKS[task]()
-    return task() if isinstance(task, type) else task
+    made = task() if isinstance(task, type) else task
+    if len(inspect.signature(made.begin).parameters) != 2:
+        raise TypeError(f"found {type(made).__name__}.begin{inspect.signature(made.begin)}, expected "
+                        "begin(scene, randoms), which begins the episodes of all worlds of the scene")
+    return made
 
 
 @dataclass
@@ -42,156 +60,188 @@ class Moment:
     For robots that were not live and worlds that were not stepped, rewards are 0 and the flags are False.
     """
 
-    observations: Observations  # (n, robots, size): a new array
-    rewards: Floats             # (n, robots)
-    terminated: Bools           # (n, robots)
-    truncated: Bools            # (n, robots)
-    info: dict[str, npt.NDArray[Any]]  # (n, robots): bools, int64 or float64
-
-    @property
-    def worlds_truncated(self) -> Bools:
-        """True for worlds whose episode was truncated: shape (n,)."""
-        return self.truncated.any(1)
+    observations: Observations    # (n, robots, ...): new arrays
+    rewards: Array                # (n, robots), float64
+    terminated: Array             # (n, robots)
+    truncated: Array              # (n, robots)
+    info: dict[str, Array]        # (n, robots)
+    worlds_terminated: Array      # (n,): the last live robot was terminated
+    worlds_truncated: Array       # (n,): the episode was truncated
+    over: Bools                   # (n,), on the host: the episode ended by this action
 
 
 class Episodes:
-    """The worlds and the task of an environment; environments only convert its arrays to their interface."""
+    """The worlds and the task of an environment; environments only convert its arrays to their interface.
 
-    def __init__(self, world: str | os.PathLike[str] | World | None, task: AnyTask, n: int,
-                 robots: str | None, threads: int | None, options: dict[str, Any],
-                 render_mode: str | None = None, render_size: tuple[int, int] = (640, 480)) -> None:
+    Args:
+        world: a world file, the name of a shipped world, a scene or a World; None: the world of the task.
+        task: the task, its class, or the name of a shipped one.
+        n: number of worlds.
+        robots, threads, device: as in Batch().
+        arrays: "numpy" or "torch"; None: PyTorch if the worlds are in the memory of a CUDA device, else NumPy.
+        clip_actions: whether actions outside -1 to 1 are clipped and counted; False: they are errors.
+        maps: makes the map, or the scene, of a world at the begin of each episode; None: maps stay.
+        rendering: mode and size of pictures.
+        options: options of World().
+    """
+
+    def __init__(self, world: AnyWorld, task: AnyTask, n: int, *, robots: str | None, threads: int | None,
+                 options: dict[str, Any], device: str | None = None, arrays: str | None = None,
+                 maps: MakeMap | None = None, clip_actions: bool = False, rendering: Rendering = Rendering()) -> None:
         self.task = task_of(task)
-        if isinstance(world, World):
-            if options:
-                raise ValueError(f"found {sorted(options)} for a world that has been loaded")
-            prototype = world
-        else:
-            prototype = World(self.task.world if world is None else world, threads=1, **options)
-        self.batch = Batch.of(prototype, n, threads=threads, robots=robots)
-        self.scene = Scene(self.batch, prototype, self.task.ranges)
-        self._commands = self.batch.cmd
-        self._ended = self.batch.ended
-        self.task.prepare(self.scene)
-        self.size = self.task.size(self.scene)
-        self.action_size = int(np.count_nonzero(self.task.top_speed))
+        prototype = _prototype(self.task.world if world is None else world, options)
+        self.batch = Batch.of(prototype, n, threads=threads, robots=robots, device=device)
+        self.arrays = Arrays(arrays, self.batch.pose)
+        self.scene = Scene(self.batch, prototype, self.arrays, self.task.ranges)
         self.fps = 1 / (prototype.dt * self.task.steps)  #: actions per second of simulated time
-        self.renderer = Renderer(render_mode, render_size, self.fps)
-        self._has_clipped = False
+        self.renderer = Renderer(rendering, self.fps)
+        self.statistics = Statistics()  #: of the last episodes
+        self._connect()
+        self.task.prepare(self.scene)
+        self.observed = Observed(self.task.observation_space(self.scene), self.scene, type(self.task).__name__)
+        self.actions = Actions(self.task.action_space(self.scene), self.scene, clip_actions)
+        n = self.batch.n
+        self._seeds = np.random.SeedSequence().generate_state(n, np.uint64).view(np.int64)
+        self._begun = np.zeros(n, np.int64)  # number of episodes since the seed was set
+        self.over = np.ones(n, bool)  #: True for worlds whose episode is over or has not begun, on the host: (n,)
+        self._maps = maps
+        self._returns = self.arrays.zeros((n,))
+        self._flags: dict[str, Array] = {}
+
+    def _connect(self) -> None:
+        """Finds the live arrays of the batch."""
+        self._commands = self.arrays.live(self.batch.cmd)
+        self._ended = self.batch.ended
+        on_card = isinstance(self.batch.pose, DeviceArray)
+        self._starts = None if on_card else np.zeros((self.batch.n, len(self.batch), 3))
+        self._moved = None if on_card else np.zeros((self.batch.n, len(self.batch)), bool)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name not in ("_commands", "_ended")}
+        return {name: value for name, value in self.__dict__.items()
+                if name not in ("_commands", "_ended", "_starts", "_moved")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self._commands = self.batch.cmd
-        self._ended = self.batch.ended
+        self._connect()
 
-    def metadata(self) -> dict[str, Any]:
-        """The metadata about rendering for Gymnasium and PettingZoo."""
-        return {"render_modes": list(MODES), "render_fps": self.fps}
+    def seed(self, ids: npt.NDArray[np.int64], seeds: npt.NDArray[np.uint64]) -> None:
+        """Sets the seeds of worlds, whose next episodes are then the first ones of these seeds."""
+        self._seeds[ids] = seeds.view(np.int64)
+        self._begun[ids] = 0
 
-    def observation_space(self, robots: int = 1) -> Box:
-        """The observation space of `robots` robots, concatenated."""
-        low, high = self.task.bounds
-        return Box(low, high, (robots * self.size,), np.float32)
-
-    def action_space(self, robots: int = 1) -> Box:
-        """The action space of `robots` robots, concatenated."""
-        return Box(-1, 1, (robots * self.action_size,), np.float32)
-
-    def begin(self, which: Bools, randoms: Sequence[np.random.Generator]) -> Observations:
-        """Begins episodes in the worlds of the mask `which`; `randoms` has a generator per world of the batch.
+    def begin(self, which: Bools) -> Observations:
+        """Begins episodes in the m worlds of the mask `which`, shape (n,).
 
         Returns:
-            The observations of all worlds, a new array of shape (n, robots, size).
-        """
-        scene, chosen = self.scene, np.flatnonzero(which).tolist()
-        # Seeds stay below 2**63, because some learners keep them as signed integers.
-        self.batch.reset([int(randoms[i].integers(2**63)) for i in chosen], ids=chosen)
-        self._check(chosen)
-        poses, moved = np.zeros((scene.n, scene.robots, 3)), np.zeros(scene.n, bool)
-        for i in chosen:
-            starts = self.task.begin(scene, i, randoms[i])
-            if starts is not None:
-                poses[i], moved[i] = starts, True
-        if moved.any():
-            self.batch.teleport(poses, moved[:, None])
-        self.batch.step(ids=chosen)
-        self._check(chosen)
-        scene.actions[chosen] = 0
-        scene.live[chosen] = True
-        self.renderer.show(self.batch)
-        return self._observe()
+            The observations of these worlds: new arrays of shape (m, robots, ...).
 
-    def step(self, actions: npt.ArrayLike, which: Bools) -> Moment:
+        Raises:
+            StageError: a world has failed, or there is not enough space.
+        """
+        ids = None if which.all() else np.flatnonzero(which)
+        chosen = slice(None) if ids is None else ids
+        self.over[chosen] = True
+        keys = keys_of(self._seeds[chosen], self._begun[chosen])
+        self._begun[chosen] += 1
+        # Seeds stay below 2**63, because some learners keep them as signed integers.
+        seeds = mixed(keys ^ _SEED_OF_WORLD) & (2**63 - 1)
+        if self._maps is not None:
+            self.batch.set_map(ids, [self._maps(np.random.default_rng(seed)) for seed in seeds.tolist()])
+        self.batch.reset(seeds.astype(np.uint64), ids=ids)
+        self._check(ids)
+        rows = None if ids is None else self.arrays.of(ids)
+        part = self.scene.part(rows)
+        starts = self.task.begin(part, Randoms(self.arrays.of(keys), self.arrays))
+        if starts is not None:
+            self._move(rows, starts)
+        self.batch.step(ids=ids)
+        self._check(ids)
+        self.scene.note_begin(rows)
+        self._returns[slice(None) if rows is None else rows] = 0
+        self.over[chosen] = False
+        self.task.began(part)
+        self.renderer.show(self.batch)
+        return self.observed.checked(self.task.observe(part), part)
+
+    def _move(self, rows: Array | None, starts: Array) -> None:
+        """Moves the robots of worlds, all of them if `rows` is None, to their start poses."""
+        chosen = slice(None) if rows is None else rows
+        if self._starts is None or self._moved is None:
+            xp = self.arrays.xp
+            poses = xp.full_like(self.scene.pose, math.nan)
+            poses[chosen] = starts
+            return self.batch.teleport(poses, ~xp.isnan(poses[..., 0]))
+        ids = chosen if rows is None else on_host(rows)
+        self._starts[ids] = on_host(starts)
+        self._moved[ids] = True
+        self.batch.teleport(self._starts, self._moved)
+        self._moved[ids] = False
+
+    def step(self, actions: Any, going: Bools) -> Moment:
         """Applies an action in some worlds.
 
         Args:
-            actions: n * robots * action_size numbers in any shape; they are clipped to -1 to 1.
-            which: mask of the worlds, shape (n,).
+            actions: n * robots actions of the task's space, in any shape.
+            going: mask of the worlds, shape (n,).
 
         Raises:
             ResetNeeded: an episode of these worlds is over or has not begun.
-            ValueError: the number of actions is wrong, or an action is not finite.
+            ValueError: the number of actions is wrong, or an action is not in its space.
             StageError: a world has failed.
         """
-        scene = self.scene
-        if not scene.live[which].any(1).all():
+        if (self.over & going).any():
             raise ResetNeeded("an episode is over, or has not begun: call reset()")
-        self._command(actions, which)
-        self.batch.step(self.task.steps, ids=which)
-        self._check(np.flatnonzero(which).tolist())
-        self.renderer.show(self.batch)
-        scene.actions[which] += 1
-        outcome = self.task.judge(scene)
-        live = scene.live & which[:, None]
-        terminated = live & (outcome.terminated | np.isnan(scene.pose[..., 0]))
-        over = (scene.actions >= self.task.limit) | self._ended
-        truncated = live & ~terminated & over[:, None]
-        rewards = np.where(live & ~np.isnan(outcome.reward), outcome.reward, 0.0)
-        scene.live &= ~(terminated | truncated)
-        info = {name: _wide(values) for name, values in outcome.info.items()}
-        return Moment(self._observe(), rewards, terminated, truncated, info)
-
-    def all_terminated(self, moment: Moment) -> Bools:
-        """True for worlds whose last live robot was terminated by this action: shape (n,)."""
-        return moment.terminated.any(1) & ~self.scene.live.any(1) & ~moment.worlds_truncated
-
-    def _command(self, actions: npt.ArrayLike, which: Bools) -> None:
         scene = self.scene
-        given = np.asarray(actions, np.float64)
-        shape = (scene.n, scene.robots, self.action_size)
-        if given.size != np.prod(shape):
-            raise ValueError(f"found actions of shape {given.shape}, expected {shape} or as many numbers")
-        given = given.reshape(shape)
-        if not np.isfinite(given[which]).all():
-            raise ValueError("found an action that is not finite")
-        speeds = self.task.command(scene, np.clip(given, -1, 1))
-        self._commands[which] = np.where(scene.live[..., None], speeds, 0)[which]
+        ids = None if going.all() else np.flatnonzero(going)
+        speeds = self.task.command(scene, self.actions.checked(actions, going))
+        self._commands[...] = scene.xp.where(scene.live[..., None], speeds, 0.0)
+        self.batch.step(self.task.steps, ids=ids)
+        self._check(ids)
+        self.renderer.show(self.batch)
+        taking_part = scene.live & self.arrays.of(going)[:, None] if ids is not None else scene.live
+        scene.note_action(None if ids is None else self.arrays.of(ids))
+        return self._moment(self.task.judge(scene), taking_part)
 
-    def _observe(self) -> Observations:
-        seen = np.array(self.task.observe(self.scene), np.float32)
-        shape = (self.scene.n, self.scene.robots, self.size)
-        if seen.shape != shape:
-            raise ValueError(f"found observations of shape {seen.shape}, expected {shape}")
-        seen[np.isnan(seen)] = 0
-        low, high = self.task.bounds
-        if not self._has_clipped and not ((seen >= low) & (seen <= high)).all():
-            self._has_clipped = True
-            self._warn_of_clipping(seen, low, high)
-        return np.clip(seen, low, high, out=seen)
+    def _moment(self, outcome: Outcome, taking_part: Array) -> Moment:
+        scene, xp = self.scene, self.arrays.xp
+        terminated = taking_part & (outcome.terminated | xp.isnan(scene.pose[..., 0]))
+        at_limit = (scene.actions >= self.task.limit) | self.arrays.given(np.asarray(self._ended))
+        truncated = taking_part & ~terminated & at_limit[:, None]
+        rewards = xp.where(taking_part & ~xp.isnan(outcome.reward), outcome.reward, 0.0)
+        has_ended = terminated | truncated
+        worlds_truncated = xp.any(truncated, axis=1)
+        scene.note_end(has_ended)
+        is_over = xp.any(has_ended, axis=1) & ~xp.any(scene.live, axis=1)
+        over = np.array(on_host(is_over))
+        self.over |= over
+        self._note(outcome, rewards, has_ended, over)
+        return Moment(self.observed.checked(self.task.observe(scene), scene), rewards, terminated, truncated,
+                      outcome.info, is_over & ~worlds_truncated, worlds_truncated, over)
 
-    def _warn_of_clipping(self, seen: Observations, low: float, high: float) -> None:
-        world, robot, place = np.argwhere((seen < low) | (seen > high))[0].tolist()
-        warnings.warn(
-            f"found {seen[world, robot, place]:g} as number {place} of what {self.batch.names[robot]} observes in world "
-            f"{world}, expected {low:g} to {high:g}; it is clipped, and so are all others outside: scale them, or "
-            f"change the bounds of the task {type(self.task).__name__}", RuntimeWarning, stacklevel=2)
+    def _note(self, outcome: Outcome, rewards: Array, has_ended: Array, over: Bools) -> None:
+        """Notes the results of robots, and of episodes that are over."""
+        xp = self.arrays.xp
+        self._returns += rewards[:, 0] if rewards.shape[1] == 1 else xp.sum(rewards, axis=1)
+        for name, values in outcome.info.items():
+            if values.dtype == xp.bool:
+                before = self._flags.get(name)
+                self._flags[name] = xp.where(has_ended, values, values if before is None else before)
+        if over.any():
+            rows = self.arrays.of(np.flatnonzero(over))
+            rates = {name: on_host(flags[rows]).mean(1) for name, flags in self._flags.items()}
+            self.statistics.add(returns=on_host(self._returns[rows]), lengths=on_host(self.scene.actions[rows]), **rates)
 
-    def _check(self, chosen: list[int]) -> None:
+    @property
+    def returns(self) -> Array:
+        """Sum of the rewards of the present or last episode of each world: shape (n,), live."""
+        return self._returns
+
+    def _check(self, ids: npt.NDArray[np.int64] | None) -> None:
+        """Raises StageError if one of these worlds has failed; None: of all."""
         failed = self.batch._core.failures()
-        for i in sorted(failed.keys() & chosen) if failed else ():
-            raise StageError(f"world number {i} has failed: {failed[i]}")
+        for i in sorted(failed) if failed else ():
+            if ids is None or i in ids:
+                raise StageError(f"world number {i} has failed: {failed[i]}")
 
 
 def opened(episodes: Episodes | None) -> Episodes:
@@ -201,7 +251,17 @@ def opened(episodes: Episodes | None) -> Episodes:
     return episodes
 
 
-def _wide(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Converts to bool, int64 or float64, whose elements become plain Python values by item()."""
-    kind = values.dtype.kind
-    return np.array(values, np.bool_ if kind == "b" else np.int64 if kind in "iu" else np.float64)
+def _prototype(world: AnyWorld, options: dict[str, Any]) -> World:
+    if isinstance(world, World):
+        if options:
+            raise ValueError(f"found {sorted(options)} for a world that has been loaded")
+        return world
+    if isinstance(world, SceneOfFile):
+        return World.of(world, threads=1, **options)
+    assert world is not None
+    return World(world, threads=1, **options)
+
+
+def is_discrete(space: Space[Any]) -> bool:
+    """True if actions are numbers of choices."""
+    return isinstance(space, Discrete)

@@ -1,22 +1,35 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Finds the places that a robot can reach."""
+"""Finds the places that a robot can reach, and draws some of them."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from collections import OrderedDict
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .._variation import key_of
+from ..batch import Batch
+from ..errors import StageError
 from ..fleet import Floats
+from ..scenes import GridMap
+from ..scenes.places import largest_part, room_for
+from ..world import Recipe, World
+from .arrays import Array, on_host
 
 if TYPE_CHECKING:
-    from ..world import World
+    from .randoms import Randoms
+    from .scene import Scene
 
 Cells = npt.NDArray[np.int64]
 SIDES = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
 QUARTERS = np.arange(4) * (np.pi / 2)
 ALL_AROUND = np.linspace(-np.pi, np.pi, 16, endpoint=False)
+ROUNDS = 40  # of drawing again what is too near to others
+MOST_KNOWN = 256  # maps whose places are kept
+TRIES = 100  # of drawing one place after the other, where there is hardly any room
 
 
 def reachable_places(world: World, start: npt.ArrayLike, spacing: float = 0.25, clearance: float = 0.3,
@@ -46,6 +59,173 @@ def reachable_places(world: World, start: npt.ArrayLike, spacing: float = 0.25, 
         found.append(front)
         count += len(front)
     return origin + np.concatenate(found)[:most] * spacing
+
+
+def places_in_map(world: World, walls: GridMap, spacing: float = 0.25, clearance: float = 0.3) -> Floats:
+    """Finds centres of cells of a map where a robot can be: in the largest part that such a robot can drive in.
+
+    Args:
+        world: a world of the map, for its other obstacles; robots are none.
+        walls: the map.
+        spacing: least distance between places along rows and columns, metres.
+        clearance: min distance to obstacles, metres.
+
+    Returns:
+        x, y, metres: shape (m, 2).
+    """
+    room = largest_part(room_for(walls, clearance))
+    every = max(1, math.ceil(spacing / walls.resolution))
+    few = np.zeros_like(room)
+    few[::every, ::every] = room[::every, ::every]
+    places = walls.centers(np.argwhere(few))
+    poses = np.column_stack([places, np.zeros(len(places))])
+    return places[(world.cast(poses, ALL_AROUND, clearance) >= clearance).all(1)]
+
+
+class Places:
+    """The places in each variant of the worlds of a batch where robots can be; they are found when they are needed.
+
+    In a scene that has a map they are those of places_in_map(), and otherwise those that the first robot can reach.
+
+    Args:
+        batch: the worlds.
+        world: a world of the first variant, as it was after loading.
+    """
+
+    def __init__(self, batch: Batch, world: World) -> None:
+        self._batch = batch
+        self._known: OrderedDict[str, Floats] = OrderedDict()  # by the content without values of vary()
+        self._of_variants: dict[int, tuple[Recipe, Floats]] = {}
+        self._first = world
+        self._recipe_of_first = batch._recipes[0]
+        self._start = np.array(np.asarray(batch.pose)[0, 0, :2])
+
+    def of_variant(self, number: int) -> Floats:
+        """The places of a variant: x, y, metres, shape (m, 2)."""
+        recipe = self._batch._recipes[number]
+        found = self._of_variants.get(number)
+        if found is None or found[0] is not recipe:
+            key = key_of(recipe._replace(varied=()))
+            if key not in self._known:
+                self._known[key] = self._search(number, recipe)
+            self._known.move_to_end(key)
+            while len(self._known) > MOST_KNOWN:
+                self._known.popitem(last=False)
+            found = self._of_variants[number] = recipe, self._known[key]
+        return found[1]
+
+    def _search(self, number: int, recipe: Recipe) -> Floats:
+        is_first = recipe is self._recipe_of_first
+        world = self._first if is_first else World._from_recipe(recipe._replace(varied=()))
+        if recipe.scene is not None and recipe.scene.map is not None:
+            return places_in_map(world, recipe.scene.map)
+        if is_first:
+            return reachable_places(world, self._start)
+        robot = next(name for name, id_ in zip(self._batch.names, self._batch._ids[number]) if id_ is not None)
+        return reachable_places(world, world.model(robot).pose[:2])
+
+    def of_worlds(self, numbers: Cells) -> tuple[Floats, Cells, Cells]:
+        """All places, and the index of the first and the number of those of each world."""
+        if len(self._batch._recipes) == 1:
+            places = self.of_variant(0)
+            return places, np.zeros(1, np.int64), np.full(1, len(places))
+        variants, of_worlds = np.unique(self._batch.variant[numbers], return_inverse=True)
+        parts = [self.of_variant(int(variant)) for variant in variants]
+        counts = np.array([len(part) for part in parts])
+        firsts = np.cumsum(counts) - counts
+        return np.concatenate(parts), firsts[of_worlds], counts[of_worlds]
+
+
+def scattered(scene: Scene, known: Places, randoms: Randoms, count: int, gap: float,
+              choice: Array | None) -> Array:
+    """Implements Scene.scatter()."""
+    draw = _Draw(scene, known, choice)
+    found = draw.some(randoms, count)
+    xp, rows = scene.xp, None
+    further = randoms.split()
+    for _ in range(ROUNDS):
+        drawn = found if rows is None else found[rows]
+        wrong = _too_near(xp, drawn, gap)
+        bad = xp.any(wrong, axis=1)
+        if not bool(xp.any(bad)):
+            return found
+        chosen = xp.nonzero(bad)[0]
+        rows = chosen if rows is None else rows[chosen]
+        further = further.part(chosen)
+        again = draw.of_rows(rows).some(further, count)
+        found[rows] = xp.where(wrong[chosen][..., None], again, drawn[chosen])
+    for number, row in enumerate(on_host(rows).tolist()):
+        alone = further.part(scene.arrays.of([number]))
+        found[row] = scene.arrays.of(draw.one_by_one(row, alone, count, gap))
+    return found
+
+
+def _too_near(xp: Any, points: Array, gap: float) -> Array:
+    """True for points that are too near to one with a smaller number: shape (m, count)."""
+    x, y = points[..., 0], points[..., 1]
+    away_x, away_y = x[:, :, None] - x[:, None, :], y[:, :, None] - y[:, None, :]
+    near = away_x * away_x + away_y * away_y < gap * gap
+    return xp.any(xp.tril(near, k=-1), axis=2)
+
+
+class _Draw:
+    """Draws places of worlds."""
+
+    def __init__(self, scene: Scene, known: Places, choice: Array | None) -> None:
+        from .scene import numbers_of
+
+        self._scene = scene
+        self._has_rows = choice is not None and choice.ndim == 3
+        of = scene.arrays.of
+        if choice is None:
+            places, first, length = known.of_worlds(numbers_of(scene.rows, scene.n))
+            self._places, self._first, self._length = of(places), of(first)[:, None], of(length)[:, None]
+        else:
+            self._places = choice
+            self._first = scene.arrays.zeros((1, 1), "int64")
+            self._length = self._first + choice.shape[-2]
+
+    def of_rows(self, rows: Array) -> _Draw:
+        made = _Draw.__new__(_Draw)
+        made._scene, made._has_rows = self._scene, self._has_rows
+        made._places = self._places[rows] if self._has_rows else self._places
+        several = self._first.shape[0] > 1
+        made._first, made._length = ((self._first[rows], self._length[rows]) if several
+                                     else (self._first, self._length))
+        return made
+
+    def some(self, randoms: Randoms, count: int) -> Array:
+        """Places that may be too near to each other: shape (m, count, 2)."""
+        index = self._first + randoms.integers(self._length, count)
+        if not self._has_rows:
+            return self._places[index]
+        xp = self._scene.xp
+        return self._places[xp.arange(index.shape[0])[:, None], index]
+
+    def one_by_one(self, row: int, alone: Randoms, count: int, gap: float) -> Floats:
+        """Places of one world, each drawn from those that are far enough from the ones before: shape (count, 2)."""
+        whole = on_host(self._places)
+        several = self._first.shape[0] > 1
+        first, length = (int(on_host(each)[row if several else 0, 0]) for each in (self._first, self._length))
+        choice = (whole[row] if self._has_rows else whole)[first:first + length]
+        most = 0
+        for _ in range(TRIES):
+            found = _drawn(choice, on_host(alone.uniform(count))[0], gap)
+            if len(found) == count:
+                return found
+            most = max(most, len(found))
+        raise StageError(f"found room for {most} robots or goals {gap:g} m apart, expected {count}")
+
+
+def _drawn(choice: Floats, units: Floats, gap: float) -> Floats:
+    """Draws places, each from those that are far enough from the ones before, until none is left."""
+    left, found = choice, np.empty((len(units), 2))
+    for i, unit in enumerate(units):
+        if len(left) == 0:
+            return found[:i]
+        found[i] = left[int(unit * len(left))]
+        left = left[((left - found[i]) ** 2).sum(1) >= gap * gap]
+    return found
 
 
 def _poses(cells: Cells, origin: Floats, spacing: float) -> Floats:

@@ -4,8 +4,11 @@
 from __future__ import annotations
 
 import importlib.util
-from typing import Any
+import math
+from dataclasses import dataclass
+from typing import Any, Sequence
 
+import numpy as np
 from gymnasium.error import DependencyNotInstalled
 
 from ..batch import Batch
@@ -15,36 +18,65 @@ from ..pictures import Pixels
 MODES = ("human", "rgb_array") if importlib.util.find_spec("pygame") else ("rgb_array",)
 
 
+@dataclass(frozen=True)
+class Rendering:
+    """Decides what an environment renders.
+
+    Args:
+        mode: "rgb_array": return pictures; "human": show them in a window, which needs pygame; None: neither.
+        size: width and height of pictures and of the window, pixels.
+        worlds: number of worlds that the window shows side by side, from the first one on.
+    """
+
+    mode: str | None = None
+    size: tuple[int, int] = (640, 480)
+    worlds: int = 1
+
+
 class Renderer:
     """Implements the render modes of environments.
 
     Args:
-        mode: "rgb_array": return pictures; "human": show them in a window, which needs pygame; None: neither.
-        size: width and height of pictures, pixels.
+        rendering: what is rendered.
         fps: max pictures per second in the window, so that it runs in real time.
 
     Raises:
-        ValueError: there is no such mode.
+        ValueError: there is no such mode, or there are no worlds to show.
         DependencyNotInstalled: (gymnasium.error) pygame is not installed.
     """
 
-    def __init__(self, mode: str | None, size: tuple[int, int], fps: float) -> None:
-        if mode not in (None, "human", "rgb_array"):
-            raise ValueError(f"found the render_mode {mode!r}, expected 'human', 'rgb_array' or None")
-        self.mode = mode
-        self._size = size
+    def __init__(self, rendering: Rendering, fps: float) -> None:
+        if rendering.mode not in (None, "human", "rgb_array"):
+            raise ValueError(f"found the render_mode {rendering.mode!r}, expected 'human', 'rgb_array' or None")
+        if rendering.worlds < 1:
+            raise ValueError(f"found {rendering.worlds} worlds to render, expected 1 or more")
+        self._rendering = rendering
         self._fps = fps
-        self._window = _Window(size, fps) if mode == "human" else None
+        self._window = _Window(rendering.size, fps) if rendering.mode == "human" else None
 
     def picture(self, batch: Batch, index: int) -> Pixels:
         """Renders world `index`."""
-        width, height = self._size
-        return batch.render(index, width, height)
+        return batch.render(index, *self._rendering.size)
 
-    def show(self, batch: Batch, index: int = 0) -> None:
-        """Shows world `index` in the window, if there is one."""
+    def mosaic(self, batch: Batch, worlds: Sequence[int]) -> Pixels:
+        """Renders worlds side by side, in rows from the top, in a picture of the usual size."""
+        width, height = self._rendering.size
+        columns = math.ceil(math.sqrt(len(worlds)))
+        rows = math.ceil(len(worlds) / columns)
+        whole = np.zeros((height, width, 3), np.uint8)
+        xs, ys = np.linspace(0, width, columns + 1).astype(int), np.linspace(0, height, rows + 1).astype(int)
+        for number, world in enumerate(worlds):
+            row, column = divmod(number, columns)
+            top, left = ys[row], xs[column]
+            tile = whole[top:ys[row + 1], left:xs[column + 1]]
+            tile[...] = batch.render(world, tile.shape[1], tile.shape[0])
+        return whole
+
+    def show(self, batch: Batch) -> None:
+        """Shows the first worlds in the window, if there is one."""
         if self._window is not None:
-            self._window.show(self.picture(batch, index))
+            count = min(self._rendering.worlds, batch.n)
+            self._window.show(self.picture(batch, 0) if count == 1 else self.mosaic(batch, range(count)))
 
     def close(self) -> None:
         """Closes the window."""
@@ -55,7 +87,7 @@ class Renderer:
         return {**self.__dict__, "_window": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__init__(state["mode"], state["_size"], state["_fps"])  # type: ignore[misc]
+        self.__init__(state["_rendering"], state["_fps"])  # type: ignore[misc]
 
 
 class _Window:

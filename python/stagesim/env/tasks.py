@@ -3,34 +3,21 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Mapping
 
-import numpy as np
-import numpy.typing as npt
-
-from ..fleet import Floats
-from .task import Outcome, Scene, Task, distance_to, seen_from
+from .arrays import Array
+from .features import distance_to, free_space, joined, speeds, towards, with_headings
+from .randoms import Randoms
+from .scene import Scene
+from .task import Outcome, Task
 
 STALL_PENALTY = 0.05  # per action after which the robot is stalled
 
 
-def _senses(scene: Scene, reach: float, top_speed: tuple[float, float, float]) -> list[Floats]:
-    """Observed speeds (-1 to 1) and ranges (0 to 1); a sample without a reading counts as free (1)."""
-    speeds = np.stack([scene.velocity[..., 0] / (top_speed[0] or 1),
-                       scene.velocity[..., 2] / (top_speed[2] or 1)], -1)
-    ranges = scene.ranges / reach
-    return [speeds, np.where(np.isnan(ranges), 1, np.minimum(ranges, 1))]
-
-
-def _towards(scene: Scene, points: Floats, far: float) -> list[Floats]:
-    """Observed points: distance in units of `far` (0 to 1), cosine and sine of the bearing."""
-    distance, bearing = seen_from(scene.pose, points)
-    return [np.minimum(distance / far, 1)[..., None], bearing]
-
-
-def _with_headings(places: Floats, random: np.random.Generator) -> Floats:
-    return np.column_stack([places, random.uniform(-np.pi, np.pi, len(places))])
+def _stall_penalty(scene: Scene) -> Array:
+    return STALL_PENALTY * scene.xp.astype(scene.stalled, scene.xp.float64)
 
 
 @dataclass
@@ -57,29 +44,25 @@ class Navigate(Task):
     top_speed: tuple[float, float, float] = (0.5, 0.0, 1.5)
     world = "navigate.world"
 
-    def prepare(self, scene: Scene) -> None:
-        scene.notes["goal"] = np.zeros((scene.n, scene.robots, 2))
-        scene.notes["distance"] = np.zeros((scene.n, scene.robots))
-
     def size(self, scene: Scene) -> int:
         return 5 + scene.ranges.shape[-1]
 
-    def begin(self, scene: Scene, index: int, random: np.random.Generator) -> npt.ArrayLike | None:
-        places = scene.scatter(random, 2 * scene.robots)
-        starts, goals = _with_headings(places[::2], random), places[1::2]
-        scene.notes["goal"][index] = goals
-        scene.notes["distance"][index] = distance_to(starts, goals)
-        return starts
+    def begin(self, scene: Scene, randoms: Randoms) -> Array | None:
+        places = scene.scatter(randoms, 2 * scene.robots)
+        starts, goals = places[:, ::2], places[:, 1::2]
+        scene.notes["goal"] = goals
+        scene.notes["distance"] = distance_to(starts, goals)
+        return with_headings(starts, randoms.headings(scene.robots))
 
-    def observe(self, scene: Scene) -> Floats:
-        goal = _towards(scene, scene.notes["goal"], self.far)
-        return np.concatenate([*goal, *_senses(scene, self.reach, self.top_speed)], -1)
+    def observe(self, scene: Scene) -> Array:
+        return joined(towards(scene, scene.notes["goal"], self.far), speeds(scene, self.top_speed),
+                      free_space(scene, self.reach))
 
     def judge(self, scene: Scene) -> Outcome:
         distance = distance_to(scene.pose, scene.notes["goal"])
         there = distance <= self.goal_radius
-        reward = scene.notes["distance"] - distance + there - STALL_PENALTY * scene.stalled
-        scene.notes["distance"][...] = distance
+        reward = (scene.notes["distance"] - distance) + there - _stall_penalty(scene)
+        scene.notes["distance"] = distance
         return Outcome(reward, there, {"distance": distance, "is_success": there})
 
 
@@ -108,41 +91,43 @@ class Disperse(Task):
     def prepare(self, scene: Scene) -> None:
         if scene.robots < 2:
             raise ValueError("found one robot, expected two or more that can disperse")
-        scene.notes["nearest"] = np.zeros((scene.n, scene.robots))
 
     def size(self, scene: Scene) -> int:
         return 5 + scene.ranges.shape[-1]
 
-    def begin(self, scene: Scene, index: int, random: np.random.Generator) -> npt.ArrayLike | None:
-        places = scene.places
-        middle = places[random.integers(len(places))]
-        near = np.argsort(((places - middle) ** 2).sum(1), kind="stable")[:16 * scene.robots]
-        starts = _with_headings(scene.scatter(random, scene.robots, 0.5, places[near]), random)
-        scene.notes["nearest"][index] = np.minimum(_nearest(starts[None])[0], self.spread)
-        return starts
+    def begin(self, scene: Scene, randoms: Randoms) -> Array | None:
+        places = scene.arrays.of(scene.places)
+        middle = places[randoms.integers(len(places))]
+        away_x, away_y = (places[:, axis] - middle[:, None, axis] for axis in (0, 1))
+        near = scene.xp.argsort(away_x * away_x + away_y * away_y, axis=1, stable=True)[:, :16 * scene.robots]
+        starts = scene.scatter(randoms, scene.robots, 0.5, places[near])
+        scene.notes["nearest"] = scene.xp.clip(_nearest(scene, starts)[0], max=self.spread)
+        return with_headings(starts, randoms.headings(scene.robots))
 
-    def observe(self, scene: Scene) -> Floats:
-        _, which = _nearest(scene.pose)
-        other = np.take_along_axis(scene.pose, which[..., None], 1)[..., :2]
-        neighbour = _towards(scene, other, self.spread)
-        return np.concatenate([*neighbour, *_senses(scene, self.reach, self.top_speed)], -1)
+    def observe(self, scene: Scene) -> Array:
+        _, which = _nearest(scene, scene.pose)
+        other = scene.pose[scene.xp.arange(scene.n)[:, None], which][..., :2]
+        return joined(towards(scene, other, self.spread), speeds(scene, self.top_speed), free_space(scene, self.reach))
 
     def judge(self, scene: Scene) -> Outcome:
-        nearest = np.minimum(_nearest(scene.pose)[0], self.spread)
-        alone = np.all(nearest >= self.spread, axis=1, keepdims=True) & np.ones(nearest.shape, bool)
-        reward = nearest - scene.notes["nearest"] + alone - STALL_PENALTY * scene.stalled
-        scene.notes["nearest"][...] = nearest
+        xp = scene.xp
+        nearest = xp.clip(_nearest(scene, scene.pose)[0], max=self.spread)
+        alone = xp.broadcast_to(xp.all(nearest >= self.spread, axis=1, keepdims=True), nearest.shape)
+        reward = (nearest - scene.notes["nearest"]) + alone - _stall_penalty(scene)
+        scene.notes["nearest"] = nearest
         return Outcome(reward, alone, {"nearest": nearest, "is_success": alone})
 
 
-def _nearest(pose: Floats) -> tuple[Floats, npt.NDArray[np.intp]]:
+def _nearest(scene: Scene, pose: Array) -> tuple[Array, Array]:
     """Distance and index of the nearest other robot: shape (n, robots) each. A deleted robot is infinitely far."""
-    away = pose[:, :, None, :2] - pose[:, None, :, :2]
-    squares = away[..., 0] * away[..., 0] + away[..., 1] * away[..., 1]
-    squares[np.isnan(squares)] = np.inf
-    squares[:, np.arange(pose.shape[1]), np.arange(pose.shape[1])] = np.inf
-    which = squares.argmin(2)
-    return np.sqrt(np.take_along_axis(squares, which[..., None], 2)[..., 0]), which
+    xp = scene.xp
+    away_x, away_y = (pose[:, :, None, axis] - pose[:, None, :, axis] for axis in (0, 1))
+    squares = away_x * away_x + away_y * away_y
+    robots = xp.arange(scene.robots)
+    squares[:, robots, robots] = math.inf
+    squares = xp.where(xp.isnan(squares), math.inf, squares)
+    which = xp.argmin(squares, axis=2)
+    return xp.sqrt(xp.min(squares, axis=2)), which
 
 
 @dataclass
@@ -171,39 +156,37 @@ class Forage(Task):
 
     def prepare(self, scene: Scene) -> None:
         zones = [scene.world.model(name).pose[:2] for name in ("source", "sink")]
-        scene.notes["zones"] = np.tile(np.array(zones), (scene.n, 1, 1))
-        scene.notes["carries"] = np.zeros((scene.n, scene.robots), np.int64)
-        scene.notes["brought"] = np.zeros((scene.n, scene.robots), np.int64)
-        scene.notes["distance"] = np.zeros((scene.n, scene.robots))
+        scene.notes["zones"] = scene.arrays.of([zones] * scene.n)
 
     def size(self, scene: Scene) -> int:
         return 6 + scene.ranges.shape[-1]
 
-    def begin(self, scene: Scene, index: int, random: np.random.Generator) -> npt.ArrayLike | None:
-        starts = _with_headings(scene.scatter(random, scene.robots), random)
-        scene.notes["carries"][index] = 0
-        scene.notes["brought"][index] = 0
-        scene.notes["distance"][index] = distance_to(starts, scene.notes["zones"][index, 0])
-        return starts
+    def begin(self, scene: Scene, randoms: Randoms) -> Array | None:
+        starts = scene.scatter(randoms, scene.robots)
+        scene.notes["carries"] = scene.xp.zeros_like(starts[..., 0], dtype=scene.xp.int64)
+        scene.notes["brought"] = scene.xp.zeros_like(starts[..., 0], dtype=scene.xp.int64)
+        scene.notes["distance"] = distance_to(starts, scene.notes["zones"][:, :1])
+        return with_headings(starts, randoms.headings(scene.robots))
 
-    def _next_zone(self, scene: Scene) -> Floats:
+    def _next_zone(self, scene: Scene, carries: Array) -> Array:
         """Position of each robot's next zone, metres: shape (n, robots, 2)."""
-        return np.take_along_axis(scene.notes["zones"], scene.notes["carries"][..., None], 1)
+        return scene.notes["zones"][scene.xp.arange(scene.n)[:, None], carries]
 
-    def observe(self, scene: Scene) -> Floats:
-        carries = 2.0 * scene.notes["carries"][..., None] - 1
-        zone = _towards(scene, self._next_zone(scene), self.far)
-        return np.concatenate([carries, *zone, *_senses(scene, self.reach, self.top_speed)], -1)
+    def observe(self, scene: Scene) -> Array:
+        carries = scene.notes["carries"]
+        return joined(2.0 * carries - 1, towards(scene, self._next_zone(scene, carries), self.far),
+                      speeds(scene, self.top_speed), free_space(scene, self.reach))
 
     def judge(self, scene: Scene) -> Outcome:
         notes = scene.notes
-        distance = distance_to(scene.pose, self._next_zone(scene))
+        carries = notes["carries"]
+        distance = distance_to(scene.pose, self._next_zone(scene, carries))
         there = distance <= self.zone_radius
-        reward = 0.1 * (notes["distance"] - distance) + there - STALL_PENALTY * scene.stalled
-        notes["brought"] += there & (notes["carries"] == 1)
-        notes["carries"] ^= there
-        notes["distance"][...] = distance_to(scene.pose, self._next_zone(scene))
-        return Outcome(reward, np.zeros(there.shape, bool), {"brought": notes["brought"]})
+        reward = 0.1 * (notes["distance"] - distance) + there - _stall_penalty(scene)
+        notes["brought"] = notes["brought"] + (there & (carries == 1))
+        notes["carries"] = carries ^ there
+        notes["distance"] = distance_to(scene.pose, self._next_zone(scene, notes["carries"]))
+        return Outcome(reward, scene.xp.zeros_like(there), {"brought": notes["brought"]})
 
 
 @dataclass
@@ -239,30 +222,36 @@ class Measured(Task):
             if name not in known:
                 raise ValueError(f"found the metric {name!r}, expected one of the world file: "
                                  f"{', '.join(sorted(known)) or 'it has none'}")
-        scene.notes["measured"] = np.zeros((scene.n, len(self.reward)))
+        scene.notes["measured"] = scene.arrays.zeros((scene.n, len(self.reward)))
 
     def size(self, scene: Scene) -> int:
         return 2 + scene.ranges.shape[-1]
 
-    def begin(self, scene: Scene, index: int, random: np.random.Generator) -> npt.ArrayLike | None:
-        return _with_headings(scene.scatter(random, scene.robots), random)
+    def begin(self, scene: Scene, randoms: Randoms) -> Array | None:
+        starts = scene.scatter(randoms, scene.robots)
+        return with_headings(starts, randoms.headings(scene.robots))
 
-    def _measured(self, known: Mapping[str, Floats]) -> Floats:
+    def began(self, scene: Scene) -> None:
+        scene.notes["measured"] = self._measured(scene, scene.metrics)
+
+    def _measured(self, scene: Scene, known: Mapping[str, Array]) -> Array:
         """Values of the metrics in `reward`, 0 where there is none: shape (n, metrics)."""
-        return np.nan_to_num(np.stack([known[name] for name in self.reward], -1), posinf=0, neginf=0)
+        values = scene.xp.stack([known[name] for name in self.reward], axis=-1)
+        return scene.xp.where(scene.xp.isfinite(values), values, 0.0)
 
-    def observe(self, scene: Scene) -> Floats:
-        scene.notes["measured"][...] = self._measured(scene.metrics)
-        return np.concatenate(_senses(scene, self.reach, self.top_speed), -1)
+    def observe(self, scene: Scene) -> Array:
+        return joined(speeds(scene, self.top_speed), free_space(scene, self.reach))
 
     def judge(self, scene: Scene) -> Outcome:
-        robots = np.ones((1, scene.robots))
+        xp, shape = scene.xp, (scene.n, scene.robots)
         known = scene.metrics
-        now = self._measured(known)
-        gained = ((now - scene.notes["measured"]) * np.array(list(self.reward.values()))).sum(1)
-        ended = np.zeros(scene.n, bool) if self.end is None else known[self.end] >= self.end_at
-        info = {name: now[:, i, None] * robots for i, name in enumerate(self.reward)}
-        return Outcome(gained[:, None] * robots, ended[:, None] & (robots > 0), info)
+        now = self._measured(scene, known)
+        weights = scene.arrays.of(list(self.reward.values()), "float64")
+        gained = xp.sum((now - scene.notes["measured"]) * weights, axis=1)
+        scene.notes["measured"] = now
+        ended = known[self.end] >= self.end_at if self.end is not None else xp.zeros_like(gained, dtype=xp.bool)
+        info = {name: xp.broadcast_to(now[:, i, None], shape) for i, name in enumerate(self.reward)}
+        return Outcome(xp.broadcast_to(gained[:, None], shape), xp.broadcast_to(ended[:, None], shape), info)
 
 
 #: The shipped tasks by the names that gymnasium.make() knows.

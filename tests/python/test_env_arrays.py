@@ -1,0 +1,298 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Environments as arrays: random numbers, spaces, maps of each episode, statistics, pictures, and tensors of PyTorch."""
+
+from __future__ import annotations
+
+import resource
+from typing import Any
+
+import numpy as np
+import pytest
+import stagesim as st
+from stagesim import scenes
+
+pytest.importorskip("gymnasium")
+pytest.importorskip("pettingzoo")
+from gymnasium import spaces  # noqa: E402
+from gymnasium.utils.env_checker import check_env  # noqa: E402
+from gymnasium.vector import SyncVectorEnv  # noqa: E402
+from gymnasium.wrappers.vector import RecordEpisodeStatistics  # noqa: E402
+from stagesim import env as stage_env  # noqa: E402
+from stagesim.env.arrays import Arrays  # noqa: E402
+from stagesim.env.randoms import keys_of  # noqa: E402
+
+TASKS = sorted(stage_env.TASKS)
+
+
+# ---- random numbers -----------------------------------------------------------------------------
+
+
+def randoms(seeds: Any, begun: int = 0) -> stage_env.Randoms:
+    numbers = np.asarray(seeds, np.int64)
+    return stage_env.Randoms(keys_of(numbers, np.full(len(numbers), begun)), Arrays("numpy", numbers))
+
+
+def test_random_numbers_of_a_world_depend_on_its_seed_episode_and_calls_only() -> None:
+    many, one = randoms(np.arange(50)), randoms([7])
+    for draw in (lambda r: r.uniform((2, 3)), lambda r: r.integers(9, 4), lambda r: r.normal(5), lambda r: r.headings(2),
+                 lambda r: r.split().uniform()):
+        assert draw(many)[7].tobytes() == draw(one)[0].tobytes()
+    assert many.part(np.array([3, 7])).uniform(4)[1].tobytes() == one.uniform(4)[0].tobytes()
+    first = [randoms([7]).uniform(6), randoms([7], 1).uniform(6), randoms([8]).uniform(6), one.uniform(6)]
+    assert len({values.tobytes() for values in first}) == 4
+
+
+def test_random_numbers_have_their_distributions() -> None:
+    """Means and variances are within five standard errors, and no bit and no pair of neighbours has a preference."""
+    r = randoms(np.arange(1000))
+    unit = r.uniform(200).reshape(-1)
+    n = len(unit)
+    assert 0 <= unit.min() and unit.max() < 1
+    assert abs(unit.mean() - 1 / 2) < 5 / np.sqrt(12 * n) and abs(unit.var() - 1 / 12) < 5 * np.sqrt(1 / 180 / n)
+    wide = r.uniform(300, -2, 4)
+    assert -2 <= wide.min() < -1.9 and 3.9 < wide.max() < 4
+    normal = r.normal(200).reshape(-1)
+    assert abs(normal.mean()) < 5 / np.sqrt(n) and abs(normal.var() - 1) < 5 * np.sqrt(2 / n)
+    counts = np.bincount(r.integers(7, 200).reshape(-1), minlength=7)
+    assert len(counts) == 7 and ((counts - n / 7) ** 2 / (n / 7)).sum() < 30
+    bits = r.bits(100).view(np.uint64).reshape(-1)
+    for bit in range(64):
+        assert abs(((bits >> np.uint64(bit)) & np.uint64(1)).mean() - 0.5) < 5 * 0.5 / np.sqrt(len(bits))
+    for first, second in ((unit[:-1], unit[1:]), (r.uniform(1)[:-1, 0], r.uniform(1)[1:, 0])):
+        assert abs(np.corrcoef(first, second)[0, 1]) < 5 / np.sqrt(len(first))
+
+
+def test_places_keep_their_distance_also_where_there_is_hardly_any_room() -> None:
+    env = stage_env.StageArrayEnv(40, "arena.world")
+    scene = env._episodes.scene
+    grid = np.stack(np.meshgrid(np.arange(4.0), np.arange(3.0)), -1).reshape(-1, 2)
+    for count, gap, choice in ((10, 0.7, None), (12, 1.0, grid), (2, 2.9, np.array([[0.0, 0], [1, 0], [3, 0]]))):
+        places = scene.scatter(randoms(np.arange(40)), count, gap, choice)
+        away = np.sqrt(((places[:, :, None] - places[:, None]) ** 2).sum(-1))
+        away[:, np.arange(count), np.arange(count)] = np.inf
+        assert away.min() >= gap
+        alone = scene.part(np.array([23])).scatter(randoms([23]), count, gap, choice)
+        assert alone[0].tobytes() == places[23].tobytes()
+        assert len({found.tobytes() for found in places}) > 1
+    with pytest.raises(st.StageError, match="found room for 3 robots or goals 1 m apart, expected 4"):
+        scene.scatter(randoms(np.arange(40)), 4, 1, np.array([[0.0, 0], [1, 0], [2, 0]]))
+
+
+# ---- spaces -------------------------------------------------------------------------------------
+
+
+class Several(stage_env.Navigate):
+    """Navigate with discrete actions, and with observations of three kinds."""
+
+    choices = ((0.5, 0, 0), (0, 0, 1.5), (0, 0, -1.5))
+
+    def observation_space(self, scene: stage_env.Scene) -> spaces.Dict:
+        return spaces.Dict({"goal": spaces.Box(-1, 1, (3,), np.float32), "picture": spaces.Box(0, 255, (4, 8, 1), np.uint8),
+                            "speed": spaces.Box(np.array([-0.5, -1.5], np.float32), np.array([0.5, 1.5], np.float32))})
+
+    def observe(self, scene: stage_env.Scene) -> Any:
+        free = stage_env.free_space(scene, self.reach)
+        return {"goal": stage_env.towards(scene, scene.notes["goal"], self.far),
+                "picture": (255 * free).reshape(scene.n, scene.robots, 4, 8, 1).astype(np.uint8),
+                "speed": scene.velocity[..., ::2]}
+
+
+@pytest.mark.parametrize("world", [None, "arena.world"])
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_dictionaries_images_and_discrete_actions_equal_those_of_single_environments(world: str | None, mode: str) -> None:
+    n, task = 4, Several(limit=9)
+    ours = stage_env.StageVectorEnv(n, world, task, autoreset_mode=mode, threads=2)
+    theirs = SyncVectorEnv([lambda: stage_env.StageEnv(world, task)] * n, autoreset_mode=ours.autoreset_mode)
+    assert ours.observation_space == theirs.observation_space and ours.action_space == theirs.action_space
+    ours.action_space.seed(1)
+    found, expected = ours.reset(seed=2)[0], theirs.reset(seed=2)[0]
+    for _ in range(25):
+        assert found.keys() == expected.keys() == {"goal", "picture", "speed"}
+        assert found in ours.observation_space
+        for name in found:
+            assert found[name].dtype == expected[name].dtype and found[name].tobytes() == expected[name].tobytes()
+        actions = ours.action_space.sample()
+        mine, other = ours.step(actions), theirs.step(actions)
+        found, expected = mine[0], other[0]
+        assert all(np.array_equal(mine[i], other[i]) for i in (1, 2, 3))
+        if "final_obs" in mine[4]:
+            for one, another in zip(mine[4]["final_obs"], other[4]["final_obs"]):
+                assert all(np.array_equal(one[name], another[name]) for name in one or {})
+    assert found["picture"].std() > 0
+
+
+def test_single_environment_of_several_spaces() -> None:
+    check_env(stage_env.StageEnv(task=Several()))
+    env = stage_env.StageEnv(task=Several())
+    env.reset(seed=1)
+    for wrong, error, text in ((3, ValueError, "found the action 3 of r0 in world 0, expected 0 to 2"),
+                               (0.0, TypeError, "expected whole numbers")):
+        with pytest.raises(error, match=text):
+            env.step(wrong)
+    agents = stage_env.parallel_env("arena.world", Several())
+    agents.reset(seed=1)
+    seen = agents.step({agent: 1 for agent in agents.agents})[0]
+    assert all(seen[agent] in agents.observation_space(agent) for agent in seen)
+    assert agents.state().ndim == 1
+
+
+def test_observations_outside_their_space_are_errors() -> None:
+    class Far(stage_env.Navigate):
+        def observe(self, scene: stage_env.Scene) -> Any:
+            seen = super().observe(scene)
+            seen[1:, ..., 2] = 3
+            return seen
+
+    stage_env.StageEnv(task=Far()).reset(seed=1)
+    with pytest.raises(ValueError, match="found 3 as number 2 of what r0 observes in world 1, expected -1 to 1: scale it, or"):
+        stage_env.StageVectorEnv(3, task=Far()).reset(seed=1)
+    Far.bounds = (-3, 3)
+    stage_env.StageVectorEnv(3, task=Far()).reset(seed=1)
+
+    class Old(stage_env.Navigate):
+        def begin(self, scene: Any, index: int, random: Any) -> Any:  # type: ignore[override]
+            return None
+
+    with pytest.raises(TypeError, match=r"found Old.begin\(scene: 'Any', index.*expected begin\(scene, randoms\)"):
+        stage_env.StageEnv(task=Old())
+
+
+# ---- arrays of robots ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_array_environment_equals_parallel_environments(name: str) -> None:
+    n, task = 3, stage_env.TASKS[name](limit=12)
+    arrays = stage_env.StageArrayEnv(n, "forage.world" if name != "Measured" else None, task, threads=2)
+    alone = [stage_env.parallel_env("forage.world" if name != "Measured" else None, task) for _ in range(n)]
+    seen = arrays.reset(seed=5)
+    for i, env in enumerate(alone):
+        assert np.stack(list(env.reset(seed=5 + i)[0].values())).tobytes() == seen[i].tobytes()
+    random = np.random.default_rng(1)
+    for _ in range(40):
+        actions = random.uniform(-1, 1, (n, len(arrays.agents), 2))
+        step = arrays.step(actions)
+        for i, env in enumerate(alone):
+            rows = {agent: arrays.agents.index(agent) for agent in env.agents}
+            assert step.took_part[i].tolist() == [agent in rows for agent in arrays.agents]
+            observations, rewards, terminated, truncated, _ = env.step({agent: actions[i, row] for agent, row in rows.items()})
+            for agent, row in rows.items():
+                assert observations[agent].tobytes() == step.final_observations[i, row].tobytes()
+                assert rewards[agent] == step.rewards[i, row]
+                assert (terminated[agent], truncated[agent]) == (step.terminated[i, row], step.truncated[i, row])
+            assert step.over[i] == (not env.agents)
+            if step.over[i]:
+                assert np.stack(list(env.reset()[0].values())).tobytes() == step.observations[i].tobytes()
+    assert arrays.statistics.count >= n
+
+
+# ---- maps ---------------------------------------------------------------------------------------
+
+
+def room(random: np.random.Generator) -> scenes.Scene:
+    walls = scenes.clutter(6, 6, seed=int(random.integers(2**31)))
+    [[x, y, a]] = scenes.free_places(walls, 1, 0.3, seed=int(random.integers(2**31)))
+    lidar = scenes.Ranger(range=(0, 4), fov=2 * np.pi, samples=16)
+    return scenes.Scene(walls, [scenes.Robot(name="r", pose=(x, y, a), size=(0.3, 0.3, 0.3), sensors=[lidar])])
+
+
+def test_maps_that_are_made_anew_equal_those_of_single_environments() -> None:
+    n, task = 3, stage_env.Navigate(limit=6)
+    first = room(np.random.default_rng(0))
+    many = stage_env.StageVectorEnv(n, first, task, maps=room, autoreset_mode="SameStep")
+    alone = SyncVectorEnv([lambda: stage_env.StageEnv(first, task, maps=room)] * n, autoreset_mode=many.autoreset_mode)
+    assert np.array_equal(many.reset(seed=1)[0], alone.reset(seed=1)[0])
+    seen = set()
+    many.action_space.seed(3)
+    for _ in range(20):
+        actions = many.action_space.sample()
+        for mine, other in zip(many.step(actions)[:4], alone.step(actions)[:4]):
+            assert np.array_equal(mine, other)
+        seen |= {many._episodes.batch._recipes[v].text for v in many._episodes.batch.variant}  # type: ignore[union-attr]
+    assert len(seen) >= 3 * n
+
+
+# ---- statistics and pictures --------------------------------------------------------------------
+
+
+def test_statistics_equal_those_of_a_wrapper() -> None:
+    def make(**options: Any) -> stage_env.StageVectorEnv:
+        return stage_env.StageVectorEnv(5, task=stage_env.Navigate(limit=8, goal_radius=1), autoreset_mode="SameStep", **options)
+
+    ours, theirs = make(episode_info=True), RecordEpisodeStatistics(make())
+    ours.reset(seed=3)
+    theirs.reset(seed=3)
+    ends, successes = [], []
+    for _ in range(40):
+        actions = np.tile([1.0, 0.3], (5, 1))
+        mine, other = ours.step(actions)[4], theirs.step(actions)[4]
+        assert ("episode" in mine) == ("episode" in other)
+        if "episode" in mine:
+            over = mine["_episode"]
+            assert np.array_equal(over, other["_episode"])
+            assert mine["episode"]["r"] == pytest.approx(other["episode"]["r"])
+            assert np.array_equal(mine["episode"]["l"], other["episode"]["l"])
+            assert mine["episode"]["t"] == pytest.approx(mine["episode"]["l"] * 0.2)
+            ends += mine["episode"]["r"][over].tolist()
+            successes += mine["final_info"]["is_success"][over].tolist()
+    assert ours.statistics.count == len(ends) >= 20
+    assert ours.statistics.last()["returns"].tolist() == ends
+    assert ours.statistics.mean(7)["is_success"] == pytest.approx(np.mean(successes[-7:]))
+    assert 0 < np.mean(successes) < 1
+    assert "20" in repr(stage_env.Statistics(5)) or "0 episodes" in repr(stage_env.Statistics(5))
+
+
+def test_statistics_keep_a_window() -> None:
+    kept = stage_env.Statistics(window=4)
+    assert kept.mean() == {}
+    kept.add(returns=[1, 2, 3], lengths=[1, 1, 1])
+    kept.add(returns=[4, 5], lengths=[2, 2])
+    assert kept.last()["returns"].tolist() == [2, 3, 4, 5]
+    assert kept.last(2)["lengths"].tolist() == [2, 2]
+    kept.add(returns=np.arange(9), lengths=np.arange(9))
+    assert kept.last()["returns"].tolist() == [5, 6, 7, 8] and kept.count == 14
+
+
+def test_pictures_of_several_worlds() -> None:
+    env = stage_env.StageVectorEnv(5, render_mode="rgb_array", render_size=(90, 60))
+    env.reset(seed=1)
+    pictures = env.render()
+    assert pictures is not None and [picture.shape for picture in pictures] == [(60, 90, 3)] * 5
+    mosaic = env.mosaic()
+    assert mosaic.shape == (60, 90, 3)
+    tiles = [mosaic[:30, :30], mosaic[:30, 30:60], mosaic[30:, :30]]
+    assert all(tile.std() > 0 for tile in tiles) and mosaic[30:, 60:].max() == 0
+    assert not np.array_equal(tiles[0], tiles[1])
+
+
+# ---- many resets, and tensors -------------------------------------------------------------------
+
+
+def test_memory_does_not_grow_with_resets() -> None:
+    env = stage_env.StageArrayEnv(512, task=stage_env.Navigate(limit=1))
+    env.reset(seed=1)
+    actions = np.zeros((512, 1, 2))
+    for _ in range(20):
+        env.step(actions)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(100):
+        env.step(actions)
+    assert env.statistics.count == 120 * 512
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 4000  # kB
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_tasks_compute_the_same_with_pytorch(name: str) -> None:
+    torch = pytest.importorskip("torch")
+    task = stage_env.TASKS[name](limit=25)
+    with_numpy, with_torch = (stage_env.StageArrayEnv(5, task=task, arrays=arrays) for arrays in ("numpy", "torch"))
+    first, second = with_numpy.reset(3), with_torch.reset(3)
+    assert np.abs(first - second.numpy()).max() < 1e-6
+    random = np.random.default_rng(1)
+    for _ in range(60):
+        actions = random.uniform(-1, 1, (5, len(with_numpy.agents), 2))
+        mine, other = with_numpy.step(actions), with_torch.step(torch.as_tensor(actions))
+        assert np.abs(mine.observations - other.observations.numpy()).max() < 1e-6
+        assert np.abs(mine.rewards - other.rewards.numpy()).max() < 1e-12
+        assert np.array_equal(mine.over, other.over) and np.array_equal(mine.took_part, other.took_part.numpy())
+    assert with_numpy.batch.state_hashes() == with_torch.batch.state_hashes()
