@@ -46,12 +46,10 @@ struct ControlFailure {
 
 class PoolAccess {
  public:
-  // The first two functions are for pools of one variant.
-
-  /// Why the pool has no rows, in words that follow "because"; empty if it has.
-  static std::string WhyNoRows(WorldPool& pool);
-  /// Reads a snapshot. Readings that it omits stay undefined until the next step. Several threads
-  /// of the pool may call it at once.
+  /// Why worlds of a variant have no rows, in words that follow "because"; empty if they have.
+  static std::string WhyNoRows(WorldPool& pool, uint32_t variant = 0);
+  /// Reads a snapshot, in a pool of one variant. Readings that it omits stay undefined until the
+  /// next step. Several threads of the pool may call it at once.
   static SnapshotRow ReadSnapshot(WorldPool& pool, const Snapshot& from);
   /// Makes the world a row in the state of the snapshot. Several threads may call it for different
   /// worlds; so may they the following functions.
@@ -87,6 +85,23 @@ class PoolAccess {
   /// Makes the world a row in the state of the snapshot, which the caller writes. Several threads
   /// may call it for different worlds.
   static PoolRow Enter(WorldPool& pool, uint32_t id, const SnapshotRow& from);
+
+  // States as words.
+
+  /// The subscriptions of a world whose state is in a row or can be; null if it has a World object.
+  /// One that is only lent becomes a row again.
+  static Subscriptions* SubscriptionsOf(WorldPool& pool, uint32_t id);
+  /// Subscriptions of worlds of a variant; null, with the reason, if such worlds are not closed.
+  static Subscriptions* FindSubscriptions(WorldPool& pool, uint32_t variant,
+                                          std::span<const uint32_t> models, std::string* reason);
+  static bool IsReseeded(const WorldPool& pool, uint32_t id);
+  /// False if the world cannot become a row, because clients expect callbacks.
+  static bool CanEnter(WorldPool& pool, uint32_t id);
+  /// Makes the world a row, which the caller writes. Several threads may call it for different
+  /// worlds.
+  static PoolRow Enter(WorldPool& pool, uint32_t id, Subscriptions* subscriptions);
+  /// Hash of the texts of the files that worlds of a variant are loaded from.
+  static uint64_t HashOfFiles(WorldPool& pool, uint32_t variant);
 
   // Pools with a device for whole steps. The functions throw rows::RowDeviceError.
 

@@ -183,8 +183,8 @@ const rows::Scene* PoolAccess::SceneOf(WorldPool& pool, uint32_t id) {
   return slot.subscriptions->scene().get();
 }
 
-std::string PoolAccess::WhyNoRows(WorldPool& pool) {
-  PoolScene& scene = *pool.impl_->variants[0]->scene;
+std::string PoolAccess::WhyNoRows(WorldPool& pool, uint32_t variant) {
+  PoolScene& scene = *pool.impl_->variants[variant]->scene;
   return scene.has_rows() ? "" : scene.WhyNoRows();
 }
 
@@ -320,6 +320,53 @@ World* PoolAccess::Borrow(WorldPool& pool, uint32_t id) {
 
 bool PoolAccess::HasWorld(const WorldPool& pool, uint32_t id) {
   return pool.impl_->slots[id].form == WorldPool::Impl::Form::kWorld;
+}
+
+// ---- states as words ----------------------------------------------------------------------------
+
+Subscriptions* PoolAccess::SubscriptionsOf(WorldPool& pool, uint32_t id) {
+  WorldPool::Impl& impl = *pool.impl_;
+  WorldPool::Impl::Slot& slot = impl.slots[id];
+  if (!slot.scene()->has_rows()) return nullptr;
+  if (slot.form == WorldPool::Impl::Form::kWorld)
+    if (!slot.returns || !impl.TakeBack(id, impl.CurrentThread())) return nullptr;
+  return slot.subscriptions->scene() ? slot.subscriptions : nullptr;
+}
+
+Subscriptions* PoolAccess::FindSubscriptions(WorldPool& pool, uint32_t variant,
+                                             std::span<const uint32_t> models,
+                                             std::string* reason) {
+  PoolVariant& of = *pool.impl_->variants[variant];
+  *reason = WhyNoRows(pool, variant);
+  if (!reason->empty()) return nullptr;
+  Subscriptions* found = of.scene->loaded();
+  for (const uint32_t model : models) found = found->With(model);
+  if (of.RowsOf(found)) return found;
+  *reason = found->reason();
+  return nullptr;
+}
+
+bool PoolAccess::IsReseeded(const WorldPool& pool, uint32_t id) {
+  const WorldPool::Impl::Slot& slot = pool.impl_->slots[id];
+  return slot.form == WorldPool::Impl::Form::kRow &&
+         slot.rows->columns.reseeding[slot.place] != nullptr;
+}
+
+bool PoolAccess::CanEnter(WorldPool& pool, uint32_t id) { return pool.impl_->CanRestoreRow(id); }
+
+PoolRow PoolAccess::Enter(WorldPool& pool, uint32_t id, Subscriptions* subscriptions) {
+  WorldPool::Impl& impl = *pool.impl_;
+  WorldPool::Impl::Slot& slot = impl.slots[id];
+  slot.rows = impl.ToChange(slot.variant->RowsOf(subscriptions));
+  slot.form = WorldPool::Impl::Form::kRow;
+  slot.subscriptions = subscriptions;
+  slot.failure.clear();
+  impl.NoteForm();
+  return {slot.rows, slot.place};
+}
+
+uint64_t PoolAccess::HashOfFiles(WorldPool& pool, uint32_t variant) {
+  return pool.impl_->variants[variant]->scene->HashOfFiles();
 }
 
 }  // namespace Stg

@@ -9,6 +9,7 @@
 #include "rows/row_bridge.hh"
 #include "world/engine.hh"
 #include "world/world_handle.hh"
+#include "worldfile/worldfile.hh"
 
 namespace Stg {
 
@@ -128,6 +129,15 @@ bool PoolScene::IsRunningAfterLoading(uint32_t model) {
   return std::ranges::any_of(loaded()->scene()->rates, [&](const rows::RateGroup& group) {
     return std::ranges::find(group.models, model, &Model::GetId) != group.models.end();
   });
+}
+
+uint64_t PoolScene::HashOfFiles() {
+  std::call_once(hash_once_, [this] {
+    const Worldfile* const file = loaded()->scene()->prototype->GetWorldFile();
+    for (const Worldfile::Text& each : file->Texts())
+      hash_of_files_ = Fnv1a(each.text.data(), each.text.size(), hash_of_files_);
+  });
+  return hash_of_files_;
 }
 
 Subscriptions* PoolScene::SubscriptionsOf(const World& world) {

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "random/fnv1a.hh"
 #include "rows/scene.hh"
 #include "world/copy_source.hh"
 #include "world/world.hh"
@@ -101,6 +102,8 @@ class PoolScene {
   /// Why they cannot, in words that follow "because".
   std::string WhyNoRows();
   bool IsRunningAfterLoading(uint32_t model);
+  /// Hash of the texts of the files that worlds are loaded from, if has_rows().
+  uint64_t HashOfFiles();
   /// The subscriptions of a world, or null if it is not closed.
   Subscriptions* SubscriptionsOf(const World& world);
 
@@ -112,7 +115,8 @@ class PoolScene {
   const CopySource source_;
   const WorldPoolOptions pool_options_;
   RunOptions options_;
-  std::once_flag initial_state_once_;
+  std::once_flag initial_state_once_, hash_once_;
+  uint64_t hash_of_files_ = kFnv1aStart;
   std::shared_ptr<const InitialState> initial_state_;
   std::mutex lending_;
   std::vector<std::unique_ptr<World>> spares_;

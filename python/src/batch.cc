@@ -11,6 +11,7 @@
 #include "signals.hh"
 #include "world/world.hh"
 #include "worlds/pool_access.hh"
+#include "worlds/world_states.hh"
 
 namespace Stg::python {
 
@@ -276,6 +277,43 @@ std::vector<uint64_t> Batch::StateHashes() {
   const Use use(this);
   const GilRelease no_gil;
   return pool_->StateHashes(pool_->All());
+}
+
+namespace {
+
+/// Calls f, and turns a StateError into a Failure.
+template <typename F>
+void WithStates(F f) {
+  try {
+    f();
+  } catch (const StateError& error) {
+    throw Failure{Kind::kStage, error.why};
+  }
+}
+
+}  // namespace
+
+size_t Batch::CountStateWords(const Indices& which, const std::vector<uint64_t>& keys) {
+  const Use use(this);
+  const GilRelease no_gil;
+  size_t words = 0;
+  WithStates([&] { words = WorldStates(pool_.get(), keys).CountWords(which); });
+  return words;
+}
+
+void Batch::SaveStates(const Indices& which, const std::vector<uint64_t>& keys, size_t width,
+                       uint64_t* to) {
+  const Use use(this);
+  const GilRelease no_gil;
+  WithStates([&] { WorldStates(pool_.get(), keys).Save(which, width, to); });
+}
+
+void Batch::LoadStates(const Indices& which, const std::vector<uint64_t>& keys, size_t width,
+                       const uint64_t* from) {
+  const Use use(this);
+  const GilRelease no_gil;
+  WithStates([&] { WorldStates(pool_.get(), keys).Load(which, width, from); });
+  Gather(which);
 }
 
 std::shared_ptr<Simulation> Batch::Fork(uint32_t index) {

@@ -75,6 +75,12 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   void Reseed(const std::vector<uint64_t>& seeds);
   Snapshot Take(uint32_t index);
   std::vector<uint64_t> StateHashes();
+  /// See WorldStates, also for `keys`; throw Failure.
+  size_t CountStateWords(const Indices& which, const std::vector<uint64_t>& keys);
+  void SaveStates(const Indices& which, const std::vector<uint64_t>& keys, size_t width,
+                  uint64_t* to);
+  void LoadStates(const Indices& which, const std::vector<uint64_t>& keys, size_t width,
+                  const uint64_t* from);
   std::shared_ptr<Simulation> Fork(uint32_t index);
   void Teleport(const double* poses, const bool* which);
   /// For each variant the ids of the models that are placed; none: it lacks the model.

@@ -167,6 +167,34 @@ void Reset(Batch& batch, const Numbers& which, const std::optional<Seeds>& seeds
   Logged([&] { batch.Reset(IndicesOf(which), new_seeds, new_variants); });
 }
 
+using States = nb::ndarray<const uint64_t, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
+using WrittenStates = nb::ndarray<uint64_t, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
+
+std::vector<uint64_t> KeysFor(const Batch& batch, const Seeds& keys) {
+  if (keys.size() != batch.variants())
+    throw nb::value_error("found another number of keys than there are variants");
+  return {keys.data(), keys.data() + keys.size()};
+}
+
+size_t CountStateWords(Batch& batch, const Numbers& which, const Seeds& keys) {
+  return Logged([&] { return batch.CountStateWords(IndicesOf(which), KeysFor(batch, keys)); });
+}
+
+/// The caller has got the width from CountStateWords().
+void SaveStates(Batch& batch, const Numbers& which, const Seeds& keys, const WrittenStates& to) {
+  if (to.shape(0) != which.size())
+    throw nb::value_error("found an array for another number of states than there are worlds");
+  Logged([&] { batch.SaveStates(IndicesOf(which), KeysFor(batch, keys), to.shape(1), to.data()); });
+}
+
+void LoadStates(Batch& batch, const Numbers& which, const Seeds& keys, const States& from) {
+  if (from.shape(0) != which.size())
+    throw nb::value_error("found another number of states than there are worlds");
+  Logged([&] {
+    batch.LoadStates(IndicesOf(which), KeysFor(batch, keys), from.shape(1), from.data());
+  });
+}
+
 using Pixels = nb::ndarray<uint8_t, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
 
 void Render(Batch& batch, uint32_t index, double x, double y, double scale, bool data,
@@ -239,6 +267,12 @@ void BindBatch(nb::module_& module) {
       .def("set_prototype", &SetPrototype, nb::arg("variant"), nb::arg("prototype"),
            nb::arg("robots"))
       .def("state_hashes", &Batch::StateHashes)
+      .def("count_state_words", &CountStateWords, nb::arg("which").noconvert(),
+           nb::arg("keys").noconvert())
+      .def("save_states", &SaveStates, nb::arg("which").noconvert(), nb::arg("keys").noconvert(),
+           nb::arg("to").noconvert())
+      .def("load_states", &LoadStates, nb::arg("which").noconvert(), nb::arg("keys").noconvert(),
+           nb::arg("states").noconvert())
       .def("fork", &Batch::Fork, nb::arg("index"))
       .def("teleport", &Teleport, nb::arg("poses"), nb::arg("which"))
       .def("place", &Place, nb::arg("models"), nb::arg("poses"), nb::arg("which"))
