@@ -14,6 +14,7 @@ from .scene import Scene
 from .task import Outcome, Task
 
 STALL_PENALTY = 0.05  # per action after which the robot is stalled
+PER_SQUARE_METRE = 4096  # the unit of squared distances that are sorted
 
 
 def _stall_penalty(scene: Scene) -> Array:
@@ -99,22 +100,32 @@ class Disperse(Task):
         places = scene.arrays.of(scene.places)
         middle = places[randoms.integers(len(places))]
         away_x, away_y = (places[:, axis] - middle[:, None, axis] for axis in (0, 1))
-        near = scene.xp.argsort(away_x * away_x + away_y * away_y, axis=1, stable=True)[:, :16 * scene.robots]
+        # Sorting numbers that contain both the distance and the index is faster than a stable sort of distances.
+        squares = scene.xp.astype((away_x * away_x + away_y * away_y) * PER_SQUARE_METRE, scene.xp.int64)
+        ranked = scene.xp.sort(squares * len(places) + scene.arrays.of(range(len(places))), axis=1, stable=False)
+        near = ranked[:, :16 * scene.robots] % len(places)
         starts = scene.scatter(randoms, scene.robots, 0.5, places[near])
-        scene.notes["nearest"] = scene.xp.clip(_nearest(scene, starts)[0], max=self.spread)
         return with_headings(starts, randoms.headings(scene.robots))
 
+    def began(self, scene: Scene) -> None:
+        scene.notes.update(self._neighbours(scene))
+
+    def _neighbours(self, scene: Scene) -> dict[str, Array]:
+        """The distance to the nearest other robot (metres, max `spread`), and its index: shape (n, robots) each."""
+        distance, which = _nearest(scene, scene.pose)
+        return {"nearest": scene.xp.clip(distance, max=self.spread), "neighbour": which}
+
     def observe(self, scene: Scene) -> Array:
-        _, which = _nearest(scene, scene.pose)
-        other = scene.pose[scene.xp.arange(scene.n)[:, None], which][..., :2]
+        other = scene.pose[scene.xp.arange(scene.n)[:, None], scene.notes["neighbour"]][..., :2]
         return joined(towards(scene, other, self.spread), speeds(scene, self.top_speed), free_space(scene, self.reach))
 
     def judge(self, scene: Scene) -> Outcome:
         xp = scene.xp
-        nearest = xp.clip(_nearest(scene, scene.pose)[0], max=self.spread)
+        found = self._neighbours(scene)
+        nearest = found["nearest"]
         alone = xp.broadcast_to(xp.all(nearest >= self.spread, axis=1, keepdims=True), nearest.shape)
         reward = (nearest - scene.notes["nearest"]) + alone - _stall_penalty(scene)
-        scene.notes["nearest"] = nearest
+        scene.notes.update(found)
         return Outcome(reward, alone, {"nearest": nearest, "is_success": alone})
 
 
