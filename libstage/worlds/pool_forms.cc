@@ -15,10 +15,12 @@
 
 namespace Stg {
 
-/// Frees rows of which no world is left, for example those from before a subscription.
+/// Frees rows that no world has used for a while, for example those from before a subscription.
+/// Called before each step. Worlds that are reset in every step use some of them only for a moment.
 void WorldPool::Impl::FreeUnusedRows() {
-  if (forms_changed.load() == forms_of_freeing) return;
+  if (forms_changed.load() == forms_of_freeing && !may_have_unused_rows) return;
   forms_of_freeing = forms_changed.load();
+  may_have_unused_rows = false;
   std::vector<PoolVariant*> several;
   for (const auto& variant : variants)
     if (variant->HasSeveralRows()) several.push_back(variant.get());
@@ -26,7 +28,8 @@ void WorldPool::Impl::FreeUnusedRows() {
   std::vector<std::array<bool, Subscriptions::kMost>> used(variants.size());
   for (const Slot& slot : slots)
     if (slot.form == Form::kRow) used[slot.variant->number][slot.subscriptions->number()] = true;
-  for (PoolVariant* const variant : several) variant->FreeRows(used[variant->number]);
+  for (PoolVariant* const variant : several)
+    if (variant->FreeRows(used[variant->number])) may_have_unused_rows = true;
 }
 
 /// Makes a world that has just been loaded a row. Returns whether the world is a row now.

@@ -194,6 +194,7 @@ struct WorldPool::Impl {
   uint64_t forms_of_common = 0;            // its value when `common` was determined
   rows::Rows* common = nullptr;            // see CommonRows()
   uint64_t forms_of_freeing = 0;           // its value when unused rows were freed
+  bool may_have_unused_rows = false;       // some are kept for a while
 
   static thread_local Thread* current;
 };

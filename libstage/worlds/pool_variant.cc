@@ -38,6 +38,7 @@ rows::Rows* PoolVariant::RowsOf(Subscriptions* subscriptions) {
   if (owned) return owned.get();
   owned = std::make_unique<rows::Rows>(subscriptions->scene(), std::vector<uint64_t>());
   owned->Resize(places_);
+  calls_without_use_[subscriptions->number()] = 0;
   known.store(owned.get(), std::memory_order_release);
   return owned.get();
 }
@@ -46,13 +47,22 @@ bool PoolVariant::HasSeveralRows() const {
   return std::ranges::count_if(owned_rows_, [](const auto& owned) { return owned != nullptr; }) > 1;
 }
 
-void PoolVariant::FreeRows(const std::array<bool, Subscriptions::kMost>& used) {
+bool PoolVariant::FreeRows(const std::array<bool, Subscriptions::kMost>& used) {
+  bool keeps_unused = false;
   for (size_t i = 0; i < owned_rows_.size(); i++) {
-    if (used[i] || !owned_rows_[i]) continue;
+    if (!owned_rows_[i]) continue;
+    calls_without_use_[i] = used[i] ? 0 : calls_without_use_[i] + 1;
+    if (used[i]) continue;
+    if (calls_without_use_[i] < kMostCallsWithoutUse) {
+      keeps_unused = true;
+      continue;
+    }
     if (device_) device_->Forget(owned_rows_[i].get());
     owned_rows_[i].reset();
     rows_[i] = nullptr;
+    calls_without_use_[i] = 0;
   }
+  return keeps_unused;
 }
 
 }  // namespace Stg

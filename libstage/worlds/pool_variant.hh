@@ -36,13 +36,16 @@ class PoolVariant {
   rows::Rows* RowsOf(Subscriptions* subscriptions);
   /// True if there are several, of which some may be unused.
   bool HasSeveralRows() const;
-  /// Frees rows whose number is not in `used`.
-  void FreeRows(const std::array<bool, Subscriptions::kMost>& used);
+  /// Frees rows whose number was not in `used` for a number of calls. Returns whether others that
+  /// are unused remain.
+  bool FreeRows(const std::array<bool, Subscriptions::kMost>& used);
 
   const std::shared_ptr<PoolScene> scene;
   const uint32_t number;
 
  private:
+  static constexpr int kMostCallsWithoutUse = 20;
+
   PoolDevice* const device_;
   uint32_t places_ = 0;
   std::vector<uint32_t> free_;
@@ -50,6 +53,7 @@ class PoolVariant {
   std::mutex making_rows_;
   std::array<std::unique_ptr<rows::Rows>, Subscriptions::kMost> owned_rows_;
   std::array<std::atomic<rows::Rows*>, Subscriptions::kMost> rows_{};
+  std::array<int, Subscriptions::kMost> calls_without_use_{};
 };
 
 }  // namespace Stg
