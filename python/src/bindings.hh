@@ -28,6 +28,7 @@ void BindOptions(nanobind::module_& module);
 void BindRosNames(nanobind::module_& module);
 void BindPicture(nanobind::module_& module, nanobind::class_<Simulation>& world);
 void BindCrowd(nanobind::module_& module);
+void BindFeatures(nanobind::module_& module);
 void BindScene(nanobind::module_& module, nanobind::class_<Simulation>& world);
 void BindSections(nanobind::class_<Simulation>& world);
 void BindSweep(nanobind::module_& module);

@@ -296,3 +296,56 @@ def test_tasks_compute_the_same_with_pytorch(name: str) -> None:
         assert np.abs(mine.rewards - other.rewards.numpy()).max() < 1e-12
         assert np.array_equal(mine.over, other.over) and np.array_equal(mine.took_part, other.took_part.numpy())
     assert with_numpy.batch.state_hashes() == with_torch.batch.state_hashes()
+
+
+# ---- features -----------------------------------------------------------------------------------
+
+
+class Still:
+    """Arrays of robots for features, without worlds."""
+
+    def __init__(self, pose: Any, velocity: Any, ranges: Any) -> None:
+        self.pose, self.velocity, self.ranges = (np.asarray(values, float) for values in (pose, velocity, ranges))
+
+
+def test_features_are_what_they_say() -> None:
+    random = np.random.default_rng(3)
+    pose = random.uniform(-5, 5, (40, 3, 3))
+    scene: Any = Still(pose, random.uniform(-1, 1, (40, 3, 3)), random.uniform(0, 9, (40, 3, 7)))
+    scene.ranges[3, 1, 2], scene.ranges[4, 0, 0], scene.ranges[5, 0, 0] = np.nan, np.inf, 0
+    points = random.uniform(-5, 5, (40, 1, 2))
+    found = stage_env.towards(scene, points, 6)
+    distance, bearing = stage_env.seen_from(pose, points)
+    assert found.dtype == np.float32 and np.allclose(found[..., 0], np.minimum(distance / 6, 1), atol=1e-7)
+    assert np.allclose(found[..., 1:], bearing, atol=1e-7) and (found[..., 0] == 1).any()
+    assert np.allclose(stage_env.distance_to(pose, points), distance, rtol=1e-15)
+    scene.pose[0, 0, :2] = points[0, 0]
+    scene.pose[1, 1] = np.nan
+    found = stage_env.towards(scene, points, 6)
+    assert found[0, 0].tolist() == [0, 1, 0] and np.isnan(found[1, 1]).all()
+    free = stage_env.free_space(scene, 4)
+    expected = np.where(scene.ranges < 4, scene.ranges / 4, 1)
+    assert free.dtype == np.float32 and np.allclose(free, expected, atol=1e-7)
+    assert free[3, 1, 2] == free[4, 0, 0] == 1 and free[5, 0, 0] == 0
+    fast = stage_env.speeds(scene, (0.5, 0, 2))
+    assert np.allclose(fast, scene.velocity[..., ::2] / [0.5, 2], atol=1e-6)
+    whole = stage_env.joined(found, distance, free)
+    assert whole.shape == (40, 3, 11) and np.array_equal(whole[..., 3], distance.astype(np.float32))
+    with pytest.raises(ValueError):
+        st._core.find_towards(pose, points, 6, np.empty((40, 3, 3), np.float32))
+
+
+def test_memory_of_observations_is_used_again_only_if_nobody_refers_to_it() -> None:
+    from stagesim.env.recycled import MOST, empty
+
+    shape = (300, 7, 11)
+    held = [empty(shape, np.float32) for _ in range(2 * MOST)]
+    assert len({array.ctypes.data for array in held}) == 2 * MOST
+    view = held[0][3:5, 1]
+    address = held[0].ctypes.data
+    held.clear()
+    again = [empty(shape, np.float32) for _ in range(MOST)]
+    assert address not in {array.ctypes.data for array in again}
+    del view, again
+    assert address in {array.ctypes.data for array in [empty(shape, np.float32) for _ in range(MOST)]}
+    assert empty((3,), np.float32) is not empty((3,), np.float32)

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..device_array import DeviceArray
+from . import recycled
 
 #: An array of the environment's library: a NumPy array, or a tensor of PyTorch.
 Array = Any
@@ -94,7 +95,11 @@ def copied(seen: Any) -> Any:
     """A copy of an array, or of arrays by name."""
     if isinstance(seen, dict):
         return {name: copied(values) for name, values in seen.items()}
-    return seen.copy() if isinstance(seen, np.ndarray) else seen.clone()
+    if not isinstance(seen, np.ndarray):
+        return seen.clone()
+    made = recycled.empty(seen.shape, seen.dtype)
+    made[...] = seen
+    return made
 
 
 def put(seen: Any, rows: Any, values: Any) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .. import _core
+from . import recycled
 from .arrays import Array, namespace_of
 from .scene import Scene
 
@@ -17,7 +19,7 @@ def joined(*parts: Array) -> Array:
     """
     wide = [part if part.ndim > 2 else part[..., None] for part in parts]
     if isinstance(wide[0], np.ndarray):
-        made = np.empty((*wide[0].shape[:2], sum(part.shape[2] for part in wide)), np.float32)
+        made = recycled.empty((*wide[0].shape[:2], sum(part.shape[2] for part in wide)), np.float32)
         start = 0
         for part in wide:
             made[..., start:start + part.shape[2]] = part
@@ -31,23 +33,30 @@ def free_space(scene: Scene, reach: float) -> Array:
     """The ranges in units of `reach` (metres), from 0 to 1; without a reading 1: float32, (n, robots, samples)."""
     ranges = scene.ranges
     if isinstance(ranges, np.ndarray):
-        made = np.empty(ranges.shape, np.float32)
-        np.multiply(ranges, 1 / reach, out=made, casting="same_kind")
-        return np.fmin(made, np.float32(1), out=made)
+        made = recycled.empty(ranges.shape, np.float32)
+        _core.find_free_space(ranges, reach, made)
+        return made
     xp = scene.xp
     near = ranges < reach
     return xp.astype(xp.where(near, ranges * (1 / reach), xp.ones_like(ranges)), xp.float32)
 
 
 def speeds(scene: Scene, top_speed: tuple[float, float, float]) -> Array:
-    """Set speeds forwards and turning in units of `top_speed` (m/s, rad/s): shape (n, robots, 2)."""
+    """Set speeds forwards and turning in units of `top_speed` (m/s, rad/s): float32, shape (n, robots, 2)."""
     velocity = scene.velocity
-    xp = namespace_of(velocity)
-    return xp.stack([velocity[..., 0] * (1 / (top_speed[0] or 1)), velocity[..., 2] * (1 / (top_speed[2] or 1))], axis=-1)
+    forwards, turning = 1 / (top_speed[0] or 1), 1 / (top_speed[2] or 1)
+    if isinstance(velocity, np.ndarray):
+        made = recycled.empty((*velocity.shape[:2], 2), np.float32)
+        _core.find_speeds(velocity, forwards, turning, made)
+        return made
+    xp = scene.xp
+    return xp.astype(xp.stack([velocity[..., 0] * forwards, velocity[..., 2] * turning], axis=-1), xp.float32)
 
 
 def towards(scene: Scene, points: Array, far: float) -> Array:
     """Points seen from the robots: distance in units of `far` (0 to 1), cosine and sine of the bearing.
+
+    On the host it has the same bits on all processors.
 
     Args:
         scene: the worlds.
@@ -55,12 +64,17 @@ def towards(scene: Scene, points: Array, far: float) -> Array:
         far: distances are clipped to this, metres.
 
     Returns:
-        Shape (n, robots, 3).
+        float32, shape (n, robots, 3).
     """
-    distance, bearing = seen_from(scene.pose, points)
-    xp = namespace_of(distance)
+    pose = scene.pose
+    if isinstance(pose, np.ndarray):
+        made = recycled.empty(pose.shape, np.float32)
+        _core.find_towards(pose, np.broadcast_to(points, (*pose.shape[:2], 2)), far, made)
+        return made
+    xp = scene.xp
+    distance, bearing = seen_from(pose, points)
     near = xp.clip(distance * (1 / far), max=1.0)
-    return xp.concat([near[..., None], bearing], axis=-1)
+    return xp.astype(xp.concat([near[..., None], bearing], axis=-1), xp.float32)
 
 
 def seen_from(pose: Array, point: Array) -> tuple[Array, Array]:
@@ -88,6 +102,10 @@ def seen_from(pose: Array, point: Array) -> tuple[Array, Array]:
 
 def distance_to(pose: Array, point: Array) -> Array:
     """Computes only the distances of seen_from()."""
+    if isinstance(pose, np.ndarray) and pose.ndim == 3 and pose.shape[2] == 3 and pose.flags.c_contiguous:
+        made = recycled.empty(pose.shape[:2], np.float64)
+        _core.find_distances(pose, np.broadcast_to(point, (*made.shape, 2)), made)
+        return made
     away_x, away_y = point[..., 0] - pose[..., 0], point[..., 1] - pose[..., 1]
     return namespace_of(pose).sqrt(away_x * away_x + away_y * away_y)
 
