@@ -81,8 +81,8 @@ def tell(folder: Path, names: Sequence[str]) -> None:
                       f" ({values[0]:.4g} to {values[-1]:.4g}), {len(values)} seeds")
 
 
-def draw(folder: Path, names: Sequence[str], path: Path) -> None:
-    """Draws success over seconds: a line for each seed, and dots for evaluations of the deterministic policy."""
+def draw(folder: Path, names: Sequence[str], over: str, path: Path) -> None:
+    """Draws success over seconds or steps: a line for each seed, and a dot for each evaluation without noise."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -93,10 +93,10 @@ def draw(folder: Path, names: Sequence[str], path: Path) -> None:
         for i, file in enumerate(sorted(folder.glob(f"{name}-*.csv"))):
             rows = read(file)
             for column, style in (("score", "-"), ("test", "o")):
-                points = [(float(row["seconds"]), float(row[column])) for row in rows if row[column] not in ("", "nan")]
+                points = [(float(row[over]), float(row[column])) for row in rows if row[column] not in ("", "nan")]
                 axes.plot(*(zip(*points) if points else ((), ())), style, color=f"C{i}", markersize=4, linewidth=1)
         axes.axhline(0.9, color="gray", linewidth=0.5)
-        axes.set(title=name, xlabel="seconds", ylim=(0, 1.02), xlim=(0, None))
+        axes.set(title=name, xlabel=over, ylim=(0, 1.02), xlim=(0, None))
     all_axes[0][0].set_ylabel("success (dots: deterministic policy)")
     figure.tight_layout()
     figure.savefig(path, dpi=110)
@@ -107,6 +107,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("folder", type=Path, help="for the results")
     parser.add_argument("--only", nargs="+", choices=tuple(RUNS), default=["navigate"], help="(default: navigate)")
     parser.add_argument("--seeds", type=int, default=5, help="number of seeds (default: 5)")
+    parser.add_argument("--over", choices=("seconds", "steps"), default="seconds", help="axis of the plot")
     parser.add_argument("--draw", action="store_true", help="train nothing")
     options = parser.parse_args(arguments)
     options.folder.mkdir(parents=True, exist_ok=True)
@@ -114,7 +115,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for name in options.only:
             run(name, seed, options.folder)
     tell(options.folder, options.only)
-    draw(options.folder, options.only, options.folder / "curves.png")
+    draw(options.folder, options.only, options.over, options.folder / "curves.png")
 
 
 if __name__ == "__main__":

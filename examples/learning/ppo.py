@@ -32,7 +32,7 @@ AnyTask = Union[Task, str, None]
 EPISODES = 500  # least number of episodes of robots in an evaluation
 SEED_OF_TESTS, SEED_OF_RESULT = 1_000_000_000, 2_000_000_000  # the seeds of training are smaller
 WINDOW = 300  # episodes of training that must have the wanted success before the policy is evaluated
-PAUSE = 5  # updates between two evaluations
+PAUSE = 8  # updates between two evaluations
 LARGEST = 32768  # rows of a minibatch
 
 
@@ -70,6 +70,10 @@ class Clock:
         now = time.perf_counter()
         self.seconds[phase] += now - self.last
         self.last = now
+
+    def rollouts(self) -> float:
+        """Seconds of all rollouts."""
+        return self.seconds["simulation"] + self.seconds["environment"] + self.seconds["policy"]
 
     def __str__(self) -> str:
         total = self.last - self.start
@@ -136,6 +140,8 @@ class Rollout:
                 self.reward[i] += self.options.discount * final * truncated
             seen = tensor(step.observations, policy).view(rows, -1)
         self._advantages(policy.critic(seen)[:, 0])
+        if seen.is_cuda:
+            torch.cuda.synchronize()
         clock.book("policy")
         return seen
 
@@ -240,8 +246,8 @@ def train(options: argparse.Namespace, task: AnyTask = None) -> tuple[Policy, li
         if is_done or len(curve) % options.report == 0:
             left = max(options.steps - steps, 0) * line["seconds"] / steps
             print(f"{steps:>9} steps", *(f"{x} {line[x]:.3f}" for x in ("score", "test") if x in line),
-                  f"{steps / line['seconds']:.0f} steps/s", f"{line['seconds']:.1f} s, at most {left:.0f} s left",
-                  clock, sep="  ", flush=True)
+                  f"{steps / line['seconds']:.3g} steps/s ({steps / clock.rollouts():.3g} in rollouts)",
+                  f"{line['seconds']:.1f} s, at most {left:.0f} s left", clock, sep="  ", flush=True)
     return policy, curve
 
 

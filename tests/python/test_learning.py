@@ -134,7 +134,30 @@ def test_success_improves(ppo: Any, capsys: pytest.CaptureFixture[str]) -> None:
     before, after = (ppo.evaluate(which, ppo.make(options, 50), seed=9)["is_success"] for which in (first, policy))
     assert after > before + 0.2
     said = capsys.readouterr().out.splitlines()[-1]
-    assert re.search(r"score [\d.]+  \d+ steps/s  [\d.]+ s, at most \d+ s left  setup \d+ %, simulation \d+ %", said)
+    assert re.search(r"score [\d.]+  [\de.+]+ steps/s \([\de.+]+ in rollouts\)  [\d.]+ s, at most \d+ s left  "
+                     r"setup \d+ %, simulation \d+ %, environment \d+ %, policy \d+ %, update \d+ %, evaluation 0 %$", said)
+
+
+def test_tensors_of_the_environment_are_taken(ppo: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With an environment of tensors, as on a card, the policy gets as good."""
+    from functools import partial
+
+    import torch
+
+    monkeypatch.setattr(ppo, "StageArrayEnv", partial(ppo.StageArrayEnv, arrays="torch"))
+    options = ppo.parsed(["--envs", "64", "--steps", "50000"])
+    policy, curve = ppo.train(options)
+    env = ppo.make(options, 50)
+    assert isinstance(env.reset(1), torch.Tensor) and ppo.evaluate(policy, env, seed=9)["is_success"] > 0.4
+
+
+@pytest.mark.skipif(not os.environ.get("STAGE_TRAIN"), reason="takes a minute: set STAGE_TRAIN")
+@pytest.mark.parametrize("arguments", [["--envs", "128"], ["--envs", "64", "--world", "eight.world"]])
+def test_policies_succeed(ppo: Any, learning: Path, arguments: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """One robot, and eight robots that share a policy, succeed in nine of ten fresh episodes."""
+    monkeypatch.chdir(learning)
+    found = ppo.main([*arguments, "--until", "0.92", "--seed", "6"])
+    assert found["is_success"] > 0.88  # 0.92 less three standard errors
 
 
 def test_training_repeats(ppo: Any) -> None:
