@@ -2,7 +2,7 @@
 """Environments for reinforcement learning, made from a world file and a task.
 
 Importing this module registers "Stage/Navigate-v0", "Stage/Disperse-v0", "Stage/Forage-v0" and
-"Stage/Measured-v0" with Gymnasium.
+"Stage/Measured-v0" with Gymnasium. `gymnasium.make("stagesim.env:Stage/Navigate-v0")` imports it.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ except ImportError as error:
     raise ImportError(f"stagesim.env needs Gymnasium, PettingZoo and array-api-compat ({error}): "
                       'pip install "stagesim[env]"', name=error.name) from error
 
+from .adapters import to_jax, to_sb3, to_torchrl
 from .features import distance_to, free_space, joined, seen_from, speeds, towards, with_headings
 from .parallel import StageParallelEnv
 from .places import reachable_places
@@ -33,7 +34,8 @@ parallel_env = StageParallelEnv
 __all__ = [
     "TASKS", "ArrayStep", "Disperse", "Forage", "Measured", "Navigate", "Outcome", "Randoms", "Scene", "StageArrayEnv",
     "StageEnv", "StageParallelEnv", "StageVectorEnv", "Statistics", "Task", "distance_to", "free_space", "joined",
-    "parallel_env", "reachable_places", "seen_from", "speeds", "towards", "with_headings",
+    "parallel_env", "reachable_places", "seen_from", "speeds", "to_jax", "to_sb3", "to_torchrl", "towards",
+    "with_headings",
 ]
 
 for _name in TASKS:

@@ -16,6 +16,7 @@ from .._scene_variants import MapLike
 from ..batch import Which
 from ..fleet import Bools
 from ..pictures import Pixels
+from . import adapters
 from .arrays import Array, copied, on_host, put, wide
 from .episodes import AnyTask, AnyWorld, Episodes, MakeMap, Moment, opened
 from .rendering import MODES, Rendering
@@ -168,6 +169,18 @@ class StageVectorEnv(VectorEnv[Any, Any, Any]):
         """Returns one picture of size `render_size` that shows the first worlds side by side."""
         episodes = opened(self._episodes)
         return episodes.renderer.mosaic(episodes.batch, range(min(worlds, self.num_envs)))
+
+    def to_sb3(self) -> Any:
+        """Makes a vector environment of Stable-Baselines3: see stagesim.env.to_sb3()."""
+        return adapters.to_sb3(self)
+
+    def to_torchrl(self, device: Any = "cpu") -> Any:
+        """Makes a batched environment of TorchRL: see stagesim.env.to_torchrl()."""
+        return adapters.to_torchrl(self, device)
+
+    def to_jax(self) -> Any:
+        """Makes a vector environment with arrays of JAX: see stagesim.env.to_jax()."""
+        return adapters.to_jax(self)
 
     def close_extras(self, **kwargs: Any) -> None:
         """Frees the worlds and closes the window."""

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Environments by name and adapters to libraries for learning, without these libraries: tests/learn has the others."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import gymnasium
+import pytest
+from stagesim.env import TASKS
+
+
+def python(code: str) -> str:
+    """The output of Python code in a new process."""
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+
+
+def test_a_name_with_the_module_needs_no_import() -> None:
+    """Gymnasium itself imports nothing of Stage; the name of an environment begins with what it has to import."""
+    code = ("import sys, gymnasium\n"
+            "print(any(name.startswith('stagesim') for name in sys.modules))\n"
+            "print(type(gymnasium.make('stagesim.env:Stage/Navigate-v0').unwrapped).__name__)\n"
+            "print(type(gymnasium.make_vec('stagesim.env:Stage/Disperse-v0', num_envs=2)).__name__)\n")
+    assert python(code).split() == ["False", "StageEnv", "StageVectorEnv"]
+
+
+def test_every_task_has_a_name() -> None:
+    assert {name for name in gymnasium.registry if name.startswith("Stage/")} == {f"Stage/{name}-v0" for name in TASKS}
+
+
+def test_environments_import_no_library() -> None:
+    found = set(python("import sys, stagesim.env; print(*sys.modules)").split())
+    assert not {"torch", "stable_baselines3", "torchrl", "jax", "ray", "supersuit", "skrl"} & found
+
+
+def test_a_missing_library_is_named() -> None:
+    code = ("import sys\n"
+            "from stagesim.env import StageVectorEnv\n"
+            "env = StageVectorEnv(1)\n"
+            "for module in ('stable_baselines3', 'torchrl', 'jax'): sys.modules[module] = None\n"
+            "for method in (env.to_sb3, env.to_torchrl, env.to_jax):\n"
+            "    try: method()\n"
+            "    except ImportError as error: print(error)\n")
+    expected = [("sb3", "Stable-Baselines3"), ("torchrl", "TorchRL"), ("jax", "JAX")]
+    for line, (extra, library) in zip(python(code).splitlines(), expected, strict=True):
+        assert line.startswith(f"to_{extra}() needs {library} (")
+        assert line.endswith(f'): pip install "stagesim[{extra}]"')
+
+
+def test_the_extras_of_adapters(root: Path) -> None:
+    """Each library of the page has an extra, and tools/setup --learn installs what the extras need."""
+    file = root / "python" / "pyproject.toml"
+    if not file.exists():
+        pytest.skip("there is no python/pyproject.toml")
+    extras = pytest.importorskip("tomllib").loads(file.read_text())["project"]["optional-dependencies"]
+    wanted = {line for line in (root / "python" / "learn_requirements.txt").read_text().splitlines()
+              if line and line[0] != "#"}
+    names = ("sb3", "supersuit", "torchrl", "rllib", "skrl", "jax")
+    assert {need for name in names for need in extras[name]} == {"stagesim[env]", *wanted}
