@@ -14,7 +14,9 @@ import gymnasium
 import numpy as np
 import pytest
 import stagesim as st
+from gymnasium.vector import AutoresetMode
 from stagesim import env as stage_env
+from stagesim import scenes
 
 WORLDS = ("cave.world", "simple.world", "arena.world", "forage.world")
 
@@ -141,6 +143,74 @@ def test_parallel_environment(copied: Callable[[Any], Any]) -> None:
                          for observed, *rest in steps])
     assert outcomes[0] == outcomes[1]
     assert outcomes[0][0] != outcomes[0][-1], "the robots move"
+
+
+def cluttered(random: np.random.Generator) -> scenes.Scene:
+    """A room with random obstacles and a robot, for each episode."""
+    walls = scenes.clutter(6, 6, seed=int(random.integers(2**31)))
+    [[x, y, a]] = scenes.free_places(walls, 1, 0.3, seed=int(random.integers(2**31)))
+    lidar = scenes.Ranger(range=(0, 4), fov=2 * np.pi, samples=16)
+    return scenes.Scene(walls, [scenes.Robot(name="r", pose=(x, y, a), size=(0.3, 0.3, 0.3), sensors=[lidar])])
+
+
+def plain(value: Any) -> Any:
+    """Results without arrays, to be compared."""
+    if isinstance(value, dict):
+        return {name: plain(part) for name, part in value.items()}
+    if isinstance(value, np.ndarray):
+        return [plain(part) for part in value] if value.dtype == object else value.tolist()
+    return [plain(part) for part in value] if isinstance(value, (list, tuple)) else value
+
+
+def outcome(env: stage_env.StageVectorEnv, action: np.ndarray) -> list[Any]:
+    """All results of a step, and of the reset of ended worlds that follows in the mode DISABLED."""
+    results = env.step(action)
+    ended = results[2] | results[3]
+    if env.autoreset_mode is AutoresetMode.DISABLED and ended.any():
+        return plain([*results, env.reset(options={"reset_mask": ended})])
+    return plain(results)
+
+
+@pytest.mark.parametrize("copied,options", [
+    (copy.deepcopy, {}), (pickled, {}), (pickled, {"maps": cluttered}), (copy.deepcopy, {"vary": True})],
+    ids=["deepcopy", "pickle", "maps", "vary"])
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_vector_environment_after_each_step(copied: Callable[[Any], Any], options: dict[str, Any],
+                                            mode: AutoresetMode) -> None:
+    """Copies go on as the original, also those of environments some of whose episodes have just ended."""
+    task = stage_env.Navigate(limit=5, goal_radius=1.5, steps=10)
+    world = cluttered(np.random.default_rng(0)) if "maps" in options else None
+    env = stage_env.StageVectorEnv(4, world, task, autoreset_mode=mode, episode_info=True, maps=options.get("maps"))
+    if "vary" in options:
+        env.vary("ranger.noise[0]", np.linspace(0, 0.2, 4))
+    env.reset(seed=8)
+    env.step(np.zeros((4, 2)))
+    env.reset(options={"reset_mask": np.array([True, False, True, False])})
+    random = np.random.default_rng(1)
+    actions = random.uniform(-1, 1, (11, 4, 2))
+    actions[..., 0] = np.abs(actions[..., 0])
+    results, copies = [], []
+    for action in actions:
+        copies.append(copied(env))
+        results.append(outcome(env, action))
+    ends = np.array([np.array(result[2]) | np.array(result[3]) for result in results])
+    assert ends.sum() > 4 and len({tuple(column) for column in ends.T.tolist()}) > 1, "episodes end at different times"
+    for begin, copy_of_env in enumerate(copies):
+        assert [outcome(copy_of_env, action) for action in actions[begin:begin + 2]] == results[begin:begin + 2]
+
+
+@pytest.mark.parametrize("copied", COPIES)
+def test_array_environment(copied: Callable[[Any], Any]) -> None:
+    """Copies go on as the original, also while some robots of a world have ended and others have not."""
+    env = stage_env.StageArrayEnv(3, "arena.world", stage_env.Navigate(limit=6, goal_radius=1.5, steps=10))
+    env.reset(seed=4)
+    actions = np.random.default_rng(2).uniform(0, 1, (8, 3, len(env.agents), 2))
+    copies, results = [], []
+    for action in actions:
+        copies.append(copied(env))
+        results.append(plain(list(env.step(action))))
+    for begin, copy_of_env in enumerate(copies):
+        assert [plain(list(copy_of_env.step(action))) for action in actions[begin:]] == results[begin:]
 
 
 def state_after(given: tuple[st.World, Any]) -> tuple[str, list[float]]:
