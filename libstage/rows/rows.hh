@@ -106,6 +106,16 @@ struct Columns {
   std::vector<ModelBlobfinder::Blob> blobs;  ///< by blobfinder, see Blobfinder::max_blobs()
 };
 
+/// Rays of the cell model from arbitrary poses, with equal bearings; see RayCaster.
+struct Casting {
+  static constexpr uint32_t kNobody = UINT32_MAX;
+  double z;  ///< m, of the rays; NaN: they hit bodies at any height
+  bool robots;
+  double range;  ///< m; at most a leg of a ray
+  std::vector<internal::sensing::Direction> directions;
+  std::vector<SineCosine> unit_vectors;
+};
+
 class Rows {
  public:
   /// Makes worlds in the state after loading with these seeds. Throws LoadError like Reset().
@@ -158,6 +168,12 @@ class Rows {
   /// Calls the controllers of a world, if its robots updated in the step that it has made without
   /// them.
   void RunControls(size_t world, Scratch* scratch);
+  /// True if rows of a scene can cast such rays: those of the cell model that are not too long.
+  static bool CanCast(const Scene& scene, RayModel model, double range);
+  /// Casts the rays of `casting` from these poses, and stores their ranges one fan after the other.
+  /// `ignored`: for each pose a mover that its rays pass, or Casting::kNobody.
+  void Cast(size_t world, const Casting& casting, std::span<const Planar> poses,
+            const uint32_t* ignored, double* ranges, Scratch* scratch);
   /// Bytes of a world.
   size_t BytesPerWorld() const;
 

@@ -112,6 +112,8 @@ class Rows::Stepper {
   void Step(uint64_t unseen);
   void RunControlsAfterStep();
   void Place(size_t index, const Planar& pose);
+  void Cast(const Casting& casting, std::span<const Planar> poses, const uint32_t* ignored,
+            double* ranges);
 
  private:
   static constexpr uint8_t kAsked = 1, kMoved = 2, kInFloor = 4;

@@ -17,6 +17,16 @@ bool StopsCast(Model* candidate, const Model*, const void* seen) {
   return static_cast<const char*>(seen)[candidate->GetId()];
 }
 
+/// The cells of the tree of a model that rays pass, so that they are not stopped there one by one:
+/// those that start in a robot would take three times as long. `from` may be null.
+sensing::SelfMask HideTree(const Model* from, bool exact, sensing::Scene* scene) {
+  if (!from) return {};
+  const Model* const root = from->Root();
+  internal::grid::Rasterizations own;
+  root->CollectRasterizations(&own, exact);
+  return scene->batch.MakeSelfMask(scene->grid, own, root, exact);
+}
+
 }  // namespace
 
 RayCaster::RayCaster(World* world, const CastOptions& options)
@@ -80,13 +90,14 @@ void RayCaster::PlaceFans(const Pose* poses, size_t count, meters_t range, uint3
   const double z = fan.z_test ? options_.z : 0;
   fan.layer = options_.robots ? scene.grid.RangerLayer(z, fan.z_test, fan.exact)
                               : scene.grid.MapLayer(z, fan.z_test, fan.exact);
+  const sensing::SelfMask hidden = HideTree(options_.from, fan.exact, &scene);
   OrderByPlace(poses, count);
   scene.batch.Allocate({.rays = count * samples, .fans = static_cast<uint32_t>(count)});
   ForEachSlice(count, [&, fan](size_t i) mutable {
     fan.tag = order_[i].pose;
     const Pose& pose = poses[fan.tag];
     sensing::PlaceFan(&fan, Pose(pose.x, pose.y, z, pose.a), range, scene.cells_per_metre);
-    scene.batch.Put(static_cast<uint32_t>(i), fan, i * samples, samples, sensing::SelfMask());
+    scene.batch.Put(static_cast<uint32_t>(i), fan, i * samples, samples, hidden);
   });
 }
 

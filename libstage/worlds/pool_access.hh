@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -85,6 +86,15 @@ class PoolAccess {
   /// Makes the world a row in the state of the snapshot, which the caller writes. Several threads
   /// may call it for different worlds.
   static PoolRow Enter(WorldPool& pool, uint32_t id, const SnapshotRow& from);
+
+  /// Casts rays in a world; see rows::Rows::Cast(). Returns false if it has a World object. Several
+  /// threads may call it for different worlds.
+  static bool Cast(WorldPool& pool, uint32_t id, const rows::Casting& casting,
+                   std::span<const rows::Planar> poses, const uint32_t* ignored, double* ranges);
+  /// Calls call(world) with a World object in the state of a world, which it must not change.
+  /// Several threads may call it for different worlds. Returns false, without a call, if the world
+  /// does not exist.
+  static bool Look(WorldPool& pool, uint32_t id, const std::function<void(World& world)>& call);
 
   // States as words.
 

@@ -154,7 +154,7 @@ void WorldPool::Impl::CallControllers(const Slot& any, std::span<const uint32_t>
   for (const ControlFailure& failure : *failures) failed[failure.index] = true;
   std::mutex failing;
   workers->Run(places.size(), kGrain, [&](size_t begin, size_t end, unsigned thread) {
-    rows::Rows::Scratch* const scratch = ScratchOf(any, &of_threads[thread]);
+    rows::Rows::Scratch* const scratch = ScratchOf(any, &of_threads[thread], *any.rows);
     for (size_t i = begin; i < end; i++) {
       if (failed[i]) continue;
       try {

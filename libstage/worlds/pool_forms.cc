@@ -125,10 +125,12 @@ void WorldPool::Impl::TakeBackSometimes(uint32_t id, Thread* thread) {
   slot.wait = TakeBack(id, thread) ? uint16_t{1} : std::min<uint16_t>(2 * slot.wait, kLongest);
 }
 
-rows::Rows::Scratch* WorldPool::Impl::ScratchOf(const Slot& slot, Thread* thread) {
+/// Memory of a thread for rows with the subscriptions of a world.
+rows::Rows::Scratch* WorldPool::Impl::ScratchOf(const Slot& slot, Thread* thread,
+                                                const rows::Rows& of) {
   std::shared_ptr<rows::Rows::Scratch>& scratch =
       thread->Of(*slot.variant).scratches[slot.subscriptions->number()];
-  if (!scratch) scratch = slot.rows->MakeScratch();
+  if (!scratch) scratch = of.MakeScratch();
   return scratch.get();
 }
 
@@ -226,7 +228,8 @@ void PoolAccess::Reseed(WorldPool& pool, uint32_t id, uint64_t seed) {
 void PoolAccess::StepRow(WorldPool& pool, uint32_t id, uint64_t unseen) {
   WorldPool::Impl& impl = *pool.impl_;
   const WorldPool::Impl::Slot& slot = impl.slots[id];
-  impl.RowsToChange(slot)->Step(slot.place, 1, impl.ScratchOf(slot, impl.CurrentThread()), unseen);
+  impl.RowsToChange(slot)->Step(slot.place, 1,
+                                impl.ScratchOf(slot, impl.CurrentThread(), *slot.rows), unseen);
 }
 
 bool PoolAccess::Take(WorldPool& pool, uint32_t id, Snapshot* to, Snapshot::Keep keep) {
@@ -255,7 +258,7 @@ void PoolAccess::Place(WorldPool& pool, uint32_t id, size_t mover, const rows::P
   WorldPool::Impl& impl = *pool.impl_;
   const WorldPool::Impl::Slot& slot = impl.slots[id];
   impl.RowsToChange(slot)->Place(slot.place, mover, pose,
-                                 impl.ScratchOf(slot, impl.CurrentThread()));
+                                 impl.ScratchOf(slot, impl.CurrentThread(), *slot.rows));
 }
 
 namespace {
@@ -323,6 +326,29 @@ World* PoolAccess::Borrow(WorldPool& pool, uint32_t id) {
 
 bool PoolAccess::HasWorld(const WorldPool& pool, uint32_t id) {
   return pool.impl_->slots[id].form == WorldPool::Impl::Form::kWorld;
+}
+
+// ---- rays and looks -----------------------------------------------------------------------------
+
+bool PoolAccess::Cast(WorldPool& pool, uint32_t id, const rows::Casting& casting,
+                      std::span<const rows::Planar> poses, const uint32_t* ignored,
+                      double* ranges) {
+  WorldPool::Impl& impl = *pool.impl_;
+  WorldPool::Impl::Thread* const thread = impl.CurrentThread();
+  const PoolRow row = impl.RowToRead(id, thread);
+  if (!row) return false;
+  const WorldPool::Impl::Slot& slot = impl.slots[id];
+  row.rows->Cast(row.row, casting, poses, ignored, ranges, impl.ScratchOf(slot, thread, *row.rows));
+  return true;
+}
+
+bool PoolAccess::Look(WorldPool& pool, uint32_t id, const std::function<void(World& world)>& call) {
+  try {
+    pool.impl_->WithWorld(id, pool.impl_->CurrentThread(), call);
+    return true;
+  } catch (const WorldFailure&) {
+    return false;
+  }
 }
 
 // ---- states as words ----------------------------------------------------------------------------

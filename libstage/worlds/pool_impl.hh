@@ -126,7 +126,7 @@ struct WorldPool::Impl {
   PoolRow RowToRead(uint32_t id, Thread* thread);
   Thread* CurrentThread();
   void FreeUnusedRows();
-  rows::Rows::Scratch* ScratchOf(const Slot& slot, Thread* thread);
+  rows::Rows::Scratch* ScratchOf(const Slot& slot, Thread* thread, const rows::Rows& of);
   /// Calls f(world) with a World object in the state of the world. Throws WorldFailure.
   template <typename F>
   void WithWorld(uint32_t id, Thread* thread, F f);

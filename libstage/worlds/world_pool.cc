@@ -245,7 +245,7 @@ StepObserver::Outcome WorldPool::Impl::StepWorld(uint32_t id, uint64_t first, ui
     if (each) each->BeforeStep(id, step);
     if (BecomeRow(id)) {
       const uint64_t steps = each ? StepsAtOnce(each, id, step, end) : end - step;
-      RowsToChange(slot)->Step(slot.place, steps, ScratchOf(slot, thread));
+      RowsToChange(slot)->Step(slot.place, steps, ScratchOf(slot, thread, *slot.rows));
       step += steps - 1;
     } else if (Require(id)->Update()) {
       if (!slot.world) throw WorldFailure{"a controller has deleted the world"};

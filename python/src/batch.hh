@@ -21,6 +21,7 @@
 #include "device_crowd.hh"
 #include "simulation.hh"
 #include "source.hh"
+#include "world/ray_caster.hh"
 #include "worlds/world_pool.hh"
 
 namespace Stg::python {
@@ -89,6 +90,16 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   void Place(const PlacedIds& models, const double* poses, const bool* which);
   /// Reads their places: [world][model][3]; NaN: there is no such model.
   void FindPlaces(const PlacedIds& models, double* poses);
+  /// Rays from poses in worlds; see CastOptions. `ignored`: for each pose the number of a robot
+  /// that its rays pass, or Casting::kNobody.
+  struct Cast {
+    CastOptions options;
+    double range;
+    std::vector<double> bearings;
+    std::vector<uint32_t> ignored;
+  };
+  /// `poses`: [world][pose][3]; `ranges`: [world][pose][bearing], NaN: there is no such world.
+  void CastRays(const Indices& which, const Cast& cast, const double* poses, double* ranges);
   // Batches on a device that reads the memory of CUDA: like the functions above, with a flag for
   // each world or robot. ResetFlagged() returns false if the worlds need their seeds.
   bool ResetFlagged(const rows::RowInput& flags);
@@ -132,6 +143,10 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   void MakeWorlds();
   void StepVariants(const Indices& which, uint64_t steps);
   void Gather(const Indices& which);
+  void CastInWorld(uint32_t id, World* world, const Cast& cast, const double* poses,
+                   double* ranges) const;
+  bool CastInRow(uint32_t id, const rows::Casting& casting, const Cast& cast, const double* poses,
+                 double* ranges);
   void Look(uint32_t index, const std::function<void(World& world)>& look) const;
 
   const std::unique_ptr<WorldPool> pool_;

@@ -167,6 +167,25 @@ void Reset(Batch& batch, const Numbers& which, const std::optional<Seeds>& seeds
   Logged([&] { batch.Reset(IndicesOf(which), new_seeds, new_variants); });
 }
 
+using CastPoses = nb::ndarray<const double, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
+using Ranges = nb::ndarray<double, nb::shape<-1, -1, -1>, nb::c_contig, nb::device::cpu>;
+
+void CastRays(Batch& batch, const Numbers& which, const CastPoses& poses,
+              const std::vector<double>& bearings, double range, const std::optional<double>& z,
+              bool robots, const Numbers& ignored, const std::string& ray_model,
+              const Ranges& ranges) {
+  if (poses.shape(0) != which.size() || ignored.size() != poses.shape(1) ||
+      ranges.shape(0) != which.size() || ranges.shape(1) != poses.shape(1) ||
+      ranges.shape(2) != bearings.size())
+    throw nb::value_error("found an array of another shape than that of the rays");
+  Batch::Cast cast{{}, range, bearings, IndicesOf(ignored)};
+  if (z) cast.options.z = *z;
+  cast.options.robots = robots;
+  if (ray_model == "cell") cast.options.ray_model = RayModel::kCell;
+  if (ray_model == "exact") cast.options.ray_model = RayModel::kExact;
+  Logged([&] { batch.CastRays(IndicesOf(which), cast, poses.data(), ranges.data()); });
+}
+
 using States = nb::ndarray<const uint64_t, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
 using WrittenStates = nb::ndarray<uint64_t, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
 
@@ -267,6 +286,9 @@ void BindBatch(nb::module_& module) {
       .def("set_prototype", &SetPrototype, nb::arg("variant"), nb::arg("prototype"),
            nb::arg("robots"))
       .def("state_hashes", &Batch::StateHashes)
+      .def("cast", &CastRays, nb::arg("which").noconvert(), nb::arg("poses").noconvert(),
+           nb::arg("bearings"), nb::arg("range"), nb::arg("z").none(), nb::arg("robots"),
+           nb::arg("ignored").noconvert(), nb::arg("ray_model"), nb::arg("to").noconvert())
       .def("count_state_words", &CountStateWords, nb::arg("which").noconvert(),
            nb::arg("keys").noconvert())
       .def("save_states", &SaveStates, nb::arg("which").noconvert(), nb::arg("keys").noconvert(),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Mapping, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _checks, _core, _options, _states
+from . import _checks, _core, _options, _rays, _states
 from ._core import Snapshot
 from ._members import Ids, fitted, placed_of, robots_of
 from ._scene_variants import MapLike, SceneVariants, each_map, scene_with
@@ -475,6 +475,45 @@ class Batch(Crowd):
     def restore(self, snapshot: Snapshot, ids: Which = None) -> None:
         """Restores a snapshot in worlds; None: in all. Worlds that it doesn't fit fail."""
         self._core.restore(self._chosen(ids), snapshot)
+
+    def cast(self, poses: npt.ArrayLike, bearings: npt.ArrayLike, max_range: float, *, ids: Which = None,
+             z: float | None = None, robots: bool = False, ignore: npt.ArrayLike | bool | None = None,
+             ray_model: str | None = None, out: Floats | None = None) -> Floats:
+        """Casts rays from arbitrary poses in each world, on the threads of the batch, as World.cast() does.
+
+        Rays of the cell model in closed worlds need no objects.
+
+        Args:
+            poses: x, y (metres) and heading (radians): shape (worlds, k, 3), or (k, 3) for equal ones in all worlds.
+            bearings: directions of the rays relative to the heading, radians: shape (rays,) or a number.
+            max_range: maximum range, metres, more than 0; may be infinite.
+            ids: which worlds, in the order of `poses`; None: all.
+            z: height of the rays, metres; None: rays hit obstacles at any height.
+            robots: True: rays also hit robots (models that drive) and what they carry. False: only the map.
+            ignore: for each of the k poses the number, in the order of `names`, of a robot whose whole tree is
+                transparent to the rays, or -1: shape (k,), or one for all. True: pose i is one of robot i, and k the
+                number of robots. None: rays hit all robots.
+            ray_model: "cell" or "exact"; None: the world's.
+            out: array for the result: float64, C-contiguous, shape (worlds, k, rays); None: a new array.
+
+        Returns:
+            Ranges in metres, shape (worlds, k, rays); `max_range` where a ray hits nothing or its pose is not finite.
+            NaN: the world doesn't exist.
+
+        Raises:
+            ValueError: an argument has a wrong shape or is out of range.
+        """
+        chosen, angles = self._chosen(ids), _rays.bearings(bearings)
+        _rays.check(max_range, ray_model)
+        given = _rays.poses(poses)
+        if given.ndim not in (2, 3) or given.ndim == 3 and len(given) not in (1, len(chosen)):
+            raise ValueError(f"found poses of shape {given.shape}, expected ({len(chosen)}, k, 3) or (k, 3)")
+        count = given.shape[-2]
+        from_ = np.ascontiguousarray(np.broadcast_to(given, (len(chosen), count, 3)))
+        out = _rays.result((len(chosen), count, len(angles)), out)
+        passed = _rays.ignored(ignore, count, len(self))
+        self._core.cast(chosen, from_, angles.tolist(), max_range, z, robots, passed, ray_model or "", out)
+        return out
 
     def state(self, ids: Which = None) -> npt.NDArray[np.uint64]:
         """Returns the states of worlds as rows of an array, for load(): thousands of forks for planning.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Callable, Iterable, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from . import _checks, _core, _options, _paths
+from . import _checks, _core, _options, _paths, _rays
 from ._core import Model, Snapshot
 from .errors import GoneError, StageError, WorldError
 from .fleet import Fleet, Floats
@@ -427,22 +427,9 @@ class World:
         Raises:
             ValueError: an argument has a wrong shape or is out of range.
         """
-        from_ = np.ascontiguousarray(poses, np.float64)
-        if from_.ndim == 0 or from_.shape[-1] != 3:
-            raise ValueError(f"found poses of shape {from_.shape}, expected (..., 3)")
-        angles = np.atleast_1d(np.asarray(bearings, np.float64))
-        if angles.ndim != 1:
-            raise ValueError(f"found bearings of shape {angles.shape}, expected (k,)")
-        if not max_range > 0:
-            raise ValueError(f"found the range {max_range}, expected more than 0")
-        if ray_model not in (None, "cell", "exact"):
-            raise ValueError(f"found the ray model {ray_model!r}, expected 'cell' or 'exact'")
-        shape = (*from_.shape[:-1], len(angles))
-        if out is None:
-            out = np.empty(shape)
-        elif out.shape != shape or out.dtype != np.float64 or not out.flags.c_contiguous:
-            raise ValueError(f"found an array to be filled of shape {out.shape}, {out.dtype}; "
-                             f"expected {shape}, float64, contiguous")
+        from_, angles = _rays.poses(poses), _rays.bearings(bearings)
+        _rays.check(max_range, ray_model)
+        out = _rays.result((*from_.shape[:-1], len(angles)), out)
         count = from_.size // 3
         self._core.cast(from_.reshape(count, 3), angles.tolist(), max_range, z, robots, ignore,
                         ray_model or "", out.reshape(count, len(angles)))
