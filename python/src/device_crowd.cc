@@ -132,9 +132,11 @@ void DeviceCrowd::SetParts(Member* member, bool is_new) {
 /// Makes an array and fills it.
 std::shared_ptr<DeviceCrowd::Member> DeviceCrowd::Make(const std::string& name, const Planner& plan,
                                                        bool flags) {
-  Subscribe(plan);
   const auto member = std::make_shared<Member>();
   member->name = name;
+  // Commands subscribe to robots when they are first given, which is after all sensors, as on the
+  // host.
+  if (has_stepped_ || !member->IsCommands()) Subscribe(plan);
   member->plan = plan;
   member->flags = flags;
   SetParts(member.get(), true);
@@ -254,6 +256,8 @@ uint32_t DeviceCrowd::StepsOfLaunch(uint64_t left) {
 
 void DeviceCrowd::Step(std::span<const uint32_t> worlds, uint64_t steps) {
   SignalChecks signals;
+  if (Member* const commands = Commands(); commands && !has_stepped_ && steps > 0)
+    Subscribe(commands->plan);
   has_stepped_ = has_stepped_ || steps > 0;
   WithDevice([&] {
     for (uint64_t left = steps; left > 0;) {

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import copy
+import itertools
 import pickle
 from pathlib import Path
 from typing import Any
@@ -123,6 +124,20 @@ class Comparison:
         for batch in self.batches:
             batch.cmd[...] = commands
         self.do("step", int(random.integers(0, 4)), ids=None if random.random() < 0.5 else random.random(n) < 0.5)
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(["cmd", "ranger.ranges", "estimate"])))
+def test_states_do_not_depend_on_when_arrays_were_asked_for(order: tuple[str, ...], device: str, tmp_path: Path) -> None:
+    host, other = pair(next(iter(KINDS.values())), tmp_path, 3, device)
+    for batch in (host, other):
+        for name in order:
+            batch.array(name)
+        batch.reset([5, 6, 7])
+        batch.step()
+        batch.reset([8], ids=[1])
+        batch.cmd[...] = np.full(batch.cmd.shape, 0.3)
+        batch.step(2)
+    assert host.state_hashes() == other.state_hashes()
 
 
 @pytest.mark.parametrize("n", [1, 33, 300])

@@ -18,7 +18,6 @@ from gymnasium.utils.env_checker import check_env  # noqa: E402
 from gymnasium.vector import SyncVectorEnv  # noqa: E402
 from gymnasium.wrappers.vector import RecordEpisodeStatistics  # noqa: E402
 from stagesim import env as stage_env  # noqa: E402
-from stagesim.env.arrays import Arrays  # noqa: E402
 from stagesim.env.randoms import keys_of  # noqa: E402
 
 TASKS = sorted(stage_env.TASKS)
@@ -28,8 +27,8 @@ TASKS = sorted(stage_env.TASKS)
 
 
 def randoms(seeds: Any, begun: int = 0) -> stage_env.Randoms:
-    numbers = np.asarray(seeds, np.int64)
-    return stage_env.Randoms(keys_of(numbers, np.full(len(numbers), begun)), Arrays("numpy", numbers))
+    numbers = np.asarray(seeds, np.uint64)
+    return stage_env.Randoms(keys_of(numbers, np.full(len(numbers), begun, np.uint64)))
 
 
 def test_random_numbers_of_a_world_depend_on_its_seed_episode_and_calls_only() -> None:
@@ -55,7 +54,7 @@ def test_random_numbers_have_their_distributions() -> None:
     assert abs(normal.mean()) < 5 / np.sqrt(n) and abs(normal.var() - 1) < 5 * np.sqrt(2 / n)
     counts = np.bincount(r.integers(7, 200).reshape(-1), minlength=7)
     assert len(counts) == 7 and ((counts - n / 7) ** 2 / (n / 7)).sum() < 30
-    bits = r.bits(100).view(np.uint64).reshape(-1)
+    bits = r.bits(100).reshape(-1)
     for bit in range(64):
         assert abs(((bits >> np.uint64(bit)) & np.uint64(1)).mean() - 0.5) < 5 * 0.5 / np.sqrt(len(bits))
     for first, second in ((unit[:-1], unit[1:]), (r.uniform(1)[:-1, 0], r.uniform(1)[1:, 0])):

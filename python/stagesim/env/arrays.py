@@ -78,6 +78,9 @@ class Arrays:
         return self.xp.zeros(shape, dtype=getattr(self.xp, dtype), device=self._device)
 
 
+HOST = Arrays("numpy", np.zeros(0))  #: arrays of NumPy
+
+
 def on_host(array: Array) -> npt.NDArray[Any]:
     """The array for NumPy: itself if it is one already."""
     return array if isinstance(array, np.ndarray) else array.cpu().numpy()

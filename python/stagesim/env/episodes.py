@@ -37,7 +37,7 @@ AnyTask = Union[Task, "type[Task]", str]
 AnyWorld = Union[str, "os.PathLike[str]", World, SceneOfFile, None]
 #: Makes the map, or the scene, of a world for an episode.
 MakeMap = Callable[[np.random.Generator], MapLike]
-_SEED_OF_WORLD = 0x5851F42D4C957F2D  # makes a world's seed differ from the task's random numbers
+_SEED_OF_WORLD = np.uint64(0x5851F42D4C957F2D)  # makes a world's seed differ from the task's random numbers
 
 
 def task_of(task: AnyTask) -> Task:
@@ -101,8 +101,8 @@ class Episodes:
         self.observed = Observed(self.task.observation_space(self.scene), self.scene, type(self.task).__name__)
         self.actions = Actions(self.task.action_space(self.scene), self.scene, clip_actions)
         n = self.batch.n
-        self._seeds = np.random.SeedSequence().generate_state(n, np.uint64).view(np.int64)
-        self._begun = np.zeros(n, np.int64)  # number of episodes since the seed was set
+        self._seeds = np.random.SeedSequence().generate_state(n, np.uint64)
+        self._begun = np.zeros(n, np.uint64)  # number of episodes since the seed was set
         self.over = np.ones(n, bool)  #: True for worlds whose episode is over or has not begun, on the host: (n,)
         self._maps = maps
         self._returns = self.arrays.zeros((n,))
@@ -126,7 +126,7 @@ class Episodes:
 
     def seed(self, ids: npt.NDArray[np.int64], seeds: npt.NDArray[np.uint64]) -> None:
         """Sets the seeds of worlds, whose next episodes are then the first ones of these seeds."""
-        self._seeds[ids] = seeds.view(np.int64)
+        self._seeds[ids] = seeds
         self._begun[ids] = 0
 
     def begin(self, which: Bools) -> Observations:
@@ -142,24 +142,26 @@ class Episodes:
         chosen = slice(None) if ids is None else ids
         self.over[chosen] = True
         keys = keys_of(self._seeds[chosen], self._begun[chosen])
-        self._begun[chosen] += 1
+        self._begun[chosen] += np.uint64(1)
         # Seeds stay below 2**63, because some learners keep them as signed integers.
-        seeds = mixed(keys ^ _SEED_OF_WORLD) & (2**63 - 1)
+        seeds = mixed(keys ^ _SEED_OF_WORLD) >> np.uint64(1)
         if self._maps is not None:
             self.batch.set_map(ids, [self._maps(np.random.default_rng(seed)) for seed in seeds.tolist()])
-        self.batch.reset(seeds.astype(np.uint64), ids=ids)
+        self.batch.reset(seeds, ids=ids)
         self._check(ids)
         rows = None if ids is None else self.arrays.of(ids)
         part = self.scene.part(rows)
-        starts = self.task.begin(part, Randoms(self.arrays.of(keys), self.arrays))
+        # Few worlds begin at a time, so the host is faster than many small calls of a card.
+        for_host = part.for_host()
+        starts = self.task.begin(for_host, Randoms(keys))
         if starts is not None:
-            self._move(rows, starts)
+            self._move(rows, self.arrays.given(starts))
         self.batch.step(ids=ids)
         self._check(ids)
         self.scene.note_begin(rows)
         self._returns[slice(None) if rows is None else rows] = 0
         self.over[chosen] = False
-        self.task.began(part)
+        self.task.began(for_host)
         self.renderer.show(self.batch)
         return self.observed.checked(self.task.observe(part), part)
 

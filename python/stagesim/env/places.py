@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -13,11 +13,10 @@ import numpy.typing as npt
 from .._variation import key_of
 from ..batch import Batch
 from ..errors import StageError
-from ..fleet import Floats
+from ..fleet import Bools, Floats
 from ..scenes import GridMap
 from ..scenes.places import largest_part, room_for
 from ..world import Recipe, World
-from .arrays import Array, on_host
 
 if TYPE_CHECKING:
     from .randoms import Randoms
@@ -27,6 +26,7 @@ Cells = npt.NDArray[np.int64]
 SIDES = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
 QUARTERS = np.arange(4) * (np.pi / 2)
 ALL_AROUND = np.linspace(-np.pi, np.pi, 16, endpoint=False)
+BLOCK = 1024  # worlds whose places are drawn at a time
 ROUNDS = 40  # of drawing again what is too near to others
 MOST_KNOWN = 256  # maps whose places are kept
 TRIES = 100  # of drawing one place after the other, where there is hardly any room
@@ -136,81 +136,70 @@ class Places:
         return np.concatenate(parts), firsts[of_worlds], counts[of_worlds]
 
 
-def scattered(scene: Scene, known: Places, randoms: Randoms, count: int, gap: float,
-              choice: Array | None) -> Array:
+def scattered(scene: Scene, known: Places, randoms: Randoms, count: int, gap: float, choice: Floats | None) -> Floats:
     """Implements Scene.scatter()."""
-    draw = _Draw(scene, known, choice)
-    found = draw.some(randoms, count)
-    xp, rows = scene.xp, None
-    further = randoms.split()
-    for _ in range(ROUNDS):
-        drawn = found if rows is None else found[rows]
-        wrong = _too_near(xp, drawn, gap)
-        bad = xp.any(wrong, axis=1)
-        if not bool(xp.any(bad)):
-            return found
-        chosen = xp.nonzero(bad)[0]
-        rows = chosen if rows is None else rows[chosen]
-        further = further.part(chosen)
-        again = draw.of_rows(rows).some(further, count)
-        found[rows] = xp.where(wrong[chosen][..., None], again, drawn[chosen])
-    for number, row in enumerate(on_host(rows).tolist()):
-        alone = further.part(scene.arrays.of([number]))
-        found[row] = scene.arrays.of(draw.one_by_one(row, alone, count, gap))
-    return found
+    if choice is None:
+        choice, first, length = known.of_worlds(scene.numbers())
+    else:
+        first, length = np.zeros(1, np.int64), np.full(1, choice.shape[-2])
+    draw = _Draw(choice, np.broadcast_to(first, scene.n), np.broadcast_to(length, scene.n))
+    made = np.empty((scene.n, count, 2))
+    for start in range(0, scene.n, BLOCK):
+        rows = np.arange(start, min(start + BLOCK, scene.n))
+        made[rows] = draw.apart(rows, randoms.part(rows), count, gap)
+    randoms.bits()  # counts as a call
+    return made
 
 
-def _too_near(xp: Any, points: Array, gap: float) -> Array:
+def _too_near(points: Floats, gap: float) -> Bools:
     """True for points that are too near to one with a smaller number: shape (m, count)."""
     x, y = points[..., 0], points[..., 1]
     away_x, away_y = x[:, :, None] - x[:, None, :], y[:, :, None] - y[:, None, :]
     near = away_x * away_x + away_y * away_y < gap * gap
-    return xp.any(xp.tril(near, k=-1), axis=2)
+    return (near & np.tri(points.shape[1], k=-1, dtype=bool)).any(2)
 
 
 class _Draw:
-    """Draws places of worlds."""
+    """Draws places of worlds.
 
-    def __init__(self, scene: Scene, known: Places, choice: Array | None) -> None:
-        from .scene import numbers_of
+    Args:
+        places: places of all worlds, shape (p, 2), or of each world, shape (n, p, 2).
+        first, length: the index of the first and the number of the places of each world: shape (n,).
+    """
 
-        self._scene = scene
-        self._has_rows = choice is not None and choice.ndim == 3
-        of = scene.arrays.of
-        if choice is None:
-            places, first, length = known.of_worlds(numbers_of(scene.rows, scene.n))
-            self._places, self._first, self._length = of(places), of(first)[:, None], of(length)[:, None]
-        else:
-            self._places = choice
-            self._first = scene.arrays.zeros((1, 1), "int64")
-            self._length = self._first + choice.shape[-2]
+    def __init__(self, places: Floats, first: Cells, length: Cells) -> None:
+        self._places = places
+        self._first = first
+        self._length = length
 
-    def of_rows(self, rows: Array) -> _Draw:
-        made = _Draw.__new__(_Draw)
-        made._scene, made._has_rows = self._scene, self._has_rows
-        made._places = self._places[rows] if self._has_rows else self._places
-        several = self._first.shape[0] > 1
-        made._first, made._length = ((self._first[rows], self._length[rows]) if several
-                                     else (self._first, self._length))
-        return made
+    def apart(self, rows: Cells, randoms: Randoms, count: int, gap: float) -> Floats:
+        """Places of worlds with a minimum distance from each other: shape (m, count, 2)."""
+        further = randoms.split()
+        found, left = self._some(rows, randoms.split(), count), np.arange(len(rows))
+        for _ in range(ROUNDS):
+            wrong = _too_near(found[left], gap)
+            bad = wrong.any(1)
+            if not bad.any():
+                return found
+            left, wrong, further = left[bad], wrong[bad], further.part(bad)
+            again = self._some(rows[left], further, count)
+            found[left] = np.where(wrong[..., None], again, found[left])
+        for number, row in enumerate(left):
+            found[row] = self._one_by_one(int(rows[row]), further.part([number]), count, gap)
+        return found
 
-    def some(self, randoms: Randoms, count: int) -> Array:
-        """Places that may be too near to each other: shape (m, count, 2)."""
-        index = self._first + randoms.integers(self._length, count)
-        if not self._has_rows:
-            return self._places[index]
-        xp = self._scene.xp
-        return self._places[xp.arange(index.shape[0])[:, None], index]
+    def _some(self, rows: Cells, randoms: Randoms, count: int) -> Floats:
+        """Places of worlds that may be too near to each other: shape (m, count, 2)."""
+        index = self._first[rows, None] + randoms.integers(self._length[rows, None], count)
+        return self._places[index] if self._places.ndim == 2 else self._places[rows[:, None], index]
 
-    def one_by_one(self, row: int, alone: Randoms, count: int, gap: float) -> Floats:
+    def _one_by_one(self, row: int, alone: Randoms, count: int, gap: float) -> Floats:
         """Places of one world, each drawn from those that are far enough from the ones before: shape (count, 2)."""
-        whole = on_host(self._places)
-        several = self._first.shape[0] > 1
-        first, length = (int(on_host(each)[row if several else 0, 0]) for each in (self._first, self._length))
-        choice = (whole[row] if self._has_rows else whole)[first:first + length]
+        whole = self._places if self._places.ndim == 2 else self._places[row]
+        choice = whole[self._first[row]:self._first[row] + self._length[row]]
         most = 0
         for _ in range(TRIES):
-            found = _drawn(choice, on_host(alone.uniform(count))[0], gap)
+            found = _drawn(choice, alone.uniform(count)[0], gap)
             if len(found) == count:
                 return found
             most = max(most, len(found))

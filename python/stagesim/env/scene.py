@@ -7,10 +7,11 @@ from collections.abc import Iterator, MutableMapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..batch import Batch
 from ..fleet import Floats
-from .arrays import Array, Arrays
+from .arrays import HOST, Array, Arrays, on_host
 from .places import Places, scattered
 from .randoms import Randoms
 
@@ -25,17 +26,22 @@ class Notes(MutableMapping[str, Array]):
     copy, so writing into it has no effect. A new name has zeros for all other worlds.
     """
 
-    def __init__(self, n: int, arrays: Arrays, all_of_them: dict[str, Array], rows: Array | None = None) -> None:
+    def __init__(self, n: int, arrays: Arrays, all_of_them: dict[str, Array], rows: Array | None = None,
+                 for_host: bool = False) -> None:
         self._n = n
         self._arrays = arrays
         self._all = all_of_them
         self._rows = rows
+        self._for_host = for_host
 
     def __getitem__(self, name: str) -> Array:
         found = self._all[name]
-        return found if self._rows is None else found[self._rows]
+        chosen = found if self._rows is None else found[self._rows]
+        return on_host(chosen) if self._for_host else chosen
 
     def __setitem__(self, name: str, values: Array) -> None:
+        if self._for_host:
+            values = self._arrays.of(values)
         if name not in self._all:
             kind = str(values.dtype).rpartition(".")[2]
             self._all[name] = self._arrays.zeros((self._n, *values.shape[1:]), kind)
@@ -86,6 +92,7 @@ class Scene:
         self._actions = arrays.zeros((self.n,), "int64")
         self._takes_part = arrays.zeros((self.n, self.robots), "bool")
         self._places = Places(batch, world)
+        self._on_card: Scene | None = None  # of a scene for the host
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_live": {}, "xp": None}
@@ -105,8 +112,22 @@ class Scene:
         made.notes = Notes(self.batch.n, self.arrays, self._notes, rows)
         return made
 
+    def for_host(self) -> Scene:
+        """This scene with arrays of NumPy, which are copies if the worlds are on a card."""
+        if self.arrays.is_numpy:
+            return self
+        made = type(self).__new__(type(self))
+        made.__dict__.update(self.__dict__)
+        made.arrays, made.xp = HOST, HOST.xp
+        made.rows = None if self.rows is None else on_host(self.rows)
+        made.notes = Notes(self.batch.n, self.arrays, self._notes, self.rows, for_host=True)
+        made._on_card = self
+        return made
+
     def array(self, name: str) -> Array:
         """An array of the batch, by a name as in Batch.array(): shape (n, robots, ...), live or a copy."""
+        if self._on_card is not None:
+            return on_host(self._on_card.array(name))
         found = self._live.get(name)
         if found is None:
             found = self._live[name] = self.arrays.live(self.batch.array(name))
@@ -135,11 +156,15 @@ class Scene:
     @property
     def actions(self) -> Array:
         """Number of actions since the episode began: int64, shape (n,)."""
+        if self._on_card is not None:
+            return on_host(self._on_card.actions)
         return self._actions if self.rows is None else self._actions[self.rows]
 
     @property
     def live(self) -> Array:
         """True for robots that still take part in the episode: shape (n, robots)."""
+        if self._on_card is not None:
+            return on_host(self._on_card.live)
         return self._takes_part if self.rows is None else self._takes_part[self.rows]
 
     def note_begin(self, rows: Array | None) -> None:
@@ -171,8 +196,12 @@ class Scene:
         """
         return self._places.of_variant(0)
 
-    def scatter(self, randoms: Randoms, count: int, gap: float = 0.7, choice: Array | None = None) -> Array:
-        """Draws random places with a minimum distance from each other in each world.
+    def numbers(self) -> npt.NDArray[np.int64]:
+        """The numbers of these worlds in the batch, on the host: shape (n,)."""
+        return np.arange(self.n) if self.rows is None else on_host(self.rows)
+
+    def scatter(self, randoms: Randoms, count: int, gap: float = 0.7, choice: Floats | None = None) -> Floats:
+        """Draws random places with a minimum distance from each other in each world, for Task.begin().
 
         Args:
             randoms: the random numbers of these worlds.
@@ -182,16 +211,9 @@ class Scene:
                 that the first robot can reach in the map of each world.
 
         Returns:
-            x, y, metres: shape (n, count, 2).
+            x, y, metres, of NumPy: shape (n, count, 2).
 
         Raises:
             StageError: there is not enough space.
         """
         return scattered(self, self._places, randoms, count, gap, choice)
-
-
-def numbers_of(rows: Array | None, n: int) -> Any:
-    """The numbers of the worlds of a scene, for the host: int64, shape (n,)."""
-    if rows is None:
-        return np.arange(n)
-    return rows if isinstance(rows, np.ndarray) else rows.cpu().numpy()

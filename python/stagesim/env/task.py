@@ -89,7 +89,8 @@ class Task:
     def begin(self, scene: Scene, randoms: Randoms) -> Array | None:
         """Begins episodes in the worlds of `scene`, which have just been reset.
 
-        Sets what the episode needs in `scene.notes`, for these worlds only: `scene.notes["goal"] = goals`.
+        Sets what the episode needs in `scene.notes`, for these worlds only: `scene.notes["goal"] = goals`. Arrays are of
+        NumPy here, also if the worlds are on a card.
 
         Returns:
             Start poses x, y (metres) and heading (radians): shape (n, robots, 3); None: the poses in the file. The
