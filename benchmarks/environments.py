@@ -155,7 +155,7 @@ class Seen:
         self.is_finite &= bool(np.isfinite(observations).all() and np.isfinite(rewards).all())
         if self.last is not None:
             self.unchanged += int((observations == self.last).all(axis=1).sum())
-        self.last = observations
+        self.last = observations.copy()
 
     def check(self, env: StageVectorEnv, limit: int) -> None:
         """Asserts that the environments have done what is measured."""
@@ -333,22 +333,24 @@ class Run:
 
     def _round(self, recorder: Recorder, alone: st.Batch, steps: int) -> None:
         """Makes steps in short turns with the same calls of the copy, so that other load affects both."""
-        results: list[tuple[Any, ...]] = []
+        made = 0
         spent = np.zeros((2, 2))  # of the environment and of the copy: wall time and processor time
         gc.collect()
-        while len(results) < steps:
+        while made < steps:
+            results = []  # are freed after each turn, as learners do
             recorder.begin_turn()
             clock = Clock(self.batch)
-            while clock.seconds() < TURN and len(results) < steps:
+            while clock.seconds() < TURN and made < steps:
                 recorder.begin_action()
                 results.append(self.step()[:4])
+                made += 1
             spent[0] += np.array(clock.read()) - recorder.seconds
             clock = Clock(alone)
             recorder.repeat(alone)
             spent[1] += clock.read()
+            for result in results:
+                self.seen.add(result)
         self.row.add(steps, spent.tolist())
-        for result in results:
-            self.seen.add(result)
 
     def check_copy(self, alone: st.Batch) -> None:
         """Asserts that the copy has done the same."""
