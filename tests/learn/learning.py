@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from stagesim.env import Navigate, StageVectorEnv
+from gymnasium.spaces import Box, Dict
+from stagesim.env import Navigate, Scene, StageVectorEnv, free_space, towards
 
 WORLDS = 5
 STEPS = 60
@@ -25,6 +26,30 @@ def library(module: str, name: str) -> Any:
 def short() -> Navigate:
     """A task whose episodes are short: many reach the goal, and all others are truncated."""
     return Navigate(limit=12, goal_radius=1.5, steps=10)
+
+
+class Several(Navigate):
+    """Short episodes with discrete actions, and with observations that are numbers and a picture."""
+
+    choices = ((0.5, 0, 0), (0, 0, 1.5), (0, 0, -1.5))
+
+    def __init__(self) -> None:
+        super().__init__(limit=12, goal_radius=1.5, steps=10)
+
+    def observation_space(self, scene: Scene) -> Dict:
+        return Dict({"goal": Box(-1, 1, (3,), np.float32), "picture": Box(0, 255, (4, 8, 1), np.uint8)})
+
+    def observe(self, scene: Scene) -> dict[str, Any]:
+        free = free_space(scene, self.reach)
+        return {"goal": towards(scene, scene.notes["goal"], self.far),
+                "picture": (255 * free).reshape(scene.n, scene.robots, 4, 8, 1).astype(np.uint8)}
+
+
+def same(found: Any, expected: Any) -> bool:
+    """Compares observations, which may be arrays by name."""
+    if isinstance(expected, dict):
+        return found.keys() == expected.keys() and all(same(found[name], expected[name]) for name in expected)
+    return bool(np.array_equal(np.asarray(found), expected)) and np.asarray(found).dtype == expected.dtype
 
 
 def vector(mode: str, **options: Any) -> StageVectorEnv:

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from learning import WORLDS, assert_both_ends, library, some_actions, vector
+from learning import WORLDS, Several, assert_both_ends, library, same, some_actions, vector
+from stagesim.env import StageVectorEnv
 
 jax = library("jax", "JAX")
 import jax.numpy as jnp  # noqa: E402
@@ -31,6 +32,15 @@ def test_it_returns_what_the_vector_environment_returns(mode: str) -> None:
             options = {"reset_mask": over}
             assert np.array_equal(env.reset(options=options)[0], plain.reset(options=options)[0])
     assert_both_ends(*ends)
+
+
+def test_dictionaries_and_discrete_actions() -> None:
+    env, plain = StageVectorEnv(3, task=Several()).to_jax(), StageVectorEnv(3, task=Several())
+    assert same(env.reset(seed=2)[0], plain.reset(seed=2)[0])
+    for step in range(20):
+        actions = np.array([0, step, step // 2]) % 3
+        seen, expected = env.step(jnp.asarray(actions))[0], plain.step(actions)[0]
+        assert same(seen, expected) and isinstance(seen["picture"], jax.Array)
 
 
 def test_what_jax_keeps_stays_as_it_is() -> None:

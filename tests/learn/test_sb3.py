@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from learning import WORLDS, assert_both_ends, library, short, some_actions, vector
+from learning import WORLDS, Several, assert_both_ends, library, same, short, some_actions, vector
 from stagesim.env import StageEnv, StageVectorEnv, to_sb3
 
 library("stable_baselines3", "Stable-Baselines3")
@@ -77,6 +77,24 @@ def test_what_sb3_asks_of_an_environment() -> None:
     mosaic = env.render()
     assert mosaic.dtype == np.uint8 and mosaic.shape == (48 * 3, 64 * 2, 3)
     env.close()
+
+
+def test_dictionaries_and_discrete_actions() -> None:
+    """Observations are those of SB3's DummyVecEnv, also the last ones of episodes."""
+    ours = StageVectorEnv(WORLDS, task=Several(), autoreset_mode="SameStep").to_sb3()
+    theirs = DummyVecEnv([lambda: StageEnv(task=Several())] * WORLDS)
+    assert ours.observation_space == theirs.observation_space and ours.action_space == theirs.action_space
+    ours.seed(1), theirs.seed(1)
+    assert same(ours.reset(), theirs.reset())
+    random, ends = np.random.default_rng(2), 0
+    for _ in range(30):
+        actions = random.integers(0, 3, WORLDS)
+        mine, other = ours.step(actions), theirs.step(actions)
+        assert same(mine[0], other[0]) and same(mine[1], other[1]) and same(mine[2], other[2])
+        for i in np.flatnonzero(mine[2]):
+            ends += 1
+            assert same(mine[3][i]["terminal_observation"], other[3][i]["terminal_observation"])
+    assert ends > WORLDS
 
 
 def test_copies_go_on_as_the_original() -> None:

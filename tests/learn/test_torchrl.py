@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from learning import WORLDS, assert_both_ends, library, some_actions, vector
+from learning import WORLDS, Several, assert_both_ends, library, same, some_actions, vector
 from stagesim.env import StageParallelEnv, StageVectorEnv, to_torchrl
 
 library("torchrl", "TorchRL")
@@ -50,6 +50,28 @@ def test_a_rollout_has_what_the_vector_environment_returns() -> None:
         if (over := terminated | truncated).any():
             seen, _ = plain.reset(options={"reset_mask": over})
     assert_both_ends(data["next", "terminated"], data["next", "truncated"])
+
+
+@pytest.mark.parametrize("world", ["navigate.world", "arena.world"])
+def test_dictionaries_and_discrete_actions(world: str) -> None:
+    """One robot has one choice, several robots of a team have one each."""
+    env, plain = (StageVectorEnv(3, world, Several(), autoreset_mode="Disabled") for _ in range(2))
+    adapted = env.to_torchrl()
+    check_env_specs(adapted)
+    adapted.set_seed(2)
+    data = adapted.rollout(30, break_when_any_done=False)
+    assert same({name: data[name][:, 0] for name in ("goal", "picture")}, plain.reset(seed=2)[0])
+    ends = 0
+    for step in range(30):
+        seen, rewards, terminated, truncated, _ = plain.step(data["action"][:, step].numpy())
+        after = data["next"][:, step]
+        assert same({name: after[name] for name in ("goal", "picture")}, seen)
+        assert same(after["reward"][:, 0], rewards.astype(np.float32))
+        assert same(after["terminated"][:, 0], terminated) and same(after["truncated"][:, 0], truncated)
+        if (over := terminated | truncated).any():
+            ends += over.sum()
+            plain.reset(options={"reset_mask": over})
+    assert ends > 3
 
 
 def test_seeds() -> None:
