@@ -200,6 +200,16 @@ def test_vector_environment_after_each_step(copied: Callable[[Any], Any], option
 
 
 @pytest.mark.parametrize("copied", COPIES)
+def test_copies_that_begin_with_a_reset(copied: Callable[[Any], Any]) -> None:
+    """Sensors of a copy measure from its first step on."""
+    env = stage_env.StageVectorEnv(3)
+    before = copied(env)
+    seen, _ = env.reset(seed=1)
+    for one in (before, copied(env)):
+        assert (one.reset(seed=1)[0] == seen).all()
+
+
+@pytest.mark.parametrize("copied", COPIES)
 def test_array_environment(copied: Callable[[Any], Any]) -> None:
     """Copies go on as the original, also while some robots of a world have ended and others have not."""
     env = stage_env.StageArrayEnv(3, "arena.world", stage_env.Navigate(limit=6, goal_radius=1.5, steps=10))

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import copy
 import resource
 from typing import Any
 
@@ -118,6 +119,24 @@ def test_dictionaries_images_and_discrete_actions_equal_those_of_single_environm
             for one, another in zip(mine[4]["final_obs"], other[4]["final_obs"]):
                 assert all(np.array_equal(one[name], another[name]) for name in one or {})
     assert found["picture"].std() > 0
+
+
+def test_sensors_that_only_observe_asks_for_have_readings_in_the_first_episode() -> None:
+    """The first episode of an environment is the same as later ones with the same seed."""
+    class Counted(Several):
+        begun = 0
+
+        def began(self, scene: stage_env.Scene) -> None:
+            Counted.begun += 1
+
+    env = stage_env.StageVectorEnv(3, task=Counted())
+    first = env.reset(seed=4)[0]
+    assert Counted.begun == 2, "episodes begin again once the sensor measures"
+    again = env.reset(seed=4)[0]
+    assert Counted.begun == 3
+    assert first["picture"].min() < 255 and first["picture"].tobytes() == again["picture"].tobytes()
+    again_here = copy.deepcopy(env)
+    assert again_here.reset(seed=4)[0]["picture"].tobytes() == first["picture"].tobytes() and Counted.begun == 4
 
 
 def test_single_environment_of_several_spaces() -> None:

@@ -138,6 +138,14 @@ class Episodes:
         Raises:
             StageError: a world has failed, or there is not enough space.
         """
+        known = set(self.scene.sensors)
+        seen = self._begin(which)
+        if self.scene.sensors != known:  # the task has just asked for sensors, which have had no readings yet
+            self._begun[which] -= np.uint64(1)
+            seen = self._begin(which)
+        return seen
+
+    def _begin(self, which: Bools) -> Observations:
         ids = None if which.all() else np.flatnonzero(which)
         chosen = slice(None) if ids is None else ids
         self.over[chosen] = True

@@ -89,6 +89,7 @@ class Scene:
         self._notes: dict[str, Array] = {}
         self.notes = Notes(self.n, arrays, self._notes)
         self._live: dict[str, Array] = {}
+        self.sensors: set[str] = set()  #: arrays of sensors that the task has asked for
         self._actions = arrays.zeros((self.n,), "int64")
         self._takes_part = arrays.zeros((self.n, self.robots), "bool")
         self._places = Places(batch, world)
@@ -100,6 +101,8 @@ class Scene:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self.xp = self.arrays.xp
+        for name in self.sensors:  # so that they measure from the first step on
+            self.array(name)
 
     def part(self, rows: Array | None) -> Scene:
         """A scene of some worlds, which writes its notes into those of this scene."""
@@ -131,6 +134,8 @@ class Scene:
         found = self._live.get(name)
         if found is None:
             found = self._live[name] = self.arrays.live(self.batch.array(name))
+            if "." in name:
+                self.sensors.add(name)
         return found if self.rows is None else found[self.rows]
 
     @property
