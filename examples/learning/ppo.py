@@ -203,7 +203,7 @@ def score(means: dict[str, float], robots: int = 1) -> float:
 
 def make(options: argparse.Namespace, envs: int, task: AnyTask = None) -> StageArrayEnv:
     """Makes an environment where the policy is: on the host, or on the card."""
-    env = StageArrayEnv(envs, options.world, task or options.task,
+    env = StageArrayEnv(envs, options.world, task or options.task, maps=options.maps,
                         device="opencl:gpu" if options.device == "cuda" else None)
     space, actions = env.single_observation_space, env.single_action_space
     if not (isinstance(space, Box) and len(space.shape) == 1 and isinstance(actions, Box)):
@@ -268,6 +268,7 @@ def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
             ("threads", 1, "of PyTorch"), ("report", 10, "updates per line")):
         kind = float if name == "until" else str if default is None else type(default)
         parser.add_argument(f"--{name}", type=kind, default=default, help=f"{meaning} (default: {default})")
+    parser.set_defaults(maps=None)  # for calls from Python: see StageVectorEnv
     parser.add_argument("--profile", action="store_true", help="on a card: phases wait for each other, to time them")
     return parser.parse_args(arguments)
 

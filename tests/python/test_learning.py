@@ -224,18 +224,39 @@ def test_rows_of_waiting_robots_are_left_out(ppo: Any) -> None:
     assert changed[0] == changed[1]
 
 
-def test_evaluation_counts_one_episode_of_each_robot(ppo: Any) -> None:
-    """Its means are those of a loop over single worlds."""
+@pytest.mark.parametrize(("world", "radius"), [("arena.world", 1.5), ("navigate.world", 3.0)])
+def test_evaluation_counts_one_episode_of_each_robot(ppo: Any, world: str, radius: float) -> None:
+    """Its means are those of a loop over single worlds, where later episodes end before the last first one, too."""
     import torch
     from stagesim.env import Navigate, StageArrayEnv
 
     torch.manual_seed(2)
-    policy, task = ppo.Policy(37, 2), Navigate(limit=60, goal_radius=1.5)
-    found = ppo.evaluate(policy, StageArrayEnv(6, "arena.world", task), seed=20)
+    policy, task = ppo.Policy(37, 2), Navigate(limit=60, goal_radius=radius)
+    found = ppo.evaluate(policy, StageArrayEnv(12, world, task), seed=20)
     assert 0 < found["is_success"] < 1
-    alone = [ppo.evaluate(policy, StageArrayEnv(1, "arena.world", task), seed=20 + i) for i in range(6)]
+    alone = [ppo.evaluate(policy, StageArrayEnv(1, world, task), seed=20 + i) for i in range(12)]
     for name, mean in found.items():
         assert mean == pytest.approx(np.mean([single[name] for single in alone]), abs=1e-3)
+
+
+def test_return_of_an_episode_that_was_cut_off_is_estimated(ppo: Any) -> None:
+    """Where the limit of actions ends an episode, the reward has the value of what the robot saw last."""
+    import torch
+    from stagesim.env import Navigate, Outcome, StageArrayEnv
+
+    class Nothing(Navigate):
+        def judge(self, scene: Any) -> Outcome:
+            none = scene.xp.zeros_like(scene.pose[..., 0])
+            return Outcome(none, none > 0)
+
+    policy, env = ppo.Policy(37, 2), StageArrayEnv(3, task=Nothing(limit=4))
+    with torch.no_grad():
+        policy.critic[-1].weight.zero_()
+        policy.critic[-1].bias.fill_(2.0)
+    rollout = ppo.Rollout(3, policy, ppo.parsed(["--length", "9", "--discount", "0.5"]))
+    rollout.fill(env, policy, torch.from_numpy(env.reset(1)).view(3, -1), ppo.Clock(env, False))
+    expected = np.repeat([0, 0, 0, 1, 0, 0, 0, 1, 0], 3).reshape(9, 3)
+    assert np.array_equal(rollout.reward.numpy(), expected) and np.array_equal(rollout.goes_on.numpy(), 1 - expected)
 
 
 def test_main_writes_files_and_evaluates(ppo: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
