@@ -39,6 +39,7 @@ from benchkit import machine
 from stagesim import _core
 from stagesim.env import TASKS, StageVectorEnv
 
+CHANGING = ("reset", "teleport", "place", "step")  # methods of a batch that change its worlds
 PHASES = ("steps", "resets", "command", "judge", "observe", "begin", "rest")
 MOST_STEPS = 5000  # of a round
 TURN = 0.005  # seconds after which the copy has its turn
@@ -90,7 +91,7 @@ class Recorder:
         self.calls: list[tuple[str, tuple[Any, ...], dict[str, Any], Any]] = []
         self.seconds = 0.0  #: that recording took
         self._is_action = False
-        for name in ("reset", "teleport", "step"):
+        for name in CHANGING:
             setattr(batch, name, self._noting(name, getattr(batch, name)))
 
     def begin_turn(self) -> None:
@@ -104,7 +105,7 @@ class Recorder:
 
     def stop(self) -> None:
         """Removes the recorder from the batch."""
-        for name in ("reset", "teleport", "step"):
+        for name in CHANGING:
             delattr(self.batch, name)
 
     def _noting(self, name: str, call: Callable[..., None]) -> Callable[..., None]:
@@ -131,6 +132,13 @@ class Recorder:
             getattr(other, name)(*arguments, **named)
 
 
+def as_rows(value: Any) -> Any:
+    """Results of a step as an array of NumPy; dictionaries and images become a row for each environment."""
+    if isinstance(value, dict):
+        return np.concatenate([as_rows(each).reshape(len(each), -1) for each in value.values()], axis=1)
+    return np.asarray(value.cpu() if hasattr(value, "cpu") else value)
+
+
 @dataclass
 class Seen:
     """Sums over the results of steps, for check()."""
@@ -145,8 +153,7 @@ class Seen:
 
     def add(self, result: tuple[Any, ...]) -> None:
         """Adds the result of a step."""
-        observations, rewards, *flags = (np.asarray(value.cpu() if hasattr(value, "cpu") else value)
-                                         for value in result[:4])
+        observations, rewards, *flags = map(as_rows, result[:4])
         ended = int((flags[0] | flags[1]).sum())
         self.steps += 1
         self.ended += ended
@@ -159,7 +166,7 @@ class Seen:
 
     def check(self, env: StageVectorEnv, limit: int) -> None:
         """Asserts that the environments have done what is measured."""
-        n, ranges = env.num_envs, np.asarray(copied(env._episodes.scene.ranges))
+        n = env.num_envs
         expected = self.steps * n / limit
         assert self.is_finite, "found observations or rewards that are not finite"
         assert self.ended >= 0.5 * expected - 1, f"found {self.ended} ends of episodes, expected about {expected:.0f}"
@@ -170,6 +177,10 @@ class Seen:
             assert self.rewarded > 0, "found no reward that is not 0"
         assert self.unchanged <= 0.05 * self.steps * n, \
             f"found {self.unchanged} of {self.steps * n} observations that have not changed"
+        if has_rays(env):
+            self._check_rays(np.asarray(copied(env._episodes.scene.ranges)))
+
+    def _check_rays(self, ranges: Any) -> None:
         hits = (ranges < np.nanmax(ranges)).mean() if ranges.size else 0.0
         assert hits > 0.05, f"found {hits:.1%} of the rays that hit something nearer than the range"
 
@@ -279,6 +290,15 @@ def span(values: Sequence[float], form: str) -> str:
     return (f"{statistics.median(values):{form}} ({min(values):{form}} to {max(values):{form}})").replace(",", " ")
 
 
+def has_rays(env: StageVectorEnv) -> bool:
+    """Whether the robots have the sensor that the task reads."""
+    try:
+        env._episodes.scene.ranges
+    except st.GoneError:
+        return False
+    return True
+
+
 class Run:
     """The steps of an environment, and the same calls of a copy of its batch."""
 
@@ -362,8 +382,8 @@ class Run:
 
     def _arrays(self, batch: st.Batch) -> dict[str, Any]:
         """The arrays of a batch that the environment and its task read."""
-        ranges = self.env.task.ranges
-        return {**{name: getattr(batch, name) for name in self.batch._views}, ranges: batch.array(ranges)}
+        arrays = {name: getattr(batch, name) for name in self.batch._views}
+        return {**arrays, self.env.task.ranges: batch.array(self.env.task.ranges)} if has_rays(self.env) else arrays
 
 
 def conditions(options: argparse.Namespace) -> dict[str, Any]:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Environments for reinforcement learning, made from a world file and a task.
 
-Importing this module registers "Stage/Navigate-v0", "Stage/Disperse-v0", "Stage/Forage-v0" and
-"Stage/Measured-v0" with Gymnasium. `gymnasium.make("stagesim.env:Stage/Navigate-v0")` imports it.
+Importing this module registers "Stage/NAME-v0" with Gymnasium for each shipped task, such as "Stage/Navigate-v0".
+`gymnasium.make("stagesim.env:Stage/Navigate-v0")` imports it.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from .scene import Scene
 from .single import StageEnv
 from .statistics import Statistics
 from .task import Outcome, Task
-from .tasks import TASKS, Disperse, Forage, Measured, Navigate
+from .tasks import TASKS, Cover, Disperse, Forage, Measured, Navigate, Navigate8, Navigate32, Pursue, PushT, Swap
 from .vector import StageVectorEnv
 
 #: The name that PettingZoo's environments use.
 parallel_env = StageParallelEnv
 
 __all__ = [
-    "TASKS", "ArrayStep", "Disperse", "Forage", "Measured", "Navigate", "Outcome", "Randoms", "Scene", "StageArrayEnv",
-    "StageEnv", "StageParallelEnv", "StageVectorEnv", "Statistics", "Task", "distance_to", "free_space", "joined",
-    "parallel_env", "reachable_places", "seen_from", "speeds", "to_jax", "to_sb3", "to_torchrl", "towards",
-    "with_headings",
+    "TASKS", "ArrayStep", "Cover", "Disperse", "Forage", "Measured", "Navigate", "Navigate8", "Navigate32", "Outcome",
+    "Pursue", "PushT", "Randoms", "Scene", "StageArrayEnv", "StageEnv", "StageParallelEnv", "StageVectorEnv", "Statistics",
+    "Swap", "Task", "distance_to", "free_space", "joined", "parallel_env", "reachable_places", "seen_from", "speeds",
+    "to_jax", "to_sb3", "to_torchrl", "towards", "with_headings",
 ]
 
 for _name in TASKS:

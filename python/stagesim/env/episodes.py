@@ -90,7 +90,8 @@ class Episodes:
                  maps: MakeMap | None = None, clip_actions: bool = False, rendering: Rendering = Rendering()) -> None:
         self.task = task_of(task)
         prototype = _prototype(self.task.world if world is None else world, options)
-        self.batch = Batch.of(prototype, n, threads=threads, robots=robots, device=device)
+        self.batch = Batch.of(prototype, n, threads=threads, robots=robots, device=device,
+                              placed=self.task.placed)
         self.arrays = Arrays(arrays, self.batch.pose)
         self.scene = Scene(self.batch, prototype, self.arrays, self.task.ranges)
         self.fps = 1 / (prototype.dt * self.task.steps)  #: actions per second of simulated time

@@ -159,6 +159,19 @@ class Scene:
         return self.array(self._ranges)
 
     @property
+    def placed_pose(self) -> Array:
+        """Poses of the models that Task.placed names: x, y, heading (metres, radians), new, shape (n, models, 3)."""
+        found = self.arrays.given(self.batch.placed_pose)
+        return found if self.rows is None else found[self.rows]
+
+    def place(self, poses: Array) -> None:
+        """Moves the models that Task.placed names, in begin(): x, y, heading, shape (n, models, 3)."""
+        chosen = slice(None) if self.rows is None else on_host(self.rows)
+        all_of_them, moved = np.zeros((self.batch.n, len(self.batch.placed), 3)), np.zeros((self.batch.n, 1), bool)
+        all_of_them[chosen], moved[chosen] = on_host(poses), True
+        self.batch.place(all_of_them, moved)
+
+    @property
     def actions(self) -> Array:
         """Number of actions since the episode began: int64, shape (n,)."""
         if self._on_card is not None:

@@ -54,6 +54,8 @@ class Task:
             actions are continuous.
         ranges: the array that Scene.ranges returns, as in Batch.array(): that of the first ranger, or of another
             sensor, such as "sonar_ring.ranges" of a plug-in.
+        placed: a pattern of names or types of models that are no robots, such as things to push. Scene.place() moves them
+            at the begin of episodes, and Scene.placed_pose has their poses; None: none.
         bounds: min and max of observations. Values outside are errors, unless the environment clips them.
     """
 
@@ -63,6 +65,7 @@ class Task:
     top_speed: tuple[float, float, float] = (0.5, 0.0, 1.5)
     choices: Sequence[tuple[float, float, float]] | None = None
     ranges: str = "ranger.ranges"
+    placed: str | None = None
     bounds: tuple[float, float] = (-1.0, 1.0)
 
     def prepare(self, scene: Scene) -> None:
