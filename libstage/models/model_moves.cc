@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "messages/report.hh"
+#include "models/floor_friction.hh"
 #include "models/host.hh"
 #include "models/model.hh"
 #include "models/placement.hh"
@@ -16,9 +17,6 @@
 namespace Stg {
 
 namespace {
-
-// Coefficients of friction with the floor: of rubber wheels, and of a box of wood or cardboard.
-constexpr double kWheelsOnFloor = 0.8, kBoxOnFloor = 0.5;
 
 bool IsCoefficient(double f) { return f >= 0 && std::isfinite(f); }
 
@@ -60,7 +58,7 @@ void Model::SetFloorFriction(double f) {
 }
 
 double Model::GetFloorFriction() const {
-  return floor_friction_ >= 0 ? floor_friction_ : drives_ ? kWheelsOnFloor : kBoxOnFloor;
+  return floor_friction_ >= 0 ? floor_friction_ : UsualFloorFriction(drives_);
 }
 
 void Model::SetPushable(bool pushable) {

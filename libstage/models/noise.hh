@@ -6,6 +6,9 @@
 #ifndef STAGE_MODELS_NOISE_HH
 #define STAGE_MODELS_NOISE_HH
 
+#include <cmath>
+#include <cstddef>
+
 #include "geometry/geometry.hh"
 #include "random/random.hh"
 
@@ -30,6 +33,24 @@ inline Velocity DrawOdomError(RandomStream* random) {
   const double a = random->Uniform(-kWidthOfTurn / 2, kWidthOfTurn / 2);
   return Velocity(x, y, 0, a);
 }
+
+/// Noise of the sensor of a ranger; see ModelRanger::Sensor.
+struct RangeNoise {
+  double variance = 0, fraction = 0, angle = 0;
+
+  /// True if the headings of rays, which are `increment` apart, have errors.
+  bool TurnsRays(double increment) const {
+    return angle != 0 && increment != 0 && std::isfinite(angle);
+  }
+  bool Any(double increment) const {
+    return TurnsRays(increment) || fraction != 0 || variance != 0;
+  }
+};
+
+/// Adds noise, keeping ranges between the sensor's minimum and maximum. Ranges at the maximum or
+/// below the minimum are not measurements and stay unchanged.
+void AddRangeNoise(const RangeNoise& noise, const Bounds& range, RandomStream* random, double* to,
+                   size_t count);
 
 }  // namespace Stg
 

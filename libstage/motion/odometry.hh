@@ -55,6 +55,12 @@ class NoisyOdometry {
   struct Noise {
     double translation_per_metre = 0, translation_per_radian = 0;  // m
     double heading_per_radian = 0, heading_per_metre = 0;          // rad
+    /// The number at this place, 0 to 3, of the property odom_noise.
+    double* Find(size_t element) {
+      double* const places[] = {&translation_per_metre, &translation_per_radian,
+                                &heading_per_radian, &heading_per_metre};
+      return places[element];
+    }
     bool IsZero() const {
       return translation_per_metre == 0 && translation_per_radian == 0 && heading_per_radian == 0 &&
              heading_per_metre == 0;
@@ -73,6 +79,7 @@ class NoisyOdometry {
   /// The estimate is exact from now on.
   void Restart();
 
+  const Noise& noise() const { return noise_; }
   /// Covariance of the estimate at the last Refresh().
   const PoseCovariance& covariance() const { return covariance_; }
   /// Covariance of a measured velocity.

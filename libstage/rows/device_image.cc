@@ -126,15 +126,15 @@ row_mover_t ImageMaker::RecordOfMover(const Mover& mover) const {
                  Flag(mover.obeys_velocity, ROW_OBEYS_VELOCITY) |
                  Flag(mover.drive.commands_turn, ROW_COMMANDS_TURN) |
                  Flag(mover.drive.limits_acceleration, ROW_LIMITS_ACCELERATION);
-  record.mass = mover.mass;
-  record.wheel_slip = mover.wheel_slip;
-  record.wheelbase = mover.drive.wheelbase;
-  record.steering_limit = mover.drive.steering_limit;
-  record.steering_rate = mover.drive.steering_rate;
+  record.mass = mover.properties.mass;
+  record.wheel_slip = mover.properties.wheel_slip;
+  record.wheelbase = mover.properties.wheelbase;
+  record.steering_limit = mover.properties.steering_limit;
+  record.steering_rate = mover.properties.steering_rate;
   constexpr int kAxes[] = {0, 1, 3};  // x, y, turn
   for (int i = 0; i < 3; i++) {
-    record.velocity[i] = RecordOf(mover.drive.velocity_bounds[kAxes[i]]);
-    record.acceleration[i] = RecordOf(mover.drive.acceleration_bounds[kAxes[i]]);
+    record.velocity[i] = RecordOf(mover.properties.velocity_bounds[kAxes[i]]);
+    record.acceleration[i] = RecordOf(mover.properties.acceleration_bounds[kAxes[i]]);
   }
   return record;
 }
@@ -375,6 +375,7 @@ bool HasAllColumns(Rows* rows) {
 }  // namespace
 
 std::string WhyNotOnDevice(const std::shared_ptr<const Scene>& scene) {
+  if (!scene->varied.empty()) return "its worlds have different values of properties";
   if (!scene->HasOneRate()) return "its models have several update intervals";
   if (!scene->wall_parts.empty())
     return "its contacts are those of outlines, and models that stand are placed in each world";

@@ -57,6 +57,9 @@ void ForEachColumn(const Scene& scene, F f, C*... c) {
   f(bodies, &c->stamp...);
   f(size_t{scene.byte_count}, &c->bits...);
   f(noise ? scene.sensors.size() : 0, &c->noise...);
+  f(scene.varied.size(), &c->varied...);
+  f(scene.varies_movers ? robots : 0, &c->properties...);
+  f(scene.varies_noise ? scene.sensors.size() : 0, &c->range_noise...);
   f(one_rate ? 0 : scene.sensors.size(), &c->scan...);
   f(one_rate ? 0 : size_t{scene.finders.target_count}, &c->seen...);
   f(size_t{scene.ray_count}, &c->ranges...);

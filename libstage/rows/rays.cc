@@ -93,16 +93,17 @@ bool Rows::Stepper::MayHitWalls(uint32_t seen, const sensing::Fan& fan) const {
 /// See ModelRanger::Gather().
 RaysOfSensor Rows::Stepper::DirectionsOf(size_t index) {
   const Sensor& sensor = scene_.sensors[index];
-  if (!sensor.turns_noisily)
+  const RangeNoise& noise = NoiseOf(index);
+  if (!sensor.turns_noisily || !noise.TurnsRays(sensor.increment))
     return {scene_.directions.all().data() + sensor.first_direction,
             scene_.directions.unit_vectors().data() + sensor.first_direction};
-  const ModelRanger::Sensor& settings = *sensor.settings;
+  const std::vector<double>& bearings = sensor.settings->bearings;
   RandomStream* const stream = &c_.noise[sensor_ + index];
   sensing::Direction* const directions = &s_.own_directions[sensor.first_ray];
   SineCosine* const unit_vectors = &s_.own_unit_vectors[sensor.first_ray];
   for (uint32_t i = 0; i < sensor.rays; i++) {
     const double bearing =
-        settings.bearings[i] + sensor.increment * settings.angle_noise * 0.5 * UniformError(stream);
+        bearings[i] + sensor.increment * noise.angle * 0.5 * UniformError(stream);
     unit_vectors[i] = sensing::UnitVectorOf(bearing);
     directions[i] = sensing::MakeDirection(unit_vectors[i]);
   }
@@ -290,10 +291,10 @@ void Rows::Stepper::MeetExactly(size_t index, const Body& body) {
       });
 }
 
-/// See ModelRanger::Sensor::AddRangeNoise().
 void Rows::Stepper::AddNoise(size_t index) {
   const Sensor& sensor = scene_.sensors[index];
-  RowBridge::AddRangeNoise(sensor, &c_.noise[sensor_ + index], &c_.ranges[ray_ + sensor.first_ray]);
+  AddRangeNoise(NoiseOf(index), sensor.settings->range, &c_.noise[sensor_ + index],
+                &c_.ranges[ray_ + sensor.first_ray], sensor.rays);
 }
 
 }  // namespace Stg::rows

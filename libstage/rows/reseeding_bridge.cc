@@ -44,7 +44,8 @@ uint64_t RowBridge::SeedOfNoise(const rows::Rows& rows, size_t row, size_t numbe
 bool RowBridge::IsSeeded(const rows::Rows& rows, size_t row, size_t sensor) {
   const rows::Reseeding* const reseeding = rows.columns.reseeding[row].get();
   const rows::Sensor& of = rows.scene().sensors[sensor];
-  return !(reseeding && of.noisy && rows.LastUpdate(row, of.rate) == reseeding->update[of.rate]);
+  return !(reseeding && rows.IsNoisy(row, sensor) &&
+           rows.LastUpdate(row, of.rate) == reseeding->update[of.rate]);
 }
 
 /// The stream of a sensor that has readings. Without noise it has not been used, and keeps the seed
@@ -52,7 +53,7 @@ bool RowBridge::IsSeeded(const rows::Rows& rows, size_t row, size_t sensor) {
 RandomStream RowBridge::StreamOf(const rows::Rows& rows, size_t row, size_t sensor) {
   const rows::Scene& scene = rows.scene();
   const rows::Reseeding* const reseeding = rows.columns.reseeding[row].get();
-  const bool is_noisy = scene.sensors[sensor].noisy;
+  const bool is_noisy = rows.IsNoisy(row, sensor);
   if (reseeding && reseeding->had_readings[scene.sensors[sensor].rate] &&
       !(is_noisy && IsSeeded(rows, row, sensor)))
     return reseeding->sensors[sensor];
@@ -96,12 +97,14 @@ void RowBridge::ReadReseeding(const World& world, rows::Rows* to, size_t row) {
   for (uint32_t k = 0; k < scene.rates.size(); k++)
     reseeding->had_readings.push_back(to->HasReadings(row, k));
   reseeding->update.assign(scene.rates.size(), UINT64_MAX);
-  for (const rows::Sensor& of : scene.sensors) {
+  for (size_t k = 0; k < scene.sensors.size(); k++) {
+    const rows::Sensor& of = scene.sensors[k];
     const auto& ranger = static_cast<const ModelRanger&>(*world.FindModel(of.ranger->GetId()));
     if (of.index >= ranger.sensors_.size()) return;  // ReadSensors() refuses such a world
     const ModelRanger::Sensor& sensor = ranger.sensors_[of.index];
     reseeding->sensors.push_back(sensor.random_);
-    if (of.noisy && !sensor.seeded_) reseeding->update[of.rate] = to->LastUpdate(row, of.rate);
+    if (to->IsNoisy(row, k) && !sensor.seeded_)
+      reseeding->update[of.rate] = to->LastUpdate(row, of.rate);
   }
   known = std::move(reseeding);
 }

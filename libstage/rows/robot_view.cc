@@ -17,14 +17,14 @@ Velocity RobotView::GetActualVelocity() const {
 
 Velocity RobotView::WheelVelocity() const {
   const Velocity made = GetActualVelocity();
-  return IsRunning() ? motion::WheelVelocity(made, GetVelocity(), mover_.wheel_slip) : made;
+  return IsRunning() ? motion::WheelVelocity(made, GetVelocity(), WheelSlip()) : made;
 }
 
 Velocity RobotView::GetEstimatedVelocity() const {
   if (!mover_.has_odometry) return GetActualVelocity();
   const Velocity wheels = WheelVelocity();
   Velocity v = motion::WithOdomError(wheels, VelocityOf(c_.error[index_]));
-  if (!mover_.has_noisy_odometry || wheels.IsZero()) return v;
+  if (!HasNoisyOdometry() || wheels.IsZero()) return v;
   const Velocity& error = c_.noisy_odometry[index_].twist_error();
   return Velocity(v.x + error.x, v.y + error.y, 0, v.a + error.a);
 }
@@ -35,12 +35,12 @@ Pose RobotView::GetEstimate() const {
 }
 
 PoseCovariance RobotView::GetOdomCovariance() const {
-  if (!mover_.has_noisy_odometry || !mover_.has_odometry) return PoseCovariance();
+  if (!HasNoisyOdometry()) return PoseCovariance();
   return c_.noisy_odometry[index_].covariance();
 }
 
 PoseCovariance RobotView::GetOdomVelocityCovariance() const {
-  if (!mover_.has_noisy_odometry || !mover_.has_odometry) return PoseCovariance();
+  if (!HasNoisyOdometry()) return PoseCovariance();
   const double seconds = static_cast<double>(rows_.scene().step) / 1e6;
   return c_.noisy_odometry[index_].CovarianceOf(
       motion::WithOdomError(WheelVelocity(), VelocityOf(c_.error[index_])), seconds);

@@ -39,6 +39,13 @@ class RobotView {
 
  private:
   bool IsRunning() const { return mover_.runs; }
+  bool HasNoisyOdometry() const {
+    return mover_.has_noisy_odometry && mover_.has_odometry &&
+           !c_.noisy_odometry[index_].noise().IsZero();
+  }
+  double WheelSlip() const {
+    return rows_.PropertiesOf(world_, index_ % rows_.scene().movers.size()).wheel_slip;
+  }
   Velocity WheelVelocity() const;
 
   const Rows& rows_;

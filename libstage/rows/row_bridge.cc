@@ -48,6 +48,7 @@ uint64_t RowBridge::SeedOfNoise(const rows::Scene& scene, size_t sensor, uint64_
 void RowBridge::ReadStart(rows::Rows* start) {
   World& world = *start->scene_->prototype;
   start->columns.seed[0] = world.seed();
+  ReadVaried(world, start, 0);
   ReadModels(world, start, 0);
   ReadGrid(world, start, 0);
 }
@@ -64,6 +65,7 @@ bool RowBridge::Read(World* world, rows::Rows* to, size_t row, World* spare, Rea
       HasMovedWalls(*world, to->scene()))
     return false;
   to->columns.seed[row] = world->seed();
+  ReadVaried(*world, to, row);
   ReadModels(*world, to, row);
   const uint32_t lacking = readings == kMayLack ? LackingRates(*world, *to, row) : 0;
   if (lacking) ReadUpdates(*world, lacking, to, row);
@@ -249,7 +251,7 @@ bool RowBridge::ReadSensors(const World& world, uint32_t lacking, rows::Rows* to
     const auto& ranger = static_cast<const ModelRanger&>(*world.FindModel(of.ranger->GetId()));
     if (of.index >= ranger.sensors_.size()) return false;
     const ModelRanger::Sensor& sensor = ranger.sensors_[of.index];
-    if (of.noisy)
+    if (to->IsNoisy(row, k))
       to->columns.noise[row * scene.sensors.size() + k] =
           sensor.seeded_ ? sensor.random_ : RandomStream(SeedOfNoise(*to, row, k));
     if (((lacking >> of.rate) & 1) == 0 && !ReadReadings(sensor, of, to, row)) return false;
@@ -285,6 +287,7 @@ bool RowBridge::Write(const rows::Rows& from, size_t row, World* world) {
   WriteRandomNumbers(from, row, world);
   world->sim_time = c.time[row];
   world->updates = c.steps[row];
+  if (!scene.varied.empty()) WriteVaried(from, row, world);
   if (scene.populations) WritePopulations(from, row, world);
   WriteMovers(from, row, world);
   WriteEnergy(from, row, world);
@@ -335,7 +338,7 @@ void RowBridge::WriteRobot(const rows::Rows& from, size_t row, size_t k, ModelPo
   if (!mover.has_odometry) return;
   model.est_pose = rows::PoseOf(c.estimate[i], model.est_pose.z);
   model.driven_ = rows::PoseOf(c.driven[i], 0);
-  if (!mover.has_noisy_odometry) return;
+  if (!model.noisy_odometry_) return;
   *model.noisy_odometry_ = c.noisy_odometry[i];
   WriteRandom(c.random[i], &model);
 }

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,8 +27,19 @@ class RowBridge {
   static std::string WhyNotClosed(const World& world);
   /// Takes over a world that has just been loaded, with all subscriptions. Returns null and the
   /// reason if it is not closed.
-  static std::shared_ptr<const rows::Scene> MakeScene(std::unique_ptr<World> prototype,
-                                                      std::string* reason);
+  /// `varied`: numbers that differ between worlds, for each of which CanVary() is true.
+  static std::shared_ptr<const rows::Scene> MakeScene(
+      std::unique_ptr<World> prototype, std::string* reason,
+      std::span<const rows::VariedNumber> varied = {});
+
+  // The following functions are in varied_bridge.cc.
+  /// The property of world files with this name; kNone: rows cannot vary it.
+  static rows::VariedProperty FindProperty(const std::string& name);
+  /// True if rows can hold a number of a model of this world, which has just been loaded.
+  static bool CanVary(const World& world, const rows::VariedNumber& number);
+  /// Gives models of a world that has just been loaded other numbers, in the units of its file.
+  static void Vary(std::span<const rows::VariedNumber> numbers, std::span<const double> given,
+                   World* world);
 
   /// Reads the state after loading into row 0.
   static void ReadStart(rows::Rows* start);
@@ -49,10 +61,6 @@ class RowBridge {
   /// Ids of the running models by update interval, in the order of their updates.
   static std::vector<uint32_t> RunningModels(const World& world);
 
-  /// See ModelRanger::Sensor::AddRangeNoise().
-  static void AddRangeNoise(const rows::Sensor& sensor, RandomStream* random, double* ranges) {
-    sensor.settings->AddRangeNoise(random, ranges, sensor.rays);
-  }
   /// See ModelFiducial::MakeCandidate(). `own` and `there` are global poses.
   static bool MakeCandidate(const rows::FiducialFinder& finder, const Pose& own,
                             const rows::FiducialTarget& target, const Pose& there,
@@ -75,6 +83,14 @@ class RowBridge {
   static uint64_t SeedOfNoise(const rows::Scene& scene, size_t sensor, uint64_t seed);
 
  private:
+  static double UnitOf(const World& world, const rows::VariedNumber& number);
+  static double* FindNumber(Model* model, const rows::VariedNumber& number);
+  static double ReadNumber(const World& world, const rows::VariedNumber& number);
+  static void WriteNumber(const rows::VariedNumber& number, double value, World* world);
+  static void AddVaried(std::span<const rows::VariedNumber> varied, const World& prototype,
+                        rows::Scene* scene);
+  static void ReadVaried(const World& world, rows::Rows* to, size_t row);
+  static void WriteVaried(const rows::Rows& from, size_t row, World* world);
   class SceneMaker;
   class FinderMaker;
   static std::string WhyNotModel(const Model& model);

@@ -31,8 +31,15 @@ usec_t Rows::SensedAt(size_t world, size_t mover) const {
 }
 
 void Rows::Resize(size_t worlds) {
+  constexpr size_t kMany = 64;  // few may come back soon, so their memory is kept
+  const bool frees = worlds == 0 && size() > kMany;
   ForEachColumn(
-      *scene_, [&](size_t count, auto* column) { column->resize(worlds * count); }, &columns);
+      *scene_,
+      [&](size_t count, auto* column) {
+        column->resize(worlds * count);
+        if (frees) column->shrink_to_fit();
+      },
+      &columns);
 }
 
 size_t Rows::BytesPerWorld() const {
@@ -81,6 +88,8 @@ bool Rows::CopyStart(size_t world, const Rows& other) {
   const Columns& from = other.columns;
   Columns& to = columns;
   Reset(world, from.seed[world]);
+  CopyElements(scene().varied.size(), from.varied, world, &to.varied, world);
+  ApplyVaried(world);
   to.extent[world] = from.extent[world];
   to.stamps[world] = from.stamps[world];
   const size_t movers = scene().movers.size(), bodies = scene().bodies.size();
@@ -103,13 +112,14 @@ bool Rows::CopyStart(size_t world, const Rows& other) {
   return true;
 }
 
-void Rows::Reset(size_t world, uint64_t seed) {
+void Rows::Reset(size_t world, uint64_t seed, std::span<const double> given) {
   STAGE_ASSERT(start_ && world < size());
   Copy(world, *start_, 0);
   columns.seed[world] = seed;
   if (scene_->populations) PlacePopulations(world);
   if (!columns.error.empty() || !columns.random.empty()) DrawErrors(world);
   if (!columns.noise.empty()) SeedNoise(world);
+  if (!given.empty()) Vary(world, given);
 }
 
 /// Draws the outline of a body; without corners it is not in the grid.

@@ -92,6 +92,12 @@ struct Columns {
   // By sensor: streams of noise, if any sensor has noise.
   std::vector<RandomStream> noise;
 
+  // Numbers that differ between worlds, in SI units, and what steps read instead of the properties
+  // of the scene: by mover and by sensor, if any of these varies.
+  std::vector<double> varied;
+  std::vector<MoverProperties> properties;
+  std::vector<RangeNoise> range_noise;
+
   // If there are several groups of rates: what was sensed earlier than the poses of movers.
   std::vector<Planar> scan;                   ///< by sensor: pose of its ranger
   std::vector<ModelFiducial::Fiducial> seen;  ///< by fiducial finder and target, without a model
@@ -141,14 +147,28 @@ class Rows {
   }
   /// True if the world's sensors of a group of rates have readings.
   bool HasReadings(size_t world, uint32_t rate) const { return LastUpdate(world, rate) > 0; }
+  /// The properties of a mover in this world.
+  const MoverProperties& PropertiesOf(size_t world, size_t mover) const {
+    if (columns.properties.empty()) return scene_->movers[mover].properties;
+    return columns.properties[world * scene_->movers.size() + mover];
+  }
+  /// The noise of a sensor in this world.
+  const RangeNoise& NoiseOf(size_t world, size_t sensor) const {
+    if (columns.range_noise.empty()) return scene_->sensors[sensor].noise;
+    return columns.range_noise[world * scene_->sensors.size() + sensor];
+  }
+  bool IsNoisy(size_t world, size_t sensor) const {
+    return NoiseOf(world, sensor).Any(scene_->sensors[sensor].increment);
+  }
   /// Time at which the pose of a running robot was sensed.
   usec_t SensedAt(size_t world, size_t mover) const;
 
   /// Changes the number of worlds. New ones must be reset, copied or read before they are used.
   void Resize(size_t worlds);
   /// Resets a world to its state after loading with that seed. Throws LoadError if the members of
-  /// its populations do not fit with this seed.
-  void Reset(size_t world, uint64_t seed);
+  /// its populations do not fit with this seed. `given`: the numbers of Scene::varied, in the units
+  /// of the world file; none: those of the prototype.
+  void Reset(size_t world, uint64_t seed, std::span<const double> given = {});
   /// Copies the state of a world of rows of the same scene.
   void Copy(size_t to, const Rows& other, size_t from);
   /// Copies only what a new seed changes, and what that depends on; see RowBridge::Reseed().
@@ -188,6 +208,11 @@ class Rows {
   void PlaceMover(size_t world, uint32_t mover, const Pose& pose);
   void DrawErrors(size_t world);
   void SeedNoise(size_t world);
+  // The following functions are in varied.cc.
+  void Vary(size_t world, std::span<const double> given);
+  void ApplyVaried(size_t world);
+  void Apply(size_t world, const Varied& varied, double number);
+  double* Find(size_t world, const Varied& varied);
 
   std::shared_ptr<const Scene> scene_;
   std::unique_ptr<Rows> start_;  ///< one row: the state after loading; null in that one

@@ -19,6 +19,7 @@
 #include "geometry/geometry.hh"
 #include "grid/grid.hh"
 #include "messages/assert.hh"
+#include "models/noise.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
 #include "motion/columns.hh"
@@ -26,6 +27,7 @@
 #include "rows/cell_map.hh"
 #include "rows/controls.hh"
 #include "rows/finders.hh"
+#include "rows/varied.hh"
 #include "sensing/fan.hh"
 #include "world/world.hh"
 
@@ -82,7 +84,9 @@ struct Sensor {
   uint32_t index;                       ///< in the ranger
   double reach;                         ///< m
   double z;                             ///< m, of the rays
-  bool exact, noisy, turns_noisily;
+  RangeNoise noise;                     ///< in worlds whose noise does not vary
+  bool exact;
+  bool noisy, turns_noisily;  ///< in some worlds, if its noise varies
   bool needed;         ///< its readings change a step: they have noise, or a controller reads them
   double increment;    ///< rad
   uint64_t name_hash;  ///< see Model::NoiseSeed()
@@ -112,14 +116,15 @@ struct Mover {
   double z;                    ///< m
   std::vector<Node> nodes;
   uint32_t first_body, body_count;
-  DriveInput drive;  ///< what does not change; the bounds are those of the prototype
+  DriveInput drive;  ///< what does not change
   DriveFunction function;
-  double mass;
-  bool has_odometry;  ///< localization "odom", and the robot runs
-  bool has_noisy_odometry, errors_given, steers;
+  MoverProperties properties;  ///< in worlds whose properties do not vary
+  double load;                 ///< kg, what it carries
+  bool has_odometry;           ///< localization "odom", and the robot runs
+  bool has_noisy_odometry;     ///< in some worlds, if its noise varies
+  bool errors_given, steers;
   bool is_omni;
   bool obeys_velocity;  ///< makes a command of velocity as it is, within velocity bounds
-  double wheel_slip;
   uint32_t pack;   ///< in Scene::packs, if it stops when this is empty; otherwise Consumer::kNone
   bool is_pushed;  ///< a thing that can be pushed
   uint32_t row;    ///< in the columns of contacts of outlines; kNoRow: it stands
@@ -175,6 +180,8 @@ struct Scene {
   std::vector<Pack> packs;
   std::vector<Consumer> consumers;
   std::vector<RateGroup> rates;  ///< by interval; at least one, which may have no models
+  std::vector<Varied> varied;    ///< numbers that differ between worlds
+  bool varies_movers = false, varies_noise = false;  ///< some of movers, of sensors that run
 
   // If the file has populations.
   std::shared_ptr<const PopulationPlan> populations;  ///< otherwise null

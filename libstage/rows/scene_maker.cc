@@ -195,6 +195,10 @@ void RowBridge::SceneMaker::AddMover(const Model& model) {
   mover.pack = rows::Consumer::kNone;
   mover.row = rows::Mover::kNoRow;
   mover.is_pushed = IsPushed(model) && !IsRobot(model);
+  mover.properties.mass = model.mass;
+  mover.properties.friction = model.GetFriction();
+  mover.properties.floor_friction = model.GetFloorFriction();
+  mover.load = model.GetMassOfChildren();
   if (IsRobot(model)) SetRobot(static_cast<const ModelPosition&>(model), &mover);
   if (mover.runs) {
     mover.rate = scene_.RateOf(model);
@@ -213,14 +217,18 @@ void RowBridge::SceneMaker::SetRobot(const ModelPosition& model, rows::Mover* to
   mover.runs = IsRunning(model);
   mover.drive = model.InputOfDrive(0);
   mover.function = model.drive_->function;
-  mover.mass = model.mass;
   mover.has_odometry = mover.runs && model.localization_mode == ModelPosition::LOCALIZATION_ODOM;
   mover.has_noisy_odometry = mover.runs && model.noisy_odometry_ != nullptr;
   mover.errors_given = model.errors_given_;
   mover.steers = model.drive_mode == ModelPosition::DRIVE_CAR;
   mover.is_omni = model.drive_mode == ModelPosition::DRIVE_OMNI;
   mover.obeys_velocity = !mover.steers && !model.limits_acceleration_;
-  mover.wheel_slip = model.wheel_slip_;
+  mover.properties.wheel_slip = model.wheel_slip_;
+  mover.properties.wheelbase = model.wheelbase;
+  mover.properties.steering_limit = model.steering_limit_;
+  mover.properties.steering_rate = model.steering_rate_;
+  std::ranges::copy(model.velocity_bounds, mover.properties.velocity_bounds);
+  std::ranges::copy(model.acceleration_bounds, mover.properties.acceleration_bounds);
   mover.has_origin = model.wf->PropertyExists(model.wf_entity, "localization_origin");
   mover.origin = model.est_origin;
 }
@@ -318,6 +326,7 @@ void RowBridge::SceneMaker::AddSensor(ModelRanger* ranger, rows::InMover at, uin
   sensor.exact = world_.engine_->IsExact(settings.ray_model);
   sensor.first_ray = scene_.ray_count;
   sensor.rays = samples;
+  sensor.noise = {settings.range_noise_const, settings.range_noise, settings.angle_noise};
   sensor.turns_noisily = settings.HasAngleNoise();
   sensor.noisy = sensor.needed = settings.IsNoisy();
   sensor.increment = settings.Increment();
@@ -479,8 +488,9 @@ void RowBridge::SceneMaker::CopyWalls() {
   }
 }
 
-std::shared_ptr<const rows::Scene> RowBridge::MakeScene(std::unique_ptr<World> prototype,
-                                                        std::string* reason) {
+std::shared_ptr<const rows::Scene> RowBridge::MakeScene(
+    std::unique_ptr<World> prototype, std::string* reason,
+    std::span<const rows::VariedNumber> varied) {
   *reason = WhyNotClosed(*prototype);
   if (!reason->empty()) return nullptr;
   auto scene = std::make_shared<rows::Scene>();
@@ -494,6 +504,7 @@ std::shared_ptr<const rows::Scene> RowBridge::MakeScene(std::unique_ptr<World> p
   maker.AddMovers();
   maker.PlaceBits();
   maker.AddSensors();
+  AddVaried(varied, *prototype, scene.get());
   AddFinders(prototype.get(), scene.get());
   AddControls(*prototype, scene.get());
   maker.AddPacks();

@@ -167,12 +167,13 @@ void Rows::Stepper::Drive(size_t index, double dt) {
   if (!mover.runs) return;
   const size_t i = mover_ + index;
   if (mover.pack != Consumer::kNone && c_.stored[pack_ + mover.pack] == 0) {
-    c_.watts[i] = motion::PowerAt(mover.mass, Velocity());
+    c_.watts[i] = motion::PowerAt(PropertiesOf(index).mass, Velocity());
     c_.velocity[i] = Planar();
     return;
   }
   if (mover.obeys_velocity && c_.mode[i] == DriveInput::kVelocity) return ObeyVelocity(index);
   DriveInput input = mover.drive;
+  PropertiesOf(index).PutInto(&input);
   input.mode = static_cast<DriveInput::Mode>(c_.mode[i]);
   input.command = PoseOf(c_.command[i], 0);
   input.velocity = VelocityOf(c_.velocity[i]);
@@ -186,7 +187,7 @@ void Rows::Stepper::Drive(size_t index, double dt) {
 
 void Rows::Stepper::UseVelocity(size_t index, const motion::Driven& driven,
                                 bool limits_acceleration) {
-  const double watts = motion::PowerOf(driven, scene_.movers[index].mass, limits_acceleration);
+  const double watts = motion::PowerOf(driven, PropertiesOf(index).mass, limits_acceleration);
   if (std::isfinite(watts)) c_.watts[mover_ + index] = watts;
   c_.velocity[mover_ + index] = PlanarOf(driven.made);
 }
@@ -194,7 +195,7 @@ void Rows::Stepper::UseVelocity(size_t index, const motion::Driven& driven,
 /// Drive() for a drive that makes a command of velocity as it is, within bounds.
 void Rows::Stepper::ObeyVelocity(size_t index) {
   const Mover& mover = scene_.movers[index];
-  const Bounds* const bounds = mover.drive.velocity_bounds;
+  const Bounds* const bounds = PropertiesOf(index).velocity_bounds;
   const Planar& command = c_.command[mover_ + index];
   const Velocity wanted(command.x, mover.is_omni ? command.y : 0.0, 0, command.a);
   const auto clipped = [&](double value, const Bounds& b) {
@@ -220,7 +221,7 @@ void Rows::Stepper::StoreSensedPose(size_t index) {
   const Mover& mover = scene_.movers[index];
   c_.sensed[i] = c_.pose[i];
   if (!mover.has_odometry) return;
-  if (mover.has_noisy_odometry)
+  if (HasNoisyOdometry(index))
     c_.noisy_odometry[i].Refresh(PoseOf(c_.estimate[i], 0), PoseOf(c_.driven[i], 0));
   c_.estimate[i] = PlanarOf(EstimateOf(index));
   c_.driven[i] = Planar();
@@ -242,11 +243,11 @@ void Rows::Stepper::NoteMotion(size_t index, const Planar& made) {
   if (!mover.has_odometry) return;
   const Velocity command = VelocityOf(velocity);
   const Velocity actual = hindered ? VelocityOf(made) : c_.stalled[i] ? Velocity() : command;
-  const Velocity wheels = motion::WheelVelocity(actual, command, mover.wheel_slip);
+  const Velocity wheels = motion::WheelVelocity(actual, command, PropertiesOf(index).wheel_slip);
   if (wheels.IsZero()) return;
   Velocity measured = motion::WithOdomError(wheels, VelocityOf(c_.error[i]));
   const Pose before = PoseOf(c_.driven[i], 0);
-  if (mover.has_noisy_odometry) {
+  if (HasNoisyOdometry(index)) {
     RandomStream* const stream = &c_.random[i];
     const double normal[2] = {NormalError(stream), NormalError(stream)};
     measured = c_.noisy_odometry[i].Measure(measured, seconds_, normal, before);
@@ -381,6 +382,7 @@ void Rows::Stepper::MoveOutlines() {
   const size_t count = scene_.movers.size();
   s_.wanted.resize(count);
   s_.asked.assign(count, 0);
+  if (scene_.varies_movers) SetContactProperties();
   for (size_t k = 0; k < count; k++)
     if (scene_.movers[k].row != Mover::kNoRow) SetTarget(k);
   s_.contacts.Step(scene_.shapes, WallsNow(), &s_.columns);
@@ -392,6 +394,17 @@ void Rows::Stepper::MoveOutlines() {
     const Placed place{now.x, now.y, now.a, TurnAfter(k, now.a)};
     DrawAt(k, place);
     CommitAt(k, place);
+  }
+}
+
+/// Gives the columns of contacts the properties of this world.
+void Rows::Stepper::SetContactProperties() {
+  for (size_t k = 0; k < scene_.movers.size(); k++) {
+    const uint32_t row = scene_.movers[k].row;
+    if (row == Mover::kNoRow) continue;
+    const MoverProperties& own = PropertiesOf(k);
+    s_.columns.grip[row] = own.grip;
+    s_.columns.friction[row] = own.friction;
   }
 }
 

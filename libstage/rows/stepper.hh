@@ -120,6 +120,16 @@ class Rows::Stepper {
   void BeginUpdates(uint64_t unseen);
   void KeepOrder();
   bool IsDue(uint32_t rate) const { return (due_ >> rate) & 1; }
+  const MoverProperties& PropertiesOf(size_t index) const {
+    return c_.properties.empty() ? scene_.movers[index].properties : c_.properties[mover_ + index];
+  }
+  bool HasNoisyOdometry(size_t index) const {
+    return scene_.movers[index].has_noisy_odometry &&
+           !(scene_.varies_movers && c_.noisy_odometry[mover_ + index].noise().IsZero());
+  }
+  const RangeNoise& NoiseOf(size_t index) const {
+    return c_.range_noise.empty() ? scene_.sensors[index].noise : c_.range_noise[sensor_ + index];
+  }
   void Drive(size_t index, double dt);
   void ObeyVelocity(size_t index);
   void UseVelocity(size_t index, const motion::Driven& driven, bool limits_acceleration);
@@ -208,6 +218,7 @@ class Rows::Stepper {
   template <class Word>
   bool HasMoved(uint32_t number, uint32_t drawn, const Placed& before, const Placed& now);
   void MoveOutlines();
+  void SetContactProperties();
   const motion::Walls& WallsNow();
   void FindWalls();
   void SetPose(size_t index);

@@ -55,6 +55,17 @@ class PoolAccess {
   /// Makes the world a row in the state of the snapshot. Several threads may call it for different
   /// worlds; so may they the following functions.
   static void Restore(WorldPool& pool, uint32_t id, const SnapshotRow& from);
+  /// Like WorldPool::SetPrototype(), for a scene in which numbers vary; see RowBridge::CanVary().
+  static bool SetPrototype(WorldPool& pool, uint32_t variant, const World& prototype,
+                           const std::vector<rows::VariedNumber>& varied);
+  /// Like WorldPool::Reset(), and gives each world numbers of its own, in the units of the world
+  /// file, which it keeps in later resets. `values` has `most` for each world, as many as vary in
+  /// any scene; those of other scenes are at the beginning.
+  static void Reset(WorldPool& pool, const std::vector<uint32_t>& ids,
+                    const std::vector<uint64_t>& seeds, const std::vector<uint32_t>& variants,
+                    const double* values, size_t most);
+  /// The numbers of a world, in the units of the world file; empty: those of the prototype.
+  static const std::vector<double>& Values(const WorldPool& pool, uint32_t id);
   /// See World::Reseed(). The world is a row.
   static void Reseed(WorldPool& pool, uint32_t id, uint64_t seed);
   /// Makes a step of a world that is a row. Nobody looks at its readings before `unseen` further

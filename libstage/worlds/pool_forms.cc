@@ -38,7 +38,7 @@ bool WorldPool::Impl::BecomeRow(uint32_t id) {
   if (slot.form != Form::kStart) return slot.form == Form::kRow;
   slot.rows = slot.variant->RowsOf(slot.subscriptions);
   if (!slot.rows) return false;
-  RowsToChange(slot)->Reset(slot.place, seeds[id]);
+  RowsToChange(slot)->Reset(slot.place, seeds[id], slot.values);
   slot.form = Form::kRow;
   NoteForm();
   return true;
@@ -54,10 +54,11 @@ PoolRow WorldPool::Impl::RowToRead(uint32_t id, Thread* thread) {
   std::unique_ptr<rows::Rows>& start =
       thread->Of(*slot.variant).starts[slot.subscriptions->number()];
   try {
-    if (start)
-      start->Reset(0, seeds[id]);
-    else
-      start = std::make_unique<rows::Rows>(slot.subscriptions->scene(), std::span(&seeds[id], 1));
+    if (!start) {
+      start = std::make_unique<rows::Rows>(slot.subscriptions->scene(), std::span<uint64_t>());
+      start->Resize(1);
+    }
+    start->Reset(0, seeds[id], slot.values);
   } catch (const LoadError&) {  // a population that does not fit
     return {};                  // so the World cannot be made either, and gives the reason
   }
@@ -85,8 +86,7 @@ World* WorldPool::Impl::BecomeWorld(uint32_t id) {
       if (!write()) throw WorldFailure{"its state cannot be written into a World"};
     }
   } else {
-    const InitialState* const initial = slot.world ? slot.scene()->initial_state() : nullptr;
-    if (!initial || !slot.world.get()->RestartFrom(*initial, seeds[id])) MakeWorld(id);
+    if (!Restart(id)) MakeWorld(id);
     for (const uint32_t model : slot.subscriptions->models())
       if (Model* const found = slot.world.get()->FindModel(model)) found->Subscribe();
   }

@@ -47,6 +47,7 @@ struct WorldPool::Impl {
     rows::Rows* rows = nullptr;              // kRow
     WorldHandle world;  // if another form than kWorld has one, its state is undefined
     uint64_t times_made = 0;
+    std::vector<double> values;  // of what varies in the scene; empty: those of the prototype
     std::string failure;
 
     PoolScene* scene() const { return variant->scene.get(); }
@@ -103,6 +104,7 @@ struct WorldPool::Impl {
   std::vector<uint32_t> AllVariants() const;
   void SetScene(uint32_t variant, std::shared_ptr<PoolScene> scene);
   void SetVariant(uint32_t id, uint32_t variant);
+  void SetVariants(const Ids& ids, const std::vector<uint32_t>& to);
 
   // Forms.
   /// Call it after each change of the form of a world, or of whether it has failed.
@@ -136,6 +138,8 @@ struct WorldPool::Impl {
 
   // World objects.
   void MakeWorld(uint32_t id);
+  bool Restart(uint32_t id);
+  void VaryWorld(uint32_t id);
   void Load(uint32_t id);
   void TryToMake(uint32_t id);
   World* Require(uint32_t id);

@@ -53,7 +53,7 @@ void Subscriptions::MakeScene() {
     std::unique_ptr<World> world = source_.Make();
     for (const uint32_t id : models_)
       if (Model* const model = world->FindModel(id)) model->Subscribe();
-    scene_ = RowBridge::MakeScene(std::move(world), &reason_);
+    scene_ = RowBridge::MakeScene(std::move(world), &reason_, source_.varied());
   } catch (const WorldFailure& failure) {
     reason_ = failure.why;
   }
@@ -61,9 +61,11 @@ void Subscriptions::MakeScene() {
 
 // ---- the scene ----------------------------------------------------------------------------------
 
-PoolScene::PoolScene(const World& prototype, const WorldPoolOptions& options)
+PoolScene::PoolScene(const World& prototype, const WorldPoolOptions& options,
+                     std::vector<rows::VariedNumber> varied)
     : source_(prototype, options.device),
       pool_options_(options),
+      varied_(std::move(varied)),
       options_(source_.options()),
       loaded_(Add({})) {
   if (!options.branch) return;

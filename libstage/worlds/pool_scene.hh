@@ -16,6 +16,7 @@
 
 #include "random/fnv1a.hh"
 #include "rows/scene.hh"
+#include "rows/varied.hh"
 #include "world/copy_source.hh"
 #include "world/world.hh"
 #include "worlds/world_pool.hh"
@@ -79,10 +80,13 @@ class Subscriptions {
 
 class PoolScene {
  public:
-  PoolScene(const World& prototype, const WorldPoolOptions& options);
+  /// `varied`: numbers of which each world may have its own, see RowBridge::CanVary().
+  PoolScene(const World& prototype, const WorldPoolOptions& options,
+            std::vector<rows::VariedNumber> varied = {});
 
   bool IsReady() const { return !source_.empty(); }
   const WorldPoolOptions& pool_options() const { return pool_options_; }
+  const std::vector<rows::VariedNumber>& varied() const { return varied_; }
   /// Makes a world. Throws WorldFailure. Several threads may call it at once.
   std::unique_ptr<World> Make(uint64_t seed) const;
   /// Makes a world with the seed of the prototype.
@@ -114,6 +118,7 @@ class PoolScene {
 
   const CopySource source_;
   const WorldPoolOptions pool_options_;
+  const std::vector<rows::VariedNumber> varied_;
   RunOptions options_;
   std::once_flag initial_state_once_, hash_once_;
   uint64_t hash_of_files_ = kFnv1aStart;

@@ -57,12 +57,21 @@ bool PoolVariant::FreeRows(const std::array<bool, Subscriptions::kMost>& used) {
       keeps_unused = true;
       continue;
     }
-    if (device_) device_->Forget(owned_rows_[i].get());
-    owned_rows_[i].reset();
-    rows_[i] = nullptr;
-    calls_without_use_[i] = 0;
+    Free(i);
   }
   return keeps_unused;
+}
+
+void PoolVariant::FreeAllRows() {
+  for (size_t i = 0; i < owned_rows_.size(); i++)
+    if (owned_rows_[i]) Free(i);
+}
+
+void PoolVariant::Free(size_t i) {
+  if (device_) device_->Forget(owned_rows_[i].get());
+  owned_rows_[i].reset();
+  rows_[i] = nullptr;
+  calls_without_use_[i] = 0;
 }
 
 }  // namespace Stg

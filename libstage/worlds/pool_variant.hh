@@ -39,12 +39,14 @@ class PoolVariant {
   /// Frees rows whose number was not in `used` for a number of calls. Returns whether others that
   /// are unused remain.
   bool FreeRows(const std::array<bool, Subscriptions::kMost>& used);
+  void FreeAllRows();
 
   const std::shared_ptr<PoolScene> scene;
   const uint32_t number;
 
  private:
   static constexpr int kMostCallsWithoutUse = 20;
+  void Free(size_t i);
 
   PoolDevice* const device_;
   uint32_t places_ = 0;

@@ -79,7 +79,7 @@ void WorldPool::Impl::SetScene(uint32_t variant, std::shared_ptr<PoolScene> scen
     thread.of_variants.resize(variants.size());
     thread.of_variants[variant].reset();
   }
-  if (variants[variant]) variants[variant]->FreeRows({});
+  if (variants[variant]) variants[variant]->FreeAllRows();
   if (device) device->ForgetReasons();
   variants[variant] = std::move(made);
   NoteForm();
@@ -95,8 +95,17 @@ void WorldPool::Impl::SetVariant(uint32_t id, uint32_t variant) {
   slot.world = WorldHandle();
   slot.variant = variants[variant].get();
   slot.place = slot.variant->AddWorld();
+  slot.values.clear();
   slot.form = Form::kStart;
   slot.subscriptions = slot.scene()->loaded();
+}
+
+/// Makes worlds those of other variants, in the state after loading.
+void WorldPool::Impl::SetVariants(const Ids& ids, const std::vector<uint32_t>& to) {
+  STAGE_ASSERT(ids.size() == to.size());
+  for (size_t i = 0; i < ids.size(); i++)
+    if (to[i] != slots[ids[i]].variant->number) SetVariant(ids[i], to[i]);
+  for (const auto& variant : variants) variant->Grow();
 }
 
 /// Makes the World object, or makes it again, in the state after loading.
@@ -107,6 +116,7 @@ void WorldPool::Impl::MakeWorld(uint32_t id) {
   slot.world = WorldHandle();
   slot.times_made++;
   slot.world = WorldHandle(slot.scene()->Make(seeds[id]).release());
+  VaryWorld(id);
 }
 
 /// Resets the world by loading it again.
@@ -150,9 +160,7 @@ void WorldPool::Impl::Reset(uint32_t id) {
     slot.failure.clear();
     return;
   }
-  const InitialState* const initial_state = slot.scene()->initial_state();
-  World* const world = slot.world.get();
-  if (!world || !initial_state || !world->RestartFrom(*initial_state, seeds[id])) return Load(id);
+  if (!Restart(id)) return Load(id);
   slot.form = Form::kWorld;
   slot.failure.clear();
 }
@@ -375,18 +383,26 @@ uint32_t WorldPool::CountVariants() const { return static_cast<uint32_t>(impl_->
 uint32_t WorldPool::Variant(uint32_t id) const { return impl_->slots[id].variant->number; }
 
 bool WorldPool::SetPrototype(uint32_t variant, const World& prototype) {
-  const bool is_used = std::ranges::any_of(
-      impl_->slots, [&](const Impl::Slot& slot) { return slot.variant->number == variant; });
-  if (variant > CountVariants() || is_used) {
+  return PoolAccess::SetPrototype(*this, variant, prototype, {});
+}
+
+bool PoolAccess::SetPrototype(WorldPool& pool, uint32_t variant, const World& prototype,
+                              const std::vector<rows::VariedNumber>& varied) {
+  WorldPool::Impl& impl = *pool.impl_;
+  const bool is_used = std::ranges::any_of(impl.slots, [&](const WorldPool::Impl::Slot& slot) {
+    return slot.variant->number == variant;
+  });
+  if (variant > pool.CountVariants() || is_used) {
     messages::Report(LogLevel::kError,
                      "stage: found the variant number " + std::to_string(variant) +
                          (is_used ? ", which worlds are of" : ", which does not exist") +
                          ", expected one without worlds, or the next number");
     return false;
   }
-  auto scene = std::make_shared<PoolScene>(prototype, impl_->variants[0]->scene->pool_options());
+  auto scene =
+      std::make_shared<PoolScene>(prototype, impl.variants[0]->scene->pool_options(), varied);
   if (!scene->IsReady()) return false;
-  impl_->SetScene(variant, std::move(scene));
+  impl.SetScene(variant, std::move(scene));
   return true;
 }
 
@@ -461,10 +477,7 @@ void WorldPool::Reset(const Ids& ids, const std::vector<uint64_t>& seeds) {
 
 void WorldPool::Reset(const Ids& ids, const std::vector<uint64_t>& seeds,
                       const std::vector<uint32_t>& variants) {
-  STAGE_ASSERT(ids.size() == variants.size());
-  for (size_t i = 0; i < ids.size(); i++)
-    if (variants[i] != Variant(ids[i])) impl_->SetVariant(ids[i], variants[i]);
-  for (const auto& variant : impl_->variants) variant->Grow();
+  impl_->SetVariants(ids, variants);
   Reset(ids, seeds);
 }
 

@@ -75,7 +75,8 @@ void Batch::MakeCrowd(const std::vector<Crowd::Robots>& robots) {
     device_crowd_ = std::make_shared<DeviceCrowd>(shared_from_this(), crowd_);
 }
 
-void Batch::SetPrototype(uint32_t variant, Simulation* prototype, const Crowd::Robots& robots) {
+void Batch::SetPrototype(uint32_t variant, Simulation* prototype, const Crowd::Robots& robots,
+                         const std::vector<rows::VariedNumber>& varied) {
   const Use use(this);
   const Source::Use use_of_prototype(prototype);
   const World& world = prototype->world();
@@ -83,7 +84,7 @@ void Batch::SetPrototype(uint32_t variant, Simulation* prototype, const Crowd::R
     throw Failure{Kind::kStage, "the scene doesn't fit into this batch, because " + why};
   const GilRelease no_gil;
   const ErrorCollector collector;
-  if (!pool_->SetPrototype(variant, world))
+  if (!PoolAccess::SetPrototype(*pool_, variant, world, varied))
     throw Failure{Kind::kStage, collector.Last("the world can't be copied")};
   crowd_->SetRobots(variant, robots);
 }
@@ -224,18 +225,31 @@ void Batch::Rollout(const double* commands, size_t moments, uint64_t steps,
 }
 
 void Batch::Reset(const Indices& which, const std::optional<std::vector<uint64_t>>& given,
-                  const std::optional<std::vector<uint32_t>>& variants) {
+                  const std::optional<std::vector<uint32_t>>& variants,
+                  const std::optional<Values>& values) {
   const Use use(this);
   const GilRelease no_gil;
   std::vector<uint64_t> seeds = given.value_or(std::vector<uint64_t>());
   if (!given)
     for (const uint32_t index : which) seeds.push_back(pool_->seeds()[index]);
   if (device_crowd_) return device_crowd_->Reset(which, seeds);
-  variants ? pool_->Reset(which, seeds, *variants) : pool_->Reset(which, seeds);
+  if (variants && values)
+    PoolAccess::Reset(*pool_, which, seeds, *variants, values->data, values->most);
+  else if (variants)
+    pool_->Reset(which, seeds, *variants);
+  else
+    pool_->Reset(which, seeds);
   pool_->ForEach(which, [&](uint32_t index) {
     crowd_->ClearCommands(index);
     crowd_->Gather(*this, index);
   });
+}
+
+std::vector<std::vector<double>> Batch::ValuesOfAll() {
+  const Use use(this);
+  std::vector<std::vector<double>> values;
+  for (uint32_t id = 0; id < size(); id++) values.push_back(PoolAccess::Values(*pool_, id));
+  return values;
 }
 
 /// Updates the arrays of these worlds.

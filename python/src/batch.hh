@@ -19,6 +19,7 @@
 
 #include "crowd.hh"
 #include "device_crowd.hh"
+#include "rows/varied.hh"
 #include "simulation.hh"
 #include "source.hh"
 #include "world/ray_caster.hh"
@@ -51,8 +52,10 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   void MakeCrowd(const std::vector<Crowd::Robots>& robots);
 
   /// Makes the world of a prototype, with these robots, the variant with this number, which is the
-  /// next one or has no worlds. Throws Failure if the arrays have no room for its robots.
-  void SetPrototype(uint32_t variant, Simulation* prototype, const Crowd::Robots& robots);
+  /// next one or has no worlds. Throws Failure if the arrays have no room for its robots. `varied`:
+  /// numbers of which each world may have its own.
+  void SetPrototype(uint32_t variant, Simulation* prototype, const Crowd::Robots& robots,
+                    const std::vector<rows::VariedNumber>& varied);
 
   /// Makes `steps` steps of these worlds; worlds that have failed or ended make none.
   void Step(const Indices& which, uint64_t steps);
@@ -68,9 +71,18 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   /// stays false from the moment on at which a world fails.
   void Rollout(const double* commands, size_t moments, uint64_t steps,
                const std::vector<Record>& records, bool* recorded);
-  /// Resets these worlds, each with its own seed and variant; none: with those that it has.
+  /// The numbers of each world, as many as vary in its scene.
+  struct Values {
+    const double* data;
+    size_t most;  ///< numbers for each world; the others are not used
+  };
+  /// Resets these worlds, each with its own seed, variant and values; none: with those that it has.
+  /// Values need variants.
   void Reset(const Indices& which, const std::optional<std::vector<uint64_t>>& seeds,
-             const std::optional<std::vector<uint32_t>>& variants);
+             const std::optional<std::vector<uint32_t>>& variants,
+             const std::optional<Values>& values);
+  /// The values of each world.
+  std::vector<std::vector<double>> ValuesOfAll();
   void Restore(const Indices& which, const Snapshot& from);
   /// See World::Reseed(); with a seed for each world.
   void Reseed(const std::vector<uint64_t>& seeds);

@@ -8,6 +8,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <optional>
@@ -21,6 +22,7 @@
 #include "crowd.hh"
 #include "gil.hh"
 #include "picture.hh"
+#include "rows/row_bridge.hh"
 #include "text.hh"
 
 namespace Stg::python {
@@ -44,11 +46,33 @@ Crowd::Robots KeysOf(const std::vector<std::optional<uint32_t>>& ids) {
   return robots;
 }
 
+/// Numbers of models, of sensors of their rangers and of numbers of properties, which have these
+/// names.
+std::vector<rows::VariedNumber> VariedNumbers(const std::vector<std::vector<uint32_t>>& varied,
+                                              const std::vector<std::string>& properties) {
+  const auto is_whole = [](const auto& number) { return number.size() == 3; };
+  if (varied.size() != properties.size() || !std::ranges::all_of(varied, is_whole))
+    throw nb::value_error("found other numbers than three for each property");
+  std::vector<rows::VariedNumber> numbers;
+  for (size_t i = 0; i < varied.size(); i++)
+    numbers.push_back(
+        {varied[i][0], varied[i][1], RowBridge::FindProperty(properties[i]), varied[i][2]});
+  return numbers;
+}
+
 void SetPrototype(Batch& batch, uint32_t variant, Simulation& prototype,
-                  const std::vector<std::optional<uint32_t>>& ids) {
+                  const std::vector<std::optional<uint32_t>>& ids,
+                  const std::vector<std::vector<uint32_t>>& varied,
+                  const std::vector<std::string>& properties) {
+  const std::vector<rows::VariedNumber> numbers = VariedNumbers(varied, properties);
+  const auto can_vary = [&](World& world) {
+    return std::ranges::all_of(
+        numbers, [&](const auto& number) { return RowBridge::CanVary(world, number); });
+  };
+  if (!prototype.With(can_vary)) throw nb::value_error("found a number that rows can't vary");
   if (ids.size() != batch.crowd()->size())
     throw nb::value_error("found another number of ids than there are robots");
-  Logged([&] { batch.SetPrototype(variant, &prototype, KeysOf(ids)); });
+  Logged([&] { batch.SetPrototype(variant, &prototype, KeysOf(ids), numbers); });
 }
 
 std::shared_ptr<Batch> Make(const std::vector<std::shared_ptr<Simulation>>& prototypes,
@@ -155,16 +179,22 @@ Batch::Indices IndicesOf(const Numbers& which) {
 
 using Seeds = nb::ndarray<const uint64_t, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
 
-/// Resets worlds, each with its own seed and variant; none: with those that it has.
+using Values = nb::ndarray<const double, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
+
+/// Resets worlds, each with its own seed, variant and values; none: with those that it has.
 void Reset(Batch& batch, const Numbers& which, const std::optional<Seeds>& seeds,
-           const std::optional<Numbers>& variants) {
+           const std::optional<Numbers>& variants, const std::optional<Values>& values) {
   if ((seeds && seeds->size() != which.size()) || (variants && variants->size() != which.size()))
     throw nb::value_error("found another number of seeds or variants than there are worlds");
   std::optional<std::vector<uint64_t>> new_seeds;
   if (seeds) new_seeds.emplace(seeds->data(), seeds->data() + seeds->size());
   std::optional<Batch::Indices> new_variants;
   if (variants) new_variants = IndicesOf(*variants);
-  Logged([&] { batch.Reset(IndicesOf(which), new_seeds, new_variants); });
+  if (values && (!variants || values->shape(0) != which.shape(0)))
+    throw nb::value_error("found values for another number of worlds, or without variants");
+  std::optional<Batch::Values> given;
+  if (values) given = Batch::Values{values->data(), values->shape(1)};
+  Logged([&] { batch.Reset(IndicesOf(which), new_seeds, new_variants, given); });
 }
 
 using CastPoses = nb::ndarray<const double, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
@@ -267,7 +297,9 @@ void BindBatch(nb::module_& module) {
                    "live: collections.abc.Sequence[object], "
                    "to: collections.abc.Sequence[object], recorded: object) -> None"))
       .def("reset", &Reset, nb::arg("which").noconvert(), nb::arg("seeds").none().noconvert(),
-           nb::arg("variants").none().noconvert())
+           nb::arg("variants").none().noconvert(),
+           nb::arg("values").none().noconvert() = nb::none())
+      .def("values", &Batch::ValuesOfAll)
       .def(
           "restore",
           [](Batch& b, const Numbers& which, const Snapshot& from) {
@@ -284,7 +316,8 @@ void BindBatch(nb::module_& module) {
           nb::arg("seeds"))
       .def("take", &Batch::Take, nb::arg("index"))
       .def("set_prototype", &SetPrototype, nb::arg("variant"), nb::arg("prototype"),
-           nb::arg("robots"))
+           nb::arg("robots"), nb::arg("varied") = std::vector<std::vector<uint32_t>>(),
+           nb::arg("properties") = std::vector<std::string>())
       .def("state_hashes", &Batch::StateHashes)
       .def("cast", &CastRays, nb::arg("which").noconvert(), nb::arg("poses").noconvert(),
            nb::arg("bearings"), nb::arg("range"), nb::arg("z").none(), nb::arg("robots"),

@@ -12,6 +12,7 @@
 
 #include "bindings.hh"
 #include "failure.hh"
+#include "rows/row_bridge.hh"
 #include "simulation.hh"
 #include "world/world.hh"
 #include "worldfile/worldfile.hh"
@@ -60,13 +61,23 @@ std::vector<std::string> AskedNames(Simulation& simulation) {
   return WithFile(simulation, [](Worldfile& file) { return file.AskedNames(); });
 }
 
+/// True if rows can give each world another number of this property of a model, or of the sensor
+/// with this number of a ranger.
+bool CanVary(Simulation& simulation, uint32_t model, uint32_t sensor, const std::string& property) {
+  return simulation.With([&](World& world) {
+    return RowBridge::WhyNotClosed(world).empty() &&
+           RowBridge::CanVary(world, {model, sensor, RowBridge::FindProperty(property), 0});
+  });
+}
+
 }  // namespace
 
 void BindSections(nb::class_<Simulation>& world) {
   world.def("sections", &SectionsOf)
       .def("section_texts", &TextsOf, nb::arg("section"), nb::arg("property"))
       .def("is_called", &IsCalled, nb::arg("section"), nb::arg("selector"))
-      .def("asked_names", &AskedNames);
+      .def("asked_names", &AskedNames)
+      .def("can_vary", &CanVary, nb::arg("model"), nb::arg("sensor"), nb::arg("property"));
 }
 
 }  // namespace Stg::python

@@ -26,6 +26,7 @@ class Section(NamedTuple):
     type: str
     parent: int
     name: str  # of the model; parts of models are called after these
+    model: int  # id; 0: it is a part of a model, or none
 
 
 class Sections:
@@ -35,16 +36,18 @@ class Sections:
         self._core = world._core
         listed: list[tuple[str, int]] = world._core.sections()
         models = iter(sorted(world.models, key=lambda model: model.id))
-        self._all = [Section("world", -1, "world")]
+        self._all = [Section("world", -1, "world", 0)]
+        self._places: dict[tuple[Target, str], tuple[int, int] | None] = {}
         for type_, parent in listed[1:]:
+            id_ = 0
             if type_ in _PARTS or type_ in _OTHERS:
                 name = f"{self._all[parent].name}.{type_}" if parent > 0 else type_
             else:
                 model = next(models, None)
                 if model is None or model.type != type_:
                     raise StageError("the models of the world are not those of its file, so its values can't vary")
-                name = model.name
-            self._all.append(Section(type_, parent, name))
+                name, id_ = model.name, model.id
+            self._all.append(Section(type_, parent, name, id_))
         self.targets: dict[Target, int] = {}  #: the numbers of all sections
         seen: Counter[str] = Counter()
         for number, section in enumerate(self._all):
@@ -55,9 +58,25 @@ class Sections:
         """The type of a section."""
         return self._all[self.targets[target]].type
 
+    def place_in_rows(self, target: Target, property: str) -> tuple[int, int] | None:
+        """The model and its sensor if rows of a batch can hold other values of a property; None: they can't."""
+        if (target, property) not in self._places:
+            number = self.targets[target]
+            model, sensor = self._all[number].model, 0
+            if self._all[number].type == "sensor":
+                around = self._all[number].parent
+                model, sensor = self._all[around].model, self._sensors_of(around).index(number)
+            can = model > 0 and self._core.can_vary(model, sensor, property)
+            self._places[target, property] = (model, sensor) if can else None
+        return self._places[target, property]
+
     def texts(self, target: Target, name: str) -> list[str]:
         """The values of a property as the file has them; empty if it lacks the property."""
         return self._core.section_texts(self.targets[target], name)
+
+    def texts_of(self, section: int, name: str) -> list[str]:
+        """The values of a property of the section with this number, as in texts()."""
+        return self._core.section_texts(section, name)
 
     def asked(self) -> list[str]:
         """Names of all properties that world files may have, as far as this world has looked for them."""

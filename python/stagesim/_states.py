@@ -39,7 +39,7 @@ def _hash_of(recipe: Recipe) -> int:
 
     options = [f"{name}={value!r}" for name, value in recipe.options.items()
                if _options.OPTIONS[name].changes_results and name not in ("seed", "threads")]
-    text = "\0".join([*options, *recipe.varied])
+    text = "\0".join([*options, *recipe.varied, *map(str, recipe.columns)])
     return int.from_bytes(blake2b(text.encode(), digest_size=8).digest(), "little")
 
 

@@ -16,10 +16,12 @@ from . import _options
 from ._checks import shown
 from ._sections import Sections, Target
 from .errors import WorldError
-from .world import Recipe, World
+from .world import Column, Recipe, World
 
-#: Different combinations of values that a batch may have: each has a scene of its own, of about a megabyte.
+#: Different combinations of those values that a batch may have of which each has a scene of about a megabyte.
 MOST_COMBINATIONS = 1024
+#: Properties whose numbers are pairs of a least and a largest value.
+_IN_ORDER = ("velocity_bounds", "acceleration_bounds")
 #: Files whose sections are remembered.
 _REMEMBERED = 64
 
@@ -36,24 +38,46 @@ class Varied(NamedTuple):
     values: Values  # shape (n, targets, numbers)
     is_tuple: bool  # written in brackets
     has_ranges: bool  # a table says which values are valid
+    in_scenes: tuple[bool, ...]  # by target: different values need different scenes
+
+
+class Source(NamedTuple):
+    """Where the values of a column are."""
+
+    varied: Varied
+    target: int  # index in `varied.targets`
+    number: int  # third index of `varied.values`
+
+
+class Plan(NamedTuple):
+    """How worlds with the same recipe get their values: some are columns of rows, the others need scenes."""
+
+    recipe: Recipe  # with the columns
+    sources: tuple[Source, ...]  # of the columns
+    needs_scenes: bool
 
 
 class Variation:
-    """All properties that differ between the worlds of a batch, and the recipes of these worlds."""
+    """All properties that differ between the worlds of a batch, and the recipes of these worlds.
 
-    def __init__(self, n: int) -> None:
+    Numbers that change no shape are columns of rows: they cost nothing. Others need a scene for each combination.
+    """
+
+    def __init__(self, n: int, has_columns: bool) -> None:
+        self._has_columns = has_columns  # rows can hold values
         self.all: dict[str, Varied] = {}  #: by the names that were given, in the order in which they apply
         self._waiting = np.zeros(n, bool)  # for their next reset, since something was changed
         self._known: dict[str, tuple[World, Sections]] = {}  # by the key of the recipe
+        self._plans: dict[str, Plan] = {}  # likewise, until something is changed
 
     def copy(self) -> Variation:
         """A variation that can be changed on its own."""
-        copied = Variation(len(self._waiting))
+        copied = Variation(len(self._waiting), self._has_columns)
         copied.all, copied._waiting, copied._known = dict(self.all), self._waiting.copy(), dict(self._known)
         return copied
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_known": {}}
+        return {**self.__dict__, "_known": {}, "_plans": {}}
 
     def waits(self, i: int) -> bool:
         """True if world `i` has not been reset since the last change."""
@@ -67,6 +91,10 @@ class Variation:
         """Notes that the values are in force in these worlds."""
         self._waiting[ids] = False
 
+    def wait(self, ids: npt.NDArray[np.uint32]) -> None:
+        """Lets these worlds get their values at their next reset."""
+        self._waiting[ids] = True
+
     def set(self, name: str, values: Any, bases: Sequence[Recipe]) -> None:
         """Sets the values of a property; None: those of the file. `bases` are the recipes of all worlds."""
         before = dict(self.all)
@@ -75,6 +103,7 @@ class Variation:
         if varied is None and name not in self.all:
             raise ValueError(f"vary({name!r}): found a name that is not varied, expected "
                              f"{' or '.join(map(repr, self.all)) or 'one that is'}{_similar(name, self.all)}")
+        self._plans.clear()
         self.all.pop(name, None)
         if varied:
             self.all[name] = varied
@@ -86,24 +115,101 @@ class Variation:
                     raise ValueError(f"vary({name!r}): {wrong}")
         except Exception:
             self.all = before
+            self._plans.clear()
             raise
         self._waiting[:] = True
 
     def recipe(self, i: int, base: Recipe) -> Recipe:
-        """The recipe of world `i`, which without variation would be that of `base`."""
+        """The recipe of world `i` alone, which without variation would be that of `base`."""
+        return base.plain()._replace(varied=self._settings(i, base, True))
+
+    def recipes(self, bases: Mapping[int, Recipe]) -> dict[int, Recipe]:
+        """The recipes of these worlds in a batch. Raises WorldError if values do not go together."""
+        plans = {id(base): self._plan(base) for base in {id(base): base for base in bases.values()}.values()}
+        for key, plan in plans.items():
+            wrong = self._first_out_of_order(plan, [i for i, base in bases.items() if id(base) == key])
+            if wrong is not None:
+                raise WorldError(f"values of vary() can't be in force: "
+                                 f"{self.why_not_made({wrong: self.recipe(wrong, bases[wrong])})}")
+        recipes = {}
+        for i, base in bases.items():
+            plan = plans[id(base)]
+            recipes[i] = (plan.recipe._replace(varied=self._settings(i, base, False)) if plan.needs_scenes
+                          else plan.recipe)
+        return recipes
+
+    def values(self, ids: npt.NDArray[np.uint32], recipes: Sequence[Recipe]) -> Values | None:
+        """The values of the columns of these worlds: shape (ids, most columns). None: no world has columns."""
+        most = max((len(recipe.columns) for recipe in recipes), default=0)
+        if most == 0:
+            return None
+        keys = np.array([id(recipe) for recipe in recipes])
+        values = np.zeros((len(ids), most))
+        for recipe in {id(recipe): recipe for recipe in recipes}.values():
+            rows = np.flatnonzero(keys == id(recipe))
+            for column, source in enumerate(self._plan(recipe).sources):
+                values[rows, column] = source.varied.values[ids[rows], source.target, source.number]
+        return values
+
+    def _settings(self, i: int, base: Recipe, whole: bool) -> tuple[str, ...]:
+        """The values of world `i` as settings; not `whole`: without those that are columns."""
         if not self.all:
-            return base._replace(varied=())
-        sections = self._sections(base)
+            return ()
+        sections = self.sections(base)
         texts: dict[tuple[int, str], tuple[list[str], bool]] = {}
         for name, varied in self.all.items():
             for j, target in enumerate(varied.targets):
-                if target in sections.targets:
+                if target in sections.targets and (whole or not self._is_column(target, varied.property, sections)):
                     place = sections.targets[target], varied.property
                     own = texts[place][0] if place in texts else None
                     texts[place] = _texts(varied, i, j, own, sections, name)
-        settings = [f"#{number}.{name}={'[' + ' '.join(each) + ']' if is_tuple else each[0]}"
-                    for (number, name), (each, is_tuple) in texts.items()]
-        return base._replace(varied=tuple(settings))
+        return tuple(f"#{number}.{name}={'[' + ' '.join(each) + ']' if is_tuple else each[0]}"
+                     for (number, name), (each, is_tuple) in texts.items())
+
+    def _is_column(self, target: Target, property: str, sections: Sections) -> bool:
+        return (self._has_columns and property in _kinds(sections.type_of(target))
+                and sections.place_in_rows(target, property) is not None)
+
+    def _plan(self, base: Recipe) -> Plan:
+        key = key_of(base.plain())
+        if key not in self._plans:
+            self._plans[key] = self._made_plan(base)
+        return self._plans[key]
+
+    def _made_plan(self, base: Recipe) -> Plan:
+        sections = self.sections(base) if self.all else None
+        sources: dict[Column, Source] = {}
+        needs_scenes = False
+        for varied in self.all.values():
+            for j, target in enumerate(varied.targets):
+                if not sections or target not in sections.targets:
+                    continue
+                if not self._is_column(target, varied.property, sections):
+                    needs_scenes = True
+                    continue
+                place = sections.place_in_rows(target, varied.property)
+                assert place
+                for k in range(varied.values.shape[2]):
+                    element = k if varied.index is None else varied.index
+                    sources[Column(sections.targets[target], varied.property, element, *place)] = Source(varied, j, k)
+        return Plan(base._replace(varied=(), columns=tuple(sources)), tuple(sources.values()), needs_scenes)
+
+    def _first_out_of_order(self, plan: Plan, ids: Sequence[int]) -> int | None:
+        """The first of these worlds in which a least value is above the largest one."""
+        places = {(column.section, column.property, column.element): source
+                  for column, source in zip(plan.recipe.columns, plan.sources)}
+        wrong = np.zeros(len(ids), bool)
+        for (section, property, element), source in places.items():
+            if property not in _IN_ORDER:
+                continue
+            own = source.varied.values[ids, source.target, source.number].astype(float)
+            other = places.get((section, property, element ^ 1))
+            if other:
+                others: Any = other.varied.values[ids, other.target, other.number].astype(float)
+            else:
+                others = float(self.sections(plan.recipe).texts_of(section, property)[element ^ 1])
+            wrong |= own > others if element % 2 == 0 else own < others
+        return ids[int(wrong.argmax())] if wrong.any() else None
 
     def why_not_made(self, recipes: Mapping[int, Recipe]) -> str:
         """The reason why the first of these worlds that can't be made can't be made; "": all can."""
@@ -115,12 +221,13 @@ class Variation:
                 return re.sub(r" of \"#\d+\"", " of what it chooses", f"{text}, in world {i}")
         return ""
 
-    def _sections(self, base: Recipe) -> Sections:
-        key = key_of(base._replace(varied=()))
+    def sections(self, base: Recipe) -> Sections:
+        """The sections of the file of a recipe."""
+        key = key_of(base.plain())
         if key not in self._known:
             while len(self._known) >= _REMEMBERED:
                 del self._known[next(iter(self._known))]
-            world = World._from_recipe(base._replace(varied=(), options={**base.options, "threads": 1}))
+            world = World._from_recipe(base.plain()._replace(options={**base.options, "threads": 1}))
             self._known[key] = world, Sections(world)
         return self._known[key][1]
 
@@ -130,7 +237,7 @@ class Variation:
         asked: set[str] = set()
         names: set[str] = set()
         for base in bases:
-            sections = self._sections(base)
+            sections = self.sections(base)
             names |= sections.names()
             asked |= set(sections.asked())
             found.update({target: found.get(target, sections) for target in sections.chosen(pattern, property)})
@@ -147,14 +254,16 @@ class Variation:
                   for kind, (target, sections) in zip(kinds, found.items())]
         array = _shaped(name, values, len(self._waiting), len(found), 1 if index is not None else max(counts))
         is_tuple = array.shape[2] > 1 or isinstance(values, np.ndarray) and values.ndim == 3
-        made = Varied(property, index, tuple(found), np.array(values), array, is_tuple, None not in kinds)
+        in_scenes = tuple(not self._is_column(target, property, sections) for target, sections in found.items())
+        made = Varied(property, index, tuple(found), np.array(values), array, is_tuple, None not in kinds, in_scenes)
         _check_values(name, made, kinds)
         return made
 
     def _check_combinations(self, name: str) -> None:
-        rows = [np.unique(varied.values.reshape(len(self._waiting), -1), axis=0, return_inverse=True)[1].reshape(-1, 1)
-                for varied in self.all.values()]
-        count = len(np.unique(np.concatenate(rows, axis=1), axis=0))
+        n = len(self._waiting)
+        rows = [np.unique(varied.values[:, varied.in_scenes].reshape(n, -1), axis=0, return_inverse=True)[1].reshape(-1, 1)
+                for varied in self.all.values() if any(varied.in_scenes)]
+        count = len(np.unique(np.concatenate(rows, axis=1), axis=0)) if rows else 0
         if count > MOST_COMBINATIONS:
             raise ValueError(f"vary({name!r}): found {count} worlds that all differ, expected up to {MOST_COMBINATIONS} "
                              "different combinations of values; give several worlds the same ones")
@@ -163,7 +272,24 @@ class Variation:
 def key_of(recipe: Recipe) -> str:
     """A text that recipes of equal worlds have in common."""
     options = [f"{name}={value}" for name, value in recipe.options.items() if name not in ("seed", "threads")]
-    return "\0".join([recipe.path, recipe.text or "", *options, *recipe.varied])
+    return "\0".join([recipe.path, recipe.text or "", *options, *recipe.varied, *map(str, recipe.columns)])
+
+
+def recipe_with(values: Sequence[float], recipe: Recipe, sections: Sections) -> Recipe:
+    """The recipe of a world alone that has these values of the columns of `recipe`."""
+    texts: dict[tuple[int, str], list[str]] = {}
+    for column, value in zip(recipe.columns, values):
+        place = column.section, column.property
+        if place not in texts:
+            count = sum((each.section, each.property) == place for each in recipe.columns)
+            own = sections.texts_of(*place)
+            texts[place] = own + ["0"] * (max(count, column.element + 1) - len(own))
+        while len(texts[place]) <= column.element:
+            texts[place].append("0")
+        texts[place][column.element] = repr(value)
+    settings = [f"#{section}.{name}={'[' + ' '.join(each) + ']' if len(each) > 1 else each[0]}"
+                for (section, name), each in texts.items()]
+    return recipe._replace(varied=(*recipe.varied, *settings), columns=())
 
 
 def _parts(name: str) -> tuple[str, str, int | None]:
@@ -237,6 +363,8 @@ def _shaped(name: str, values: Any, n: int, matches: int, count: int) -> Values:
 
 def _check_values(name: str, varied: Varied, kinds: list[Any]) -> None:
     """Raises TypeError or ValueError for the first value that its property can't have."""
+    if all(_are_valid(varied.values[:, j], _element(kind, varied.index)) for j, kind in enumerate(kinds)):
+        return
     n, matches, _ = varied.values.shape
     whole = varied.values.tolist()
     for j in range(matches):
@@ -250,6 +378,19 @@ def _check_values(name: str, varied: Varied, kinds: list[Any]) -> None:
                 wrong = TypeError if isinstance(error, TypeError) else ValueError
                 raise wrong(f"vary({name!r}): found {shown(value)} for world {i}, expected "
                             f"{kind.expected if kind else 'finite numbers'}") from None
+
+
+def _are_valid(values: Values, kind: Any) -> bool:
+    """True if these are surely numbers that a property can have; False: each must be checked."""
+    from .scenes.properties import Number, Numbers
+
+    if values.dtype.kind not in "iuf" or not isinstance(kind, (Number, Numbers)):
+        return False
+    if isinstance(kind, Numbers) and (kind.in_order or kind.may_be_infinite):
+        return False
+    above = kind.above if isinstance(kind, Number) else -math.inf
+    return bool(np.isfinite(values).all() and values.min() >= kind.least and values.min() > above
+                and values.max() <= kind.most)
 
 
 def _element(kind: Any, index: int | None) -> Any:

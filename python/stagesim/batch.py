@@ -14,7 +14,7 @@ from . import _checks, _core, _options, _rays, _states
 from ._core import Snapshot
 from ._members import Ids, fitted, placed_of, robots_of
 from ._scene_variants import MapLike, SceneVariants, each_map, scene_with
-from ._variation import Variation, key_of
+from ._variation import Variation, key_of, recipe_with
 from .device_array import checked_tensor, is_on_card, on_host
 from .errors import StageError, WorldError
 from .fleet import Bools, Crowd, Floats
@@ -133,7 +133,7 @@ class Batch(Crowd):
         self._things, self.placed = list(things[0]), things[1]  #: names of the models that place() moves
         self._patterns = patterns  # of robots and of models that place() moves
         self._scenes = scenes or SceneVariants([key_of(recipe) for recipe in recipes])
-        self._variation = variation or Variation(n)
+        self._variation = variation or Variation(n, device is None)
         self._state_keys = _states.StateKeys()
         self._next_variants = dict(next_variants or {})  # of worlds with another map from their next reset on
         self._all = np.arange(n, dtype=np.uint32)
@@ -155,7 +155,9 @@ class Batch(Crowd):
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Batch:
         copied = memo[id(self)] = type(self).__new__(type(self))
-        copied._take(self._core.another(self.seeds), self.n, self.names, self._recipes, self._ids,
+        core = self._core.another(self.seeds)
+        _set_values(core, self._core.variants(), self._core.values())
+        copied._take(core, self.n, self.names, self._recipes, self._ids,
                      (self._things, self.placed), self._device, self._patterns, self._scenes.copy(),
                      self._next_variants, self._variation.copy())
         copied._put(self._states())
@@ -164,7 +166,7 @@ class Batch(Crowd):
     def __reduce__(self) -> tuple[Any, ...]:
         return _unpickle_batch, (type(self), self._recipes, self.seeds, self._core.variants(), self.threads, self._ids,
                                  self.names, self._states(), self._device, (self._things, self.placed), self._patterns,
-                                 self._scenes, self._next_variants, self._variation)
+                                 self._scenes, self._next_variants, self._variation, self._core.values())
 
     @property
     def device(self) -> str | None:
@@ -269,11 +271,15 @@ class Batch(Crowd):
             raise TypeError("found truth values as seeds, expected whole numbers; ids= chooses worlds")
         else:
             new = _options.seeds(seeds, len(chosen))
-        variants = None if variant is None else _variants(variant, len(chosen), len(self._recipes))
-        self._core.reset(chosen, new, self._take_next_variants(chosen, variants))
+        given = None if variant is None else _variants(variant, len(chosen), len(self._recipes))
+        variants = self._take_next_variants(chosen, given)
+        values = None
+        if variants is not None:
+            values = self._variation.values(chosen, [self._recipes[number] for number in variants.tolist()])
+        self._core.reset(chosen, new, variants, values)
 
     def _take_next_variants(self, chosen: Numbers, given: Numbers | None) -> Numbers | None:
-        """The variants of worlds after a reset; None: those that they have."""
+        """The variants of worlds after a reset; None: those that they have, with the same values."""
         if not self._next_variants and self._variation.is_idle():
             return given
         ids = chosen.tolist()
@@ -292,7 +298,8 @@ class Batch(Crowd):
 
     def _varied(self, before: Mapping[int, int], present: list[int]) -> dict[int, int]:
         """The variants of worlds with their values of vary(), by the variants that they would have without."""
-        recipes = {i: self._variation.recipe(i, self._recipes[variant]) for i, variant in before.items()}
+        bases = {i: self._recipes[variant] for i, variant in before.items()}
+        recipes = self._variation.recipes(bases)
         try:
             numbers = self._variants_of(recipes.values(), present)
         except WorldError:
@@ -300,15 +307,20 @@ class Batch(Crowd):
             if not wrong:
                 raise
             raise WorldError(f"values of vary() can't be in force: {wrong}") from None
-        return {i: numbers[key_of(recipe)] for i, recipe in recipes.items()}
+        keys = {id(recipe): key_of(recipe) for recipe in {id(each): each for each in recipes.values()}.values()}
+        return {i: numbers[keys[id(recipe)]] for i, recipe in recipes.items()}
 
     def vary(self, name: str, values: npt.ArrayLike | None) -> None:
         """Gives a property another value in each world, from its next reset on: domain randomisation.
 
         Each world is then equal to one that has been loaded from a file with these values. It keeps them in later
-        resets, copies and forks, and with another map or variant, where that has models of these names. Worlds with
-        equal values share a scene; a new one takes about a millisecond and 0.8 MB. A batch may have 1024 different
-        combinations of values.
+        resets, copies and forks, and with another map or variant, where that has models of these names.
+
+        Any number of closed worlds, see explain(), may have values of their own of mass, friction, floor_friction,
+        velocity_bounds, acceleration_bounds, wheel_slip, odom_error, odom_noise, wheelbase, steering_limit and
+        steering_rate of robots, and of the noise of rangers. For all other properties, and on a device, worlds with equal
+        values share a scene; a new one takes about a millisecond and 0.8 MB, and a batch may have 1024 different
+        combinations of such values.
 
         Args:
             name: PATTERN.PROPERTY, or PATTERN.PROPERTY[INDEX] for one number of several: "robot*.mass",
@@ -324,7 +336,7 @@ class Batch(Crowd):
             StageError: the worlds are on a device and of one variant: make the batch from two scenes or more then.
         """
         self._check_not_on_device("their values can't vary")
-        plain = [recipe._replace(varied=()) for recipe in self._recipes]
+        plain = [recipe.plain() for recipe in self._recipes]
         bases = [plain[self._next_variants.get(i, variant)] for i, variant in enumerate(self._core.variants())]
         self._variation.set(name, values, bases)
 
@@ -379,7 +391,7 @@ class Batch(Crowd):
 
     def _variants_of(self, recipes: Iterable[Recipe], present: list[int]) -> dict[str, int]:
         """The numbers of the variants of these recipes by their keys; those that are new are made."""
-        once = {key_of(recipe): recipe for recipe in recipes}
+        once = {key_of(recipe): recipe for recipe in {id(each): each for each in recipes}.values()}
         found = {key: self._scenes.find(key) for key in once}
         numbers = {key: number for key, number in found.items() if number is not None}
         new = [key for key in once if key not in numbers]
@@ -405,7 +417,7 @@ class Batch(Crowd):
         ids = fitted(robots_of([prototype], self._patterns[0], may_lack=True), self.names)
         things = placed_of([prototype], self._patterns[1], may_lack=True)
         places = fitted(things, self.placed, others=True)
-        self._core.set_prototype(number, prototype._core, ids)
+        self._core.set_prototype(number, prototype._core, ids, *_columns_of(prototype._recipe))
         for of_variants, value in ((self._recipes, prototype._recipe), (self._ids, ids), (self._things, places)):
             of_variants[number:number + 1] = [value]
 
@@ -552,14 +564,24 @@ class Batch(Crowd):
             StageError: a row belongs to another scene or was changed, or a world can't take it. No world is changed.
             ValueError: the shape is wrong.
         """
-        _states.load(self._core, self._chosen(ids), self._state_keys.of(self._recipes), state)
+        chosen, before = self._chosen(ids), np.array(self._core.variants())
+        _states.load(self._core, chosen, self._state_keys.of(self._recipes), state)
+        after = np.array(self._core.variants())
+        has_columns = np.array([bool(recipe.columns) for recipe in self._recipes])
+        self._variation.wait(chosen[((after != before) & (has_columns[after] | has_columns[before]))[chosen]])
 
     def fork(self, index: int) -> World:
         """Returns an independent World in the state of world `index`."""
-        world = World.__new__(World)
         i = self._index(index)
+        recipe = self._recipes[self._core.variants()[i]]
+        if recipe.columns:
+            alone = recipe_with(self._core.values()[i], recipe, self._variation.sections(recipe))
+            world = World._from_recipe(alone._replace(options={**alone.options, "seed": self.seeds[i]}))
+            world.restore(self.snapshot(i))
+            return world
+        world = World.__new__(World)
         world._core = self._core.fork(i)
-        world._recipe = self._recipes[self._core.variants()[i]]
+        world._recipe = recipe
         return world
 
     def state_hash(self, index: int) -> str:
@@ -683,16 +705,36 @@ def _variants(given: npt.ArrayLike, n: int, count: int) -> Numbers:
     return np.ascontiguousarray(np.broadcast_to(array, (n,)), np.uint32)
 
 
+def _columns_of(recipe: Recipe) -> tuple[list[tuple[int, int, int]], list[str]]:
+    """Models, sensors and places of the numbers of which each world with a recipe has its own, and their properties."""
+    return ([(column.model, column.sensor, column.element) for column in recipe.columns],
+            [column.property for column in recipe.columns])
+
+
+def _set_values(core: _core.Batch, variants: list[int], values: list[list[float]]) -> None:
+    """Gives all worlds of a new batch the variants and values of another one."""
+    most = max(map(len, values))
+    if most > 0:
+        padded = np.array([[*own, *[0.0] * (most - len(own))] for own in values])
+        core.reset(np.arange(len(values), dtype=np.uint32), None, np.array(variants, np.uint32), padded)
+
+
 def _unpickle_batch(cls: type[Batch], recipes: list[Recipe], seeds: list[int], variants: list[int], threads: int,
                     ids: Ids, names: tuple[str, ...], states: _States, device: str | None,
                     things: tuple[Ids, tuple[str, ...]], patterns: tuple[str | None, str | None],
-                    scenes: SceneVariants, next_variants: Mapping[int, int], variation: Variation) -> Batch:
+                    scenes: SceneVariants, next_variants: Mapping[int, int], variation: Variation,
+                    values: list[list[float]]) -> Batch:
     """Unpickles a batch."""
     prototypes = [World._from_recipe(recipe._replace(options={**recipe.options, "threads": 1}))
                   for recipe in recipes]
     batch = cls.__new__(cls)
-    core = _core.Batch([prototype._core for prototype in prototypes], seeds, variants, threads, ids,
+    core = _core.Batch([prototype._core for prototype in prototypes], seeds,
+                       [0 if recipes[number].columns else number for number in variants], threads, ids,
                        _choice_of(device), list(things[1]))
+    for number, recipe in enumerate(recipes):
+        if recipe.columns:
+            core.set_prototype(number, prototypes[number]._core, ids[number], *_columns_of(recipe))
+    _set_values(core, variants, values)
     batch._take(core, len(seeds), names, recipes, ids, things, device, patterns, scenes, next_variants, variation)
     batch._put(states)
     return batch

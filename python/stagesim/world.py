@@ -35,6 +35,16 @@ class Contacts(NamedTuple):
     """Shape (contacts,): distances of the outlines in metres, usually 0.0004."""
 
 
+class Column(NamedTuple):
+    """A number of a property of which each world of a batch has its own."""
+
+    section: int  # of the world file
+    property: str
+    element: int  # among the numbers of the property
+    model: int  # id
+    sensor: int  # number of the sensor of its ranger; otherwise 0
+
+
 class Recipe(NamedTuple):
     """The arguments that a world was made from; they suffice to make it again in another process."""
 
@@ -43,6 +53,11 @@ class Recipe(NamedTuple):
     options: dict[str, Any]  # all options, see _options.complete()
     scene: Scene | None = None  # the scene that `text` was made from
     varied: tuple[str, ...] = ()  # settings after those of the options: values of Batch.vary()
+    columns: tuple[Column, ...] = ()  # numbers that differ between worlds of a batch with this recipe
+
+    def plain(self) -> Recipe:
+        """The recipe without values of Batch.vary()."""
+        return self._replace(varied=(), columns=())
 
 
 class World:

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import stagesim as st
 from stagesim import _variation
-from stagesim.scenes import Box, GridMap, Ranger, Robot, Scene
+from stagesim.scenes import Box, GridMap, Model, Ranger, Robot, Scene
 
 N = 5
 BOUNDS = [-.5, .5, -.1, .1, 0, 0, -1, 1]
@@ -43,9 +43,10 @@ def drive(of: Any) -> None:
     of.cmd[...] = [.35, 0, .5]
 
 
-def alone(of: Scene, seed: int, steps: int) -> str:
+def alone(of: Scene, seed: int, steps: int, driven: bool = True) -> str:
     world = st.World.of(of, seed=seed)
-    drive(world.fleet())
+    if driven:
+        drive(world.fleet())
     world.step(steps)
     return world.state_hash()
 
@@ -213,15 +214,196 @@ def test_values_of_files_vary() -> None:
     assert base.seed == 1 and len(set(batch.state_hashes())) == 3
 
 
+class Columns:
+    """Random values of all properties that are columns of rows, for n worlds of two robots and a car, and a crate."""
+
+    def __init__(self, n: int, seed: int) -> None:
+        random = np.random.default_rng(seed)
+
+        def some(least: float, most: float, *shape: int) -> Any:
+            given = random.random((n, *(1 for _ in shape))) < 0.7
+            return np.where(given, random.uniform(least, most, (n, *shape)), 0.0)
+
+        self.robots = {"mass": some(1, 30, 3), "wheel_slip": some(0, 1, 3), "friction": some(0, 1, 3),
+                       "floor_friction": some(0, 1, 3), "odom_noise": some(0, .05, 3, 4), "odom_error": some(-.1, .1, 3, 4),
+                       "velocity_bounds": np.array(BOUNDS) * random.uniform(.5, 1.5, (n, 3, 1)),
+                       "acceleration_bounds": np.array(BOUNDS) * random.uniform(1, 3, (n, 3, 1))}
+        self.cars = {"wheelbase": random.uniform(.2, 2, n), "steering_limit": random.uniform(0, 1, n),
+                     "steering_rate": random.uniform(0, 3, n)}
+        self.noise = np.concatenate([some(0, 1e-3, 3, 1), some(0, .1, 3, 1), some(0, 2, 3, 1)], 2)
+        self.crate = random.uniform(.1, 5, (n, 2))
+
+    def vary(self, batch: st.Batch) -> None:
+        """Gives them to a batch."""
+        for name, values in self.robots.items():
+            batch.vary(f"r*.{name}", values)
+        for name, values in self.cars.items():
+            batch.vary(f"r2.{name}", values)
+        batch.vary("ranger.noise", self.noise)
+        batch.vary("crate.mass", self.crate[:, 0])
+        batch.vary("crate.floor_friction", self.crate[:, 1])
+
+    def scene(self, i: int, seed: int = 0, **properties: Any) -> Scene:
+        """The scene of world `i`."""
+        def robot(k: int) -> dict[str, Any]:
+            own = {name: values[i, k].tolist() for name, values in self.robots.items()}
+            car = {name: float(values[i]) for name, values in self.cars.items()} if k == 2 else {}
+            return {**kind(k), **own, **car}
+
+        return made(robot, lambda k: {"noise": self.noise[i, k].tolist()},
+                    {"mass": float(self.crate[i, 0]), "floor_friction": float(self.crate[i, 1])}, seed, **properties)
+
+
+def kind(k: int) -> dict[str, Any]:
+    """Properties of a robot that do not vary."""
+    return {"drive": ("diff", "omni", "car")[k], "localization": ("odom", "gps", "odom")[k], "limit_acceleration": k > 0}
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("ray_model", ["cell", "exact"])
+@pytest.mark.parametrize("contacts", ["outlines", "cells"])
+def test_columns_share_a_scene(threads: int, ray_model: str, contacts: str) -> None:
+    kinds = {"ray_model": ray_model, "contacts": contacts}
+    n, random = 5, np.random.default_rng(2)
+    batch = st.Batch.of(made(kind, **kinds), n, threads=threads)
+    for episode in range(2):
+        columns = Columns(n, episode)
+        columns.vary(batch)
+        batch.reset(np.arange(n) + 10 * episode)
+        if episode == 0:
+            own = [columns.scene(i, **kinds) for i in range(n)]
+            assert batch.state_hashes() == [alone(of, seed, 0, False) for of, seed in zip(own, batch.seeds)], "unobserved"
+            batch.teleport(np.array(batch.pose))  # the subscriptions of rangers follow
+        assert len(set(batch.variant)) == 1
+        check(batch, [columns.scene(i, **kinds) for i in range(n)], 15)
+        worlds = [st.World.of(columns.scene(i, **kinds), seed=int(random.integers(99))) for i in range(n)]
+        batch.reset([world.seed for world in worlds])
+        fleets = [world.fleet() for world in worlds]
+        for each in (batch, *fleets):
+            drive(each)
+        names = ["pose", "estimate", "velocity", "estimated_velocity", "estimate_covariance"]
+        live = {name: batch.array(name) for name in names} | {"ranges": batch.ranges}
+        alone_ = [{name: fleet.array(name) for name in names} | {"ranges": fleet.ranger(0).ranges} for fleet in fleets]
+        for _ in range(8):
+            batch.cmd[...] = random.uniform(-1, 1, batch.cmd.shape)
+            batch.step(4)
+            for i, world in enumerate(worlds):
+                fleets[i].cmd[...] = batch.cmd[i]
+                world.step(4)
+                assert batch.state_hash(i) == world.state_hash()
+                for name, values in live.items():
+                    assert np.array_equal(values[i], alone_[i][name], equal_nan=True), name
+        kept = batch.snapshot(1)
+        fork, copied = batch.fork(1), copy.deepcopy(batch)
+        batch.step(3)
+        assert batch.explain() == [None] * n
+        batch.restore(kept, [0, 1])
+        batch.cmd[0] = batch.cmd[1]
+        batch.step(3)
+        worlds[1].step(3)
+        fork.step(3)
+        copied.step(3)
+        assert {batch.state_hash(0), batch.state_hash(1), copied.state_hash(1), fork.state_hash()} == {worlds[1].state_hash()}
+        batch.set_map(2, walls(9))
+        for each in (batch, pickle.loads(pickle.dumps(batch)), copied):
+            each.reset(3)
+            check(each, [columns.scene(i, **kinds, seed=9 * (i == 2 and each is not copied)) for i in range(n)], 9)
+        batch.set_map(2, walls())
+
+
+def test_states_have_the_values_until_the_next_reset() -> None:
+    columns = Columns(3, 8)
+    batch = st.Batch.of(made(kind), 3)
+    plain = batch.state()
+    columns.vary(batch)
+    batch.reset(5)
+    drive(batch)
+    batch.step(4)
+    states, hashes = batch.state(), batch.state_hashes()
+    batch.load(states[[1, 2, 0]])
+    assert batch.state_hashes() == [hashes[i] for i in (1, 2, 0)]
+    batch.load(plain)
+    batch.load(states[2], 0)
+    batch.step(4)
+    assert batch.state_hash(0) == alone(columns.scene(2), 5, 8)
+    batch.reset(6)
+    check(batch, [columns.scene(i) for i in range(3)], 8)
+
+
+def test_noise_of_zero_draws_no_random_numbers() -> None:
+    def wandering(noise: float) -> Scene:
+        return made(lambda k: {"localization": "odom", "odom_noise": [noise] * 4, "ctrl": "stage/wander"})
+
+    batch = st.Batch.of(wandering(.1), 3)
+    batch.vary("r*.odom_noise", np.array([0, .1, 0]).reshape(3, 1, 1) * np.ones(4))
+    batch.reset(4)
+    batch.step(60)
+    assert batch.explain() == [None] * 3 and set(batch.variant) == {1}
+    assert batch.state_hashes() == [alone(wandering(noise), 4, 60, False) for noise in (0, .1, 0)]
+
+
+def test_thousands_of_worlds_have_values_of_their_own() -> None:
+    n = 5000
+    columns = Columns(n, 5)
+    batch = st.Batch.of(made(kind), n, threads=2)
+    columns.vary(batch)
+    batch.reset(np.arange(n))
+    assert len(set(batch.variant)) == 1
+    drive(batch)
+    batch.step(8)
+    hashes = batch.state_hashes()
+    assert len(set(hashes)) == n
+    for i in np.random.default_rng(1).choice(n, 40, replace=False).tolist():
+        assert hashes[i] == alone(columns.scene(i), i, 8), i
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_columns_belong_to_worlds_that_leave_the_rows(seed: int) -> None:
+    def with_camera(of: Scene) -> Scene:
+        first, *others = of.models
+        assert isinstance(first, Robot)
+        return dataclasses.replace(of, models=[dataclasses.replace(first, sensors=[*first.sensors, Model(model="camera", properties={"resolution": [8, 6]})]), *others])
+
+    columns = Columns(4, seed)
+    batch = st.Batch.of(with_camera(made(kind)), 4)
+    columns.vary(batch)
+    batch.reset(5)
+    drive(batch)
+    batch.step(4)
+    worlds = [st.World.of(with_camera(columns.scene(i)), seed=5) for i in range(4)]
+    fleets = [world.fleet() for world in worlds]
+    for fleet, world in zip(fleets, worlds):
+        drive(fleet)
+        world.step(4)
+    for of in (batch, *fleets):
+        _ = of.sensor("camera").depth
+    assert None not in batch.explain()
+    batch.step(4)
+    for i, world in enumerate(worlds):
+        world.step(4)
+        assert batch.state_hash(i) == world.state_hash()
+    batch.reset(6)
+    assert None not in batch.explain()
+    drive(batch)
+    batch.step(9)
+    for i in range(4):
+        world = st.World.of(with_camera(columns.scene(i)), seed=6)
+        fleet = world.fleet()
+        drive(fleet)
+        _ = fleet.sensor("camera").depth
+        world.step(9)
+        assert batch.state_hash(i) == world.state_hash()
+
+
 def test_many_worlds_with_values_each_in_each_episode(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stagesim._scene_variants.KEPT", 4)
     batch = st.Batch.of(made(), 40, threads=2)
     for episode in range(4):
-        masses = np.random.default_rng(episode).uniform(1, 9, 40)
-        batch.vary("r*.mass", masses)
+        widths = np.random.default_rng(episode).uniform(.1, .2, (40, 1, 3))
+        batch.vary("r*.size", widths)
         batch.reset(episode)
         assert len(set(batch.variant)) == 40
-        check(batch, [both(float(mass), 0) for mass in masses], 5)
+        check(batch, [made(lambda _: {"size": width[0].tolist()}) for width in widths], 5)
     assert len(batch._recipes) <= 90
 
 
@@ -275,7 +457,7 @@ def test_mistakes_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
         ("r*.drive", ["fly"] * 3, ValueError, "vary('r*.drive'): found 'fly' for world 0, expected 'diff' or 'omni' or 'car'"),
         ("r*.velocity_bounds[1]", good, ValueError, "vary('r*.velocity_bounds[1]'): found 0 values of 'velocity_bounds' in the "
          "world file, expected more than 1; give all of them instead"),
-        ("r*.mass", [1., 2, 3], ValueError, "vary('r*.mass'): found 3 worlds that all differ, expected up to 2 different"),
+        ("r*.size", np.array([[[.1, .1, .1]], [[.2, .2, .2]], [[.3, .3, .3]]]), ValueError, "vary('r*.size'): found 3 worlds that all differ, expected up to 2 different"),
         ("r*.mass", None, ValueError, "vary('r*.mass'): found a name that is not varied, expected one that is"),
     ]
     for name, values, kind, message in mistakes:

@@ -44,6 +44,10 @@ double Magnitude(double value) { return value > 0 ? value : 0.0; }
 
 double FiniteOr0(double value) { return std::isfinite(value) ? value : 0.0; }
 
+RangeNoise NoiseOf(const ModelRanger::Sensor& sensor) {
+  return {sensor.range_noise_const, sensor.range_noise, sensor.angle_noise};
+}
+
 void Describe(const ModelRanger& ranger, SensorExtent* extent) {
   extent->parts = ranger.GetSensors().size();
   for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) extent->rays += sensor.sample_count;
@@ -217,13 +221,9 @@ double ModelRanger::Sensor::Increment() const {
   return table_fov_ / (sample_count > 1 ? sample_count - 1 : 1);
 }
 
-bool ModelRanger::Sensor::IsNoisy() const {
-  return HasAngleNoise() || range_noise != 0 || range_noise_const != 0;
-}
+bool ModelRanger::Sensor::IsNoisy() const { return NoiseOf(*this).Any(Increment()); }
 
-bool ModelRanger::Sensor::HasAngleNoise() const {
-  return angle_noise != 0 && Increment() != 0 && std::isfinite(angle_noise);
-}
+bool ModelRanger::Sensor::HasAngleNoise() const { return NoiseOf(*this).TurnsRays(Increment()); }
 
 // ---- ModelRanger --------------------------------------------------------------------------------
 
@@ -501,11 +501,14 @@ void ModelRanger::Sensor::Copy(const sensing::DeviceRanges& given) {
   }
 }
 
-/// Adds noise, keeping ranges between the sensor's minimum and maximum. Ranges at the maximum or
-/// below the minimum are not measurements and stay unchanged.
 void ModelRanger::Sensor::AddRangeNoise(RandomStream* random, double* to, size_t count) const {
-  const double fraction = FiniteOr0(range_noise);
-  const double deviation = std::sqrt(Magnitude(FiniteOr0(range_noise_const)));
+  Stg::AddRangeNoise(NoiseOf(*this), range, random, to, count);
+}
+
+void AddRangeNoise(const RangeNoise& noise, const Bounds& range, RandomStream* random, double* to,
+                   size_t count) {
+  const double fraction = FiniteOr0(noise.fraction);
+  const double deviation = std::sqrt(Magnitude(FiniteOr0(noise.variance)));
   if (fraction == 0 && !(deviation > 0)) return;
   const double min_range = range.min < range.max ? Magnitude(range.min) : 0.0;
   for (size_t i = 0; i < count; i++) {

@@ -49,15 +49,18 @@ uint32_t ContactPhase::ShapeOf(const Model& root) {
   return known->second;
 }
 
+double ContactPhase::GripOf(double mass, double floor_friction, bool is_robot) {
+  const double weight = (mass > 0 ? mass : is_robot ? kUsualRobot : kUsualThing) * kGravity;
+  return std::max(kLeastGrip, weight * floor_friction);
+}
+
 void ContactPhase::AddRow(Model* root) {
   const bool robot = root->Drives();
-  const double mass = root->GetTotalMass();
-  const double weight = (mass > 0 ? mass : robot ? kUsualRobot : kUsualThing) * kGravity;
   motion::Row row;
   row.shape = ShapeOf(*root);
   row.group = root->GetId();
   row.pushable = root->IsPushable();
-  row.grip = std::max(kLeastGrip, weight * root->GetFloorFriction());
+  row.grip = GripOf(root->GetTotalMass(), root->GetFloorFriction(), robot);
   row.friction = root->GetFriction();
   root->contact_row_ = static_cast<uint32_t>(roots_.size());
   columns_.Add(row, shapes_.shapes[row.shape]);

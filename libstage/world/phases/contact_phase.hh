@@ -30,6 +30,9 @@ class WorldEngine;
 
 class ContactPhase {
  public:
+  /// The greatest force that the floor exerts on a tree of models with this total mass in kg, in
+  /// newtons.
+  static double GripOf(double mass, double floor_friction, bool is_robot);
   /// Moves all roots that have rows, without changing the grid. `seconds`: duration of a step.
   void Run(WorldEngine* engine, double seconds);
   /// Roots whose poses Run() has changed, in the order of creation. They must be rasterized.
