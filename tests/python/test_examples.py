@@ -14,7 +14,7 @@ import numpy.typing as npt
 import pytest
 import stagesim as st
 
-NAMES = ("crowd", "evolution", "particle_filter", "ppo", "training")
+NAMES = ("crowd", "evolution", "mppi", "particle_filter", "ppo", "training", "tree_search")
 
 
 def example(root: Path, name: str) -> Any:
@@ -124,3 +124,24 @@ def test_ppo(root: Path) -> None:
             raise
         pytest.skip(str(error))
     assert on_device == found
+
+
+def test_mppi(root: Path) -> None:
+    """The robot reaches its goal on a way that is hardly longer than the shortest one, and touches nothing."""
+    found = figures(root, "mppi")
+    assert found["distance"] < 0.3
+    assert found["hits"] == 0
+    assert 11 < found["seconds"] < 20  # the straight line is 11.3 m long, at most 1 m/s
+
+
+def test_tree_search(root: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The robot leaves the dead end, first by going away from its goal."""
+    found = figures(root, "tree_search")
+    assert found["distance"] < 0.3
+    assert found["actions"] < 16
+    assert "right" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["mppi", "tree_search"])
+def test_planners_are_short(root: Path, name: str) -> None:
+    assert len((root / "examples" / "python" / f"{name}.py").read_text().splitlines()) <= 60
