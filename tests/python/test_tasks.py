@@ -3,6 +3,12 @@
 
 from __future__ import annotations
 
+import math
+import pickle
+import re
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any, Callable
 
 import numpy as np
@@ -201,3 +207,175 @@ def test_worlds_are_closed_and_known_to_gymnasium(task: str) -> None:
     env.step(env.action_space.sample())
     assert set(env._episodes.batch.explain()) == {None}  # type: ignore[attr-defined]
     env.close()
+
+
+@pytest.mark.parametrize("task", TEAMS)
+def test_copies_go_on_in_the_same_way(task: str) -> None:
+    env = stage_env.StageArrayEnv(3, task=stage_env.TASKS[task](limit=9))
+    env.reset(1)
+    random = np.random.default_rng(1)
+    actions = random.uniform(-1, 1, (12, 3, len(env.agents), 2))
+    for action in actions[:4]:
+        env.step(action)
+    other = pickle.loads(pickle.dumps(env))
+    for action in actions[4:]:
+        mine, others = env.step(action), other.step(action)
+        assert mine.rewards.tobytes() == others.rewards.tobytes()
+        seen = [step.observations if isinstance(step.observations, dict) else {"": step.observations} for step in (mine, others)]
+        assert all(seen[0][name].tobytes() == seen[1][name].tobytes() for name in seen[0])
+
+
+def test_the_eight_robots_of_the_example_take_thirty_lines(root: Path) -> None:
+    program = root / "examples" / "learning" / "eight_robots.py"
+    if not program.exists():
+        pytest.skip("there is no examples/learning")
+    code = [line for line in program.read_text().splitlines() if line.strip() and not line.strip().startswith(("#", '"""'))]
+    assert len(code) <= 30
+    said = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, check=True).stdout
+    assert re.fullmatch(r"-?\d\.\d\d reward, \d\.\d% success by chance\n", said), said
+
+
+# ---- results ------------------------------------------------------------------------------------
+
+
+def test_a_corridor_needs_two_groups_and_two_sides() -> None:
+    with pytest.raises(ValueError, match="found 3 robots, expected an even number"):
+        stage_env.StageArrayEnv(1, task="Swap", robots="r[012]")
+    with pytest.raises(ValueError, match="found no free place where x is beyond -9 m"):
+        stage_env.StageArrayEnv(1, task=stage_env.Swap(line=9))
+
+
+def test_robots_of_the_second_group_see_the_corridor_as_those_of_the_first_one() -> None:
+    env = stage_env.StageArrayEnv(1, task="Swap")
+    env.reset(1)
+    env.batch.teleport([[[-3.5, 0.4, 0.3], [-4, -0.3, 0], [3.5, -0.4, 0.3 - math.pi], [4, 0.3, 0]]])
+    seen = env.step(np.zeros((1, 4, 2))).observations[0]
+    assert seen[0, :4] == pytest.approx([-0.7, 0.08, math.cos(0.3), math.sin(0.3)], abs=1e-6)
+    assert seen[2, :4] == pytest.approx(seen[0, :4], abs=1e-6) and seen[:, 4].tolist() == [1, 1, -1, -1]
+
+
+def test_the_evader_obeys_its_actions_only_if_it_learns() -> None:
+    for learns in (False, True):
+        ends, total = [], 0.0
+        for sign in (-1, 1):
+            env = stage_env.StageArrayEnv(4, task=stage_env.Pursue(learns=learns))
+            env.reset(1)
+            actions = np.zeros((4, 4, 2))
+            actions[:, 3] = sign
+            for _ in range(10):
+                step = env.step(actions)
+                total += np.abs(step.rewards.sum(1)).max() if learns else np.abs(step.rewards[:, 3]).max()
+            ends.append(env.batch.pose.tobytes())
+        assert (ends[0] != ends[1]) is learns
+        assert total == pytest.approx(0, abs=1e-12)
+
+
+def test_covered_cells_are_those_around_the_ways_of_robots() -> None:
+    task = stage_env.Cover()
+    env = stage_env.StageArrayEnv(2, task=task)
+    env.reset(2)
+    notes, random = env._episodes.scene.notes, np.random.default_rng(1)
+    rewards, ways = np.zeros(2), [env.batch.pose.copy()]
+    first = notes["covered"].copy()
+    for _ in range(60):
+        step = env.step(np.stack([random.uniform(0, 1, (2, 4)), random.uniform(-1, 1, (2, 4))], -1))
+        rewards += (step.rewards + 0.05 * env.batch.stalled).sum(1)
+        ways.append(env.batch.pose.copy())
+    for world in range(2):
+        cells, origin = notes["cells"][world], notes["origin"][world]
+        rows, columns = np.nonzero(cells)
+        visited = np.floor((np.array(ways)[:, world, :, :2].reshape(-1, 2) - origin) / task.cell)
+        squares = ((np.stack([columns, rows], 1)[:, None] - visited) ** 2).sum(-1)
+        covered = squares.min(1) <= (task.radius / task.cell) ** 2
+        assert ((cells[rows, columns] == 255) == covered).all() and 0.1 < covered.mean() < 0.9
+        assert notes["covered"][world] == covered.sum() and notes["count"][world] == len(covered)
+        assert rewards[world] == pytest.approx(task.cell**2 * (covered.sum() - first[world]))
+        assert step.info["covered"][world, 0] == pytest.approx(covered.mean())
+
+
+def test_images_of_covered_cells_are_seen_from_the_robot() -> None:
+    env = stage_env.StageArrayEnv(1, task="Cover")
+    env.reset(3)
+    actions = np.tile([1.0, 0.2], (1, 4, 1))
+    for _ in range(40):
+        seen = env.step(actions).observations["image"][0, ..., 0]
+    notes = env._episodes.scene.notes
+    cells, origin = notes["cells"][0], notes["origin"][0]
+    for robot in range(4):
+        x, y, heading = env.batch.pose[0, robot]
+        heading = round(heading / math.tau * 64) * math.tau / 64
+        column, row = np.floor((np.array([x, y]) - origin) / 0.25)
+        for i in range(8):
+            for j in range(8):
+                ahead, left = 3 * (j - 3.5), 3 * (i - 3.5)
+                at = (math.floor(row + ahead * math.sin(heading) + left * math.cos(heading) + 0.500001),
+                      math.floor(column + ahead * math.cos(heading) - left * math.sin(heading) + 0.500001))
+                assert seen[robot, i, j] == cells[at]
+    assert len(np.unique(seen)) == 3
+
+
+def clipped(polygon: Any, corners: Any) -> Any:
+    """The part of a convex polygon within another one, counter-clockwise (Sutherland and Hodgman, 1974)."""
+    for (x, y), (to_x, to_y) in zip(corners, np.roll(corners, -1, 0)):
+        sides = [(to_x - x) * (b - y) - (to_y - y) * (a - x) for a, b in polygon]
+        kept = []
+        for i, (point, side) in enumerate(zip(polygon, sides)):
+            before, side_before = polygon[i - 1], sides[i - 1]
+            if (side >= 0) != (side_before >= 0):
+                kept.append(before + (point - before) * (side_before / (side_before - side)))
+            if side >= 0:
+                kept.append(point)
+        polygon = np.array(kept)
+        if not len(polygon):
+            break
+    return polygon
+
+
+def area(polygon: Any) -> float:
+    if len(polygon) < 3:
+        return 0.0
+    x, y = np.asarray(polygon).T
+    return float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum() / 2)
+
+
+def rectangles(pose: Any) -> list[Any]:
+    """The two parts of the block at a pose."""
+    turn = np.array([[math.cos(pose[2])], [math.sin(pose[2])]]).T
+    return [_turned(np.array([[left, low], [right, low], [right, high], [left, high]]), turn)[0] + pose[:2]
+            for left, low, right, high in worlds.T_PARTS]
+
+
+def test_the_overlap_of_the_block_with_its_target_is_that_of_polygons() -> None:
+    task = stage_env.PushT()
+    scene = stage_env.StageArrayEnv(1, task=task)._episodes.scene
+    target = np.array(task.target)
+    whole = area(worlds.t_corners())
+    assert whole == pytest.approx(sum(area(part) for part in rectangles(target))) == pytest.approx(7 / 16)
+    poses = target + np.random.default_rng(1).normal(0, [0.1, 0.1, 0.3], (200, 3))
+    found = task._overlap(scene, np.vstack([target, [[9, 9, 0]], poses]))
+    assert found[:2] == pytest.approx([1, 0], abs=1e-7)
+    exact = np.array([sum(area(clipped(one, other)) for one in rectangles(pose) for other in rectangles(target))
+                      for pose in poses]) / whole
+    assert found[2:] == pytest.approx(exact, abs=1e-7)
+    assert exact.min() < 0.6 and exact.max() > 0.9
+
+
+def test_pushers_observe_the_block_and_are_paid_for_its_overlap() -> None:
+    env = stage_env.StageArrayEnv(2, task="PushT")
+    env.reset(4)
+    scene = env._episodes.scene
+    before, first = scene.notes["overlap"].copy(), scene.notes["distance"].copy()
+    random, rewards = np.random.default_rng(1), np.zeros((2, 2))
+    seen = env.reset(4)
+    for _ in range(60):
+        step = env.step(push(seen, random))
+        rewards += step.rewards
+        seen = step.observations
+        if step.over.any():
+            break
+    block, pose = env.batch.placed_pose[0, 0], env.batch.pose[0]
+    assert 4 * seen[0, :, :2] == pytest.approx(block[:2] - pose[:, :2], abs=1e-5)
+    assert 4 * seen[0, :, 4:6] == pytest.approx((pose[::-1] - pose)[:, :2], abs=1e-5)
+    assert seen[0, :, 6:8] == pytest.approx(np.array([[math.cos(block[2]), math.sin(block[2])]] * 2), abs=1e-5)
+    gained = scene.notes["overlap"] - before + 0.5 * (first - scene.notes["distance"])
+    assert rewards == pytest.approx(np.stack([gained, gained], 1)) and np.abs(gained).max() > 0.1

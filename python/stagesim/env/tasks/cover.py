@@ -86,12 +86,12 @@ class Cover(Task):
         """Numbers of the robots' cells, row by row: int64, shape (n, robots)."""
         xp = scene.xp
         rows, columns = scene.notes["cells"].shape[1:]
-        origin, pad = scene.notes["origin"], _PAD
+        origin = scene.notes["origin"]
         found = []
         for axis, most in ((0, columns), (1, rows)):
             place = (pose[..., axis] - origin[:, axis, None]) * (1 / self.cell)
             place = xp.where(xp.isnan(place), 0.0, place)
-            found.append(xp.astype(xp.floor(xp.clip(place, min=pad, max=most - pad - 1)), xp.int64))
+            found.append(xp.astype(xp.floor(xp.clip(place, min=_SIGHT, max=most - _SIGHT - 1)), xp.int64))
         return found[1] * columns + found[0]
 
     def _sweep(self, scene: Scene, cells: Array, at: Array, moved: Array) -> Array:
@@ -134,7 +134,8 @@ class Cover(Task):
         return Outcome(reward, done, {"covered": xp.broadcast_to(share[:, None], shape), "is_success": done})
 
 
-_PAD = math.ceil(PIXELS * STRIDE / math.sqrt(2))  # cells around the room, so that images never end outside
+_SIGHT = math.ceil(PIXELS * STRIDE / math.sqrt(2))  # cells from the robot to the corner of an image, at most
+_PAD = _SIGHT + 2  # cells around the room, so that images never end outside
 
 
 def _grid_of(places: Floats, cell: float) -> tuple[npt.NDArray[np.uint8], Floats]:
@@ -167,8 +168,9 @@ def _views(arrays: Arrays, columns: int) -> Array:
     steps = STRIDE * (np.arange(PIXELS) - (PIXELS - 1) / 2)
     left, ahead = np.meshgrid(steps, steps, indexing="ij")
     angles = np.arange(HEADINGS)[:, None, None] * (math.tau / HEADINGS)
-    column = np.rint(ahead * np.cos(angles) - left * np.sin(angles))
-    row = np.rint(ahead * np.sin(angles) + left * np.cos(angles))
+    # The summand decides alike for all halves, in spite of rounding errors.
+    column = np.floor(ahead * np.cos(angles) - left * np.sin(angles) + 0.500001)
+    row = np.floor(ahead * np.sin(angles) + left * np.cos(angles) + 0.500001)
     return arrays.of((row * columns + column).reshape(HEADINGS, -1), np.int64)
 
 
