@@ -6,6 +6,8 @@
 #include <nanobind/ndarray.h>
 
 #include <cmath>
+#include <cstdint>
+#include <utility>
 
 #include "bindings.hh"
 #include "checked_argument.hh"
@@ -89,6 +91,76 @@ void FindSpeeds(const Poses& velocities, double forwards, double turning, const 
   }
 }
 
+using Keys = nb::ndarray<const uint64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Bits = nb::ndarray<uint64_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+/// SplitMix64: see stagesim/env/randoms.py.
+void FindBits(const Keys& keys, uint64_t first, const Bits& to) {
+  if (to.shape(0) != keys.shape(0)) throw nb::value_error("found an array of another shape");
+  uint64_t* made = to.data();
+  for (size_t i = 0; i < keys.size(); i++)
+    for (uint64_t j = 0; j < to.shape(1); j++) {
+      uint64_t bits = keys.data()[i] + (first + j) * 0x9E3779B97F4A7C15U;
+      bits = (bits ^ (bits >> 30)) * 0xBF58476D1CE4E5B9U;
+      bits = (bits ^ (bits >> 27)) * 0x94D049BB133111EBU;
+      *made++ = bits ^ (bits >> 31);
+    }
+}
+
+template <typename T>
+using OfRobots = nb::ndarray<T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+template <typename T>
+using OfWorlds = nb::ndarray<T, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+template <typename T>
+using Given = nb::ndarray<const T, nb::ndim<2>, nb::device::cpu>;
+
+/// An element of an array that may be a view.
+template <typename T>
+T At(const Given<T>& array, size_t i, size_t j) {
+  return array.data()[static_cast<int64_t>(i) * array.stride(0) +
+                      static_cast<int64_t>(j) * array.stride(1)];
+}
+
+/// See Episodes._settle() in stagesim/env/episodes.py.
+void Settle(const Given<double>& reward, const Given<bool>& terminates, const Poses& poses,
+            const OfWorlds<const bool>& going, const OfWorlds<const bool>& at_limit,
+            const OfRobots<bool>& live, const OfRobots<double>& rewards,
+            const OfRobots<bool>& terminated, const OfRobots<bool>& truncated,
+            const nb::ndarray<bool, nb::shape<3, -1>, nb::c_contig, nb::device::cpu>& of_worlds) {
+  const size_t worlds = live.shape(0), robots = live.shape(1);
+  for (const auto& [found, wanted] : {std::pair(reward.size(), live.size()),
+                                      {terminates.size(), live.size()},
+                                      {poses.size(), 3 * live.size()},
+                                      {going.size(), worlds},
+                                      {at_limit.size(), worlds},
+                                      {rewards.size(), live.size()},
+                                      {terminated.size(), live.size()},
+                                      {truncated.size(), live.size()},
+                                      {of_worlds.size(), 3 * worlds}})
+    if (found != wanted) throw nb::value_error("found an array of another shape");
+  for (size_t i = 0; i < worlds; i++) {
+    bool any_ended = false, any_truncated = false, any_live = false;
+    for (size_t j = 0; j < robots; j++) {
+      const size_t k = i * robots + j;
+      const bool takes_part = live.data()[k] && going.data()[i];
+      const double gained = At(reward, i, j);
+      const bool ends = takes_part && (At(terminates, i, j) || std::isnan(poses.data()[3 * k]));
+      const bool is_cut = takes_part && !ends && at_limit.data()[i];
+      rewards.data()[k] = takes_part && !std::isnan(gained) ? gained : 0;
+      terminated.data()[k] = ends;
+      truncated.data()[k] = is_cut;
+      live.data()[k] = live.data()[k] && !ends && !is_cut;
+      any_ended = any_ended || ends || is_cut;
+      any_truncated = any_truncated || is_cut;
+      any_live = any_live || live.data()[k];
+    }
+    const bool is_over = any_ended && !any_live;
+    of_worlds.data()[i] = is_over;
+    of_worlds.data()[worlds + i] = is_over && !any_truncated;
+    of_worlds.data()[2 * worlds + i] = any_truncated;
+  }
+}
+
 }  // namespace
 
 void BindFeatures(nb::module_& module) {
@@ -100,6 +172,12 @@ void BindFeatures(nb::module_& module) {
              "Writes ranges in units of `reach`, from 0 to 1; without a reading 1.");
   module.def("find_speeds", &FindSpeeds, nb::arg("velocities"), nb::arg("forwards"),
              nb::arg("turning"), nb::arg("to"), "Writes speeds times these factors.");
+  module.def("find_bits", &FindBits, nb::arg("keys"), nb::arg("first"), nb::arg("to"),
+             "Writes random bits of streams with these keys, from number `first` on.");
+  module.def("settle", &Settle, nb::arg("reward"), nb::arg("terminates"), nb::arg("poses"),
+             nb::arg("going"), nb::arg("at_limit"), nb::arg("live"), nb::arg("rewards"),
+             nb::arg("terminated"), nb::arg("truncated"), nb::arg("of_worlds"),
+             "Ends the episodes of robots and worlds after an action.");
 }
 
 }  // namespace Stg::python

@@ -491,8 +491,8 @@ def play(name: str, policy: Callable[[Any], Any]) -> tuple[float, dict[str, Any]
         seen = observations.reshape(40, len(env.agents), -1)
         moment = env._episodes.step(policy(seen), ~over)  # noqa: SLF001  (some are over before others)
         observations = moment.observations
-        total += moment.rewards.sum(1)
-        ended = moment.over & ~over
+        total += moment.ends.rewards.sum(1)
+        ended = moment.ends.over & ~over
         for i in np.flatnonzero(ended):
             ends[i] = {key: values[i].copy() for key, values in moment.info.items()}
         over |= ended

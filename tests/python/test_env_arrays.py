@@ -382,3 +382,24 @@ def test_memory_of_observations_is_used_again_only_if_nobody_refers_to_it() -> N
     del view, again
     assert address in {array.ctypes.data for array in [empty(shape, np.float32) for _ in range(MOST)]}
     assert empty((3,), np.float32) is not empty((3,), np.float32)
+
+
+@pytest.mark.parametrize("robots", [1, 5])
+def test_ends_of_episodes_are_the_same_in_both_forms(robots: int) -> None:
+    """NumPy's form is compiled, and that for tensors also works with NumPy."""
+    ends = []
+    for form in ("_settle", "_settle_on_card"):
+        env = stage_env.StageArrayEnv(50, "arena.world", robots="r*" if robots > 1 else "r0")
+        env.reset(seed=1)
+        episodes, random = env._episodes, np.random.default_rng(2)
+        ends.append([])
+        for _ in range(6):
+            episodes.scene._actions[:] = random.integers(0, 2, 50) * 300
+            shape = (50, robots)
+            outcome = stage_env.Outcome(np.where(random.random(shape) < 0.2, np.nan, random.normal(size=shape)),
+                                        np.broadcast_to(random.random((50, 1)) < 0.3, shape))
+            found = getattr(episodes, form)(outcome, random.random(50) < 0.8)
+            ends[-1] += [*vars(found).values(), episodes.scene.live.copy()]
+    assert sum(bool(array.any()) and not array.all() for array in ends[0]) > 15
+    for one, other in zip(*ends):
+        assert one.dtype == other.dtype and one.tobytes() == other.tobytes()

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from gymnasium.error import ResetNeeded
 from gymnasium.spaces import Discrete, Space
 
+from .. import _core
 from .._scene_variants import MapLike
 from ..batch import Batch
 from ..device_array import DeviceArray
@@ -54,20 +55,27 @@ def task_of(task: AnyTask) -> Task:
 
 
 @dataclass
-class Moment:
-    """The result of an action in each of n worlds.
+class Ends:
+    """Rewards of an action, and the ends of episodes.
 
     For robots that were not live and worlds that were not stepped, rewards are 0 and the flags are False.
     """
 
-    observations: Observations    # (n, robots, ...): new arrays
     rewards: Array                # (n, robots), float64
     terminated: Array             # (n, robots)
     truncated: Array              # (n, robots)
-    info: dict[str, Array]        # (n, robots)
+    over: Bools                   # (n,), on the host: the episode ended by this action
     worlds_terminated: Array      # (n,): the last live robot was terminated
     worlds_truncated: Array       # (n,): the episode was truncated
-    over: Bools                   # (n,), on the host: the episode ended by this action
+
+
+@dataclass
+class Moment:
+    """The result of an action in each of n worlds."""
+
+    observations: Observations    # (n, robots, ...): new arrays
+    info: dict[str, Array]        # (n, robots)
+    ends: Ends
 
 
 class Episodes:
@@ -209,12 +217,29 @@ class Episodes:
         self.batch.step(self.task.steps, ids=ids)
         self._check(ids)
         self.renderer.show(self.batch)
-        taking_part = scene.live & self.arrays.of(going)[:, None] if ids is not None else scene.live
         scene.note_action(None if ids is None else self.arrays.of(ids))
-        return self._moment(self.task.judge(scene), taking_part)
+        outcome = self.task.judge(scene)
+        ends = self._settle(outcome, going) if self.arrays.is_numpy else self._settle_on_card(outcome, going)
+        self.over |= ends.over
+        self._note(outcome, ends)
+        return Moment(self.observed.checked(self.task.observe(self.scene), self.scene), outcome.info, ends)
 
-    def _moment(self, outcome: Outcome, taking_part: Array) -> Moment:
+    def _settle(self, outcome: Outcome, going: Bools) -> Ends:
+        """Ends the episodes of robots and worlds; the compiled form of _settle_on_card() for arrays of NumPy."""
+        scene = self.scene
+        shape = scene.n, scene.robots
+        rewards, flags, of_worlds = np.empty(shape), np.empty((2, *shape), bool), np.empty((3, scene.n), bool)
+        at_limit = scene.actions >= self.task.limit
+        if self._ended.any():
+            at_limit |= self._ended
+        _core.settle(outcome.reward.astype(np.float64, copy=False), outcome.terminated, scene.pose, going, at_limit,
+                     scene.live, rewards, *flags, of_worlds)
+        return Ends(rewards, *flags, over=of_worlds[0], worlds_terminated=of_worlds[1], worlds_truncated=of_worlds[2])
+
+    def _settle_on_card(self, outcome: Outcome, going: Bools) -> Ends:
+        """Ends the episodes of robots and worlds."""
         scene, xp = self.scene, self.arrays.xp
+        taking_part = scene.live if going.all() else scene.live & self.arrays.of(going)[:, None]
         terminated = taking_part & (outcome.terminated | xp.isnan(scene.pose[..., 0]))
         at_limit = (scene.actions >= self.task.limit) | self.arrays.given(np.asarray(self._ended))
         truncated = taking_part & ~terminated & at_limit[:, None]
@@ -223,22 +248,22 @@ class Episodes:
         worlds_truncated = xp.any(truncated, axis=1)
         scene.note_end(has_ended)
         is_over = xp.any(has_ended, axis=1) & ~xp.any(scene.live, axis=1)
-        over = np.array(on_host(is_over))
-        self.over |= over
-        self._note(outcome, rewards, has_ended, over)
-        return Moment(self.observed.checked(self.task.observe(scene), scene), rewards, terminated, truncated,
-                      outcome.info, is_over & ~worlds_truncated, worlds_truncated, over)
+        return Ends(rewards, terminated, truncated, over=np.array(on_host(is_over)),
+                    worlds_terminated=is_over & ~worlds_truncated, worlds_truncated=worlds_truncated)
 
-    def _note(self, outcome: Outcome, rewards: Array, has_ended: Array, over: Bools) -> None:
+    def _note(self, outcome: Outcome, ends: Ends) -> None:
         """Notes the results of robots, and of episodes that are over."""
         xp = self.arrays.xp
-        self._returns += rewards[:, 0] if rewards.shape[1] == 1 else xp.sum(rewards, axis=1)
-        for name, values in outcome.info.items():
-            if values.dtype == xp.bool:
-                before = self._flags.get(name)
-                self._flags[name] = xp.where(has_ended, values, values if before is None else before)
-        if over.any():
-            rows = self.arrays.of(np.flatnonzero(over))
+        self._returns += ends.rewards[:, 0] if self.scene.robots == 1 else xp.sum(ends.rewards, axis=1)
+        is_over = ends.over.any()
+        if self.scene.robots > 1 or is_over:
+            has_ended = ends.terminated | ends.truncated
+            for name, values in outcome.info.items():
+                if values.dtype == xp.bool:
+                    before = self._flags.get(name)
+                    self._flags[name] = xp.where(has_ended, values, values if before is None else before)
+        if is_over:
+            rows = self.arrays.of(np.flatnonzero(ends.over))
             rates = {name: on_host(flags[rows]).mean(1) for name, flags in self._flags.items()}
             self.statistics.add(returns=on_host(self._returns[rows]), lengths=on_host(self.scene.actions[rows]), **rates)
 

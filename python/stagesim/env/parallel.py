@@ -107,10 +107,10 @@ class StageParallelEnv(ParallelEnv[str, Any, npt.NDArray[Any]]):
         moment = episodes.step(given, self._all)
         self._last = moment.observations
         rows = {agent: self._rows[agent] for agent in agents}
-        terminated = {agent: bool(moment.terminated[0, row]) for agent, row in rows.items()}
-        truncated = {agent: bool(moment.truncated[0, row]) for agent, row in rows.items()}
+        terminated = {agent: bool(moment.ends.terminated[0, row]) for agent, row in rows.items()}
+        truncated = {agent: bool(moment.ends.truncated[0, row]) for agent, row in rows.items()}
         self.agents = [agent for agent in agents if not (terminated[agent] or truncated[agent])]
-        return (self._observed(agents), {agent: float(moment.rewards[0, row]) for agent, row in rows.items()},
+        return (self._observed(agents), {agent: float(moment.ends.rewards[0, row]) for agent, row in rows.items()},
                 terminated, truncated,
                 {agent: {name: values[0, row].item() for name, values in moment.info.items()}
                  for agent, row in rows.items()})

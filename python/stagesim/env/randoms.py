@@ -9,6 +9,7 @@ from typing import Union
 import numpy as np
 import numpy.typing as npt
 
+from .. import _core
 from ..fleet import Floats
 
 Bits = npt.NDArray[np.uint64]
@@ -42,8 +43,9 @@ class Randoms:
         axes = (shape,) if isinstance(shape, int) else tuple(shape)
         first = self._calls * 2**32 + 1
         self._calls += 1
-        counters = np.arange(first, first + math.prod(axes), dtype=np.uint64)
-        return mixed(self._keys[:, None] + counters * _GAMMA).reshape(len(self), *axes)
+        made = np.empty((len(self), math.prod(axes)), np.uint64)
+        _core.find_bits(self._keys, first, made)
+        return made.reshape(len(self), *axes)
 
     def split(self) -> Randoms:
         """Further streams, for a number of calls that differs between worlds."""

@@ -91,10 +91,10 @@ class StageArrayEnv:
         took_part = copied(episodes.scene.live)
         moment = episodes.step(actions, self._all)
         final, seen = moment.observations, moment.observations
-        if moment.over.any():
+        if moment.ends.over.any():
             seen = copied(final)
-            put(seen, episodes.arrays.of(np.flatnonzero(moment.over)), episodes.begin(moment.over))
-        return ArrayStep(seen, moment.rewards, moment.terminated, moment.truncated, took_part, final, moment.over,
+            put(seen, episodes.arrays.of(np.flatnonzero(moment.ends.over)), episodes.begin(moment.ends.over))
+        return ArrayStep(seen, moment.ends.rewards, moment.ends.terminated, moment.ends.truncated, took_part, final, moment.ends.over,
                          {name: copied(values) for name, values in moment.info.items()})
 
     def vary(self, name: str, values: npt.ArrayLike | None) -> None:

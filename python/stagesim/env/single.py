@@ -92,9 +92,9 @@ class StageEnv(gymnasium.Env[Any, npt.NDArray[Any]]):
         info = {name: wide(values[0]) if values.shape[1] > 1 else values[0, 0].item()
                 for name, values in moment.info.items()}
         if len(self.agents) > 1:
-            info["rewards"] = moment.rewards[0]
-        return (_first(episodes.observed.team(moment.observations)), float(moment.rewards[0].sum()),
-                bool(moment.worlds_terminated[0]), bool(moment.worlds_truncated[0]), info)
+            info["rewards"] = moment.ends.rewards[0]
+        return (_first(episodes.observed.team(moment.observations)), float(moment.ends.rewards[0].sum()),
+                bool(moment.ends.worlds_terminated[0]), bool(moment.ends.worlds_truncated[0]), info)
 
     def render(self) -> Pixels | None:  # type: ignore[override]
         """Returns a picture as World.render() does if render_mode is "rgb_array", else None."""

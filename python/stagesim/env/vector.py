@@ -134,7 +134,7 @@ class StageVectorEnv(VectorEnv[Any, Any, Any]):
         episodes, going, waiting = opened(self._episodes), ~self._over, self._over
         moment = episodes.step(actions, going)
         self._last = episodes.observed.team(moment.observations)
-        self._over = moment.over
+        self._over = moment.ends.over
         infos = self._infos(moment, going)
         if waiting.any():
             self._begin(waiting)
@@ -142,8 +142,8 @@ class StageVectorEnv(VectorEnv[Any, Any, Any]):
             infos = self._final_infos(moment)
             self._begin(self._over)
             self._over = np.zeros(self.num_envs, bool)
-        rewards = moment.rewards[:, 0] if len(self.agents) == 1 else moment.rewards.sum(1)
-        return copied(self._last), rewards, moment.worlds_terminated, moment.worlds_truncated, infos
+        rewards = moment.ends.rewards[:, 0] if len(self.agents) == 1 else moment.ends.rewards.sum(1)
+        return copied(self._last), rewards, moment.ends.worlds_terminated, moment.ends.worlds_truncated, infos
 
     def vary(self, name: str, values: npt.ArrayLike | None) -> None:
         """Gives a property another value in each world, from its next episode on: see Batch.vary()."""
@@ -205,15 +205,15 @@ class StageVectorEnv(VectorEnv[Any, Any, Any]):
             return infos
         info = {name: values if len(self.agents) > 1 else values[:, 0] for name, values in moment.info.items()}
         if len(self.agents) > 1:
-            info["rewards"] = moment.rewards
+            info["rewards"] = moment.ends.rewards
         others = None if which.all() else opened(self._episodes).arrays.of(np.flatnonzero(~which))
         for name, values in info.items():
             infos[name] = wide(values)
             if others is not None:
                 infos[name][others] = 0
             infos[f"_{name}"] = which.copy()
-        if self._has_episode_info and moment.over.any():
-            infos.update(self._episode_infos(moment.over))
+        if self._has_episode_info and moment.ends.over.any():
+            infos.update(self._episode_infos(moment.ends.over))
         return infos
 
     def _episode_infos(self, over: Bools) -> dict[str, Any]:
