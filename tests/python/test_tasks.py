@@ -314,6 +314,14 @@ def test_images_of_covered_cells_are_seen_from_the_robot() -> None:
     assert len(np.unique(seen)) == 3
 
 
+def test_images_can_be_part_of_a_vector() -> None:
+    images, vectors = (stage_env.StageArrayEnv(2, task=stage_env.Cover(image=image)) for image in (True, False))
+    first, second = images.reset(1), vectors.reset(1)
+    assert vectors.single_observation_space.shape == (99,)
+    assert second[..., :35].tobytes() == first["state"].tobytes()
+    assert 255 * second[..., 35:] == pytest.approx(first["image"].reshape(2, 4, 64))
+
+
 def clipped(polygon: Any, corners: Any) -> Any:
     """The part of a convex polygon within another one, counter-clockwise (Sutherland and Hodgman, 1974)."""
     for (x, y), (to_x, to_y) in zip(corners, np.roll(corners, -1, 0)):

@@ -6,17 +6,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.spaces import Box, Dict
+from gymnasium.spaces import Box, Dict, Space
 
 from ...fleet import Floats
 from ..arrays import Array, Arrays, namespace_of
 from ..features import free_space, joined, speeds, with_headings
 from ..randoms import Randoms
 from ..scene import Scene
-from ..task import Outcome, Task
+from ..task import Observations, Outcome, Task
 from .common import stall_penalty
 from .worlds import search_hall
 
@@ -39,7 +40,8 @@ class Cover(Task):
     stalled. Observation: a dictionary. "state" has the share covered, speeds and ranges as in Navigate. "image" is seen
     from the robot: 8 x 8 cells, each the third one in its row and column. It has the type uint8; 255 is covered, 128 is
     not covered yet, 0 is no cell of the room. The robot is in the middle and looks to the right; a row further down is
-    further to its left. The image turns in 64 steps. Info: `covered` (0 to 1), `is_success`.
+    further to its left. The image turns in 64 steps. Without `image` it is a vector: "state", and then the pixels row by
+    row in units of 255. Info: `covered` (0 to 1), `is_success`.
 
     The room is that of the first world, also with maps that are made anew.
 
@@ -47,6 +49,7 @@ class Cover(Task):
         radius: metres.
         cell: side of a cell, metres.
         enough: share of the cells at which the room counts as covered, 0 to 1.
+        image: whether observations are a dictionary with an image, or a vector.
         reach: ranges are clipped to this, metres.
         steps, limit, top_speed: see Task.
     """
@@ -54,13 +57,19 @@ class Cover(Task):
     radius: float = 0.6
     cell: float = 0.25
     enough: float = 0.95
+    image: bool = True
     reach: float = 4.0
     steps: int = 2
     limit: int = 400
     top_speed: tuple[float, float, float] = (0.5, 0.0, 1.5)
     world = search_hall()
 
-    def observation_space(self, scene: Scene) -> Dict:
+    def size(self, scene: Scene) -> int:
+        return 3 + scene.ranges.shape[-1] + PIXELS * PIXELS
+
+    def observation_space(self, scene: Scene) -> Space[Any]:
+        if not self.image:
+            return super().observation_space(scene)
         return Dict({"image": Box(0, 255, (PIXELS, PIXELS, 1), np.uint8),
                      "state": Box(-1, 1, (3 + scene.ranges.shape[-1],), np.float32)})
 
@@ -112,15 +121,18 @@ class Cover(Task):
             found[worlds, robot] = xp.count_nonzero(new.reshape((-1, offsets.shape[0])), axis=1)
         return found
 
-    def observe(self, scene: Scene) -> dict[str, Array]:
+    def observe(self, scene: Scene) -> Observations:
         xp, notes, shape = scene.xp, scene.notes, (scene.n, scene.robots)
         cells = notes["cells"]
         turn = xp.astype(xp.floor(xp.nan_to_num(scene.pose[..., 2]) * (HEADINGS / math.tau) + 0.5), xp.int64)
         seen = _views(scene.arrays, cells.shape[2])[turn & (HEADINGS - 1)]
         seen += (notes["at"] + _firsts(cells))[..., None]
+        pixels = xp.take(cells.reshape(-1), seen.reshape(-1), axis=0).reshape(seen.shape)
         share = xp.broadcast_to((notes["covered"] / notes["count"])[:, None], shape)
-        return {"image": xp.take(cells.reshape(-1), seen.reshape(-1), axis=0).reshape((*shape, PIXELS, PIXELS, 1)),
-                "state": joined(share, speeds(scene, self.top_speed), free_space(scene, self.reach))}
+        state = share, speeds(scene, self.top_speed), free_space(scene, self.reach)
+        if not self.image:
+            return joined(*state, xp.astype(pixels, xp.float32) / 255)
+        return {"image": pixels.reshape((*shape, PIXELS, PIXELS, 1)), "state": joined(*state)}
 
     def judge(self, scene: Scene) -> Outcome:
         xp, notes, shape = scene.xp, scene.notes, (scene.n, scene.robots)
