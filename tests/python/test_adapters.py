@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import gymnasium
+import numpy as np
 import pytest
 from stagesim.env import TASKS
 
@@ -24,6 +27,19 @@ def test_a_name_with_the_module_needs_no_import() -> None:
             "print(type(gymnasium.make('stagesim.env:Stage/Navigate-v0').unwrapped).__name__)\n"
             "print(type(gymnasium.make_vec('stagesim.env:Stage/Disperse-v0', num_envs=2)).__name__)\n")
     assert python(code).split() == ["False", "StageEnv", "StageVectorEnv"]
+
+
+def test_the_page_makes_environments_and_measures_success(root: Path) -> None:
+    """The code of docs/learning_libraries.md that needs no library; tests/learn runs the rest."""
+    page = root / "docs" / "learning_libraries.md"
+    if not page.exists():
+        pytest.skip("there is no docs/learning_libraries.md")
+    measuring, making, *trainings = re.findall(r"```python\n(.*?)```", page.read_text(), re.S)
+    names: dict[str, Any] = {}
+    exec(compile(measuring + making, str(page), "exec"), names)  # noqa: S102
+    assert names["envs"].num_envs == 32 and len(trainings) == 6
+    straight = np.array([1, 0], np.float32)
+    assert 0 <= names["success"](lambda seen: np.tile(straight, (len(seen), 1)), worlds=8) < 0.5
 
 
 def test_every_task_has_a_name() -> None:
