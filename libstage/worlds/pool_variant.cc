@@ -18,6 +18,9 @@ void PoolVariant::RemoveWorld(uint32_t place) {
     places_--;
   else
     free_.push_back(place);
+  if (free_.size() < places_) return;
+  free_.clear();  // no world is left
+  places_ = 0;
 }
 
 void PoolVariant::Grow() {
