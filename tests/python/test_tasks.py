@@ -270,6 +270,19 @@ def test_the_evader_obeys_its_actions_only_if_it_learns() -> None:
         assert total == pytest.approx(0, abs=1e-12)
 
 
+def test_the_evader_flees_from_near_pursuers() -> None:
+    env = stage_env.StageArrayEnv(16, task="Pursue")
+    env.reset(1)
+    angles = np.arange(16) * math.tau / 16
+    poses = np.tile([[0.0, 0.0, 0.0], [3.5, 3.5, 0], [-3.5, 3.5, 0], [0, -0.2, 0]], (16, 1, 1))
+    poses[:, 0, :2] = np.stack([0.8 * np.cos(angles), 0.8 * np.sin(angles) - 0.2], 1)
+    poses[:, 3, 2] = np.roll(angles, 5)
+    env.batch.teleport(poses)
+    for _ in range(10):
+        step = env.step(np.zeros((16, 4, 2)))
+    assert step.info["distance"][:, 0].min() > 1.3
+
+
 def test_covered_cells_are_those_around_the_ways_of_robots() -> None:
     task = stage_env.Cover()
     env = stage_env.StageArrayEnv(2, task=task)
