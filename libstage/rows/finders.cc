@@ -56,6 +56,28 @@ void Rows::Stepper::FindContacts() {
   s_.contacts.FindContacts(scene_.shapes, WallsNow(), s_.columns);
 }
 
+/// See ContactPhase::ListContacts().
+void Rows::Stepper::ListContacts(std::vector<ContactPoint>* to) {
+  to->clear();
+  if (!scene_.outlines) return;
+  FindContacts();
+  const std::span<const motion::Contact> contacts = s_.contacts.contacts();
+  std::vector<motion::Contact> sorted(contacts.begin(), contacts.end());
+  std::ranges::stable_sort(sorted, {}, &motion::Contact::a);
+  const Finders& finders = scene_.finders;
+  for (const motion::Contact& contact : sorted) {
+    const Model* const other =
+        contact.wall ? finders.wall_models[contact.b] : finders.row_models[contact.b];
+    to->push_back({const_cast<Model*>(finders.row_models[contact.a]), const_cast<Model*>(other),
+                   point_t(contact.point.x, contact.point.y),
+                   point_t(contact.normal.x, contact.normal.y), contact.gap});
+  }
+}
+
+void Rows::FindContacts(size_t world, Scratch* scratch, std::vector<ContactPoint>* to) {
+  Stepper(this, world, scratch).ListContacts(to);
+}
+
 /// See ModelBumper::AddLine() and ModelBumper::ReceiveHits().
 void Rows::Stepper::TouchLine(size_t index) {
   const BumperLine& line = scene_.finders.bumper_lines[index];

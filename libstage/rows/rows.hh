@@ -188,6 +188,9 @@ class Rows {
   /// Calls the controllers of a world, if its robots updated in the step that it has made without
   /// them.
   void RunControls(size_t world, Scratch* scratch);
+  /// The contacts of outlines at the present poses, in the order of World::ForEachContact(). Models
+  /// are those of the prototype.
+  void FindContacts(size_t world, Scratch* scratch, std::vector<ContactPoint>* to);
   /// True if rows of a scene can cast such rays: those of the cell model that are not too long.
   static bool CanCast(const Scene& scene, RayModel model, double range);
   /// Casts the rays of `casting` from these poses, and stores their ranges one fan after the other.

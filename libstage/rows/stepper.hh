@@ -112,6 +112,7 @@ class Rows::Stepper {
   void Step(uint64_t unseen);
   void RunControlsAfterStep();
   void Place(size_t index, const Planar& pose);
+  void ListContacts(std::vector<ContactPoint>* to);
   void Cast(const Casting& casting, std::span<const Planar> poses, const uint32_t* ignored,
             double* ranges);
 

@@ -102,6 +102,9 @@ class PoolAccess {
   /// threads may call it for different worlds.
   static bool Cast(WorldPool& pool, uint32_t id, const rows::Casting& casting,
                    std::span<const rows::Planar> poses, const uint32_t* ignored, double* ranges);
+  /// Finds the contacts in a world; see rows::Rows::FindContacts(). Returns false if it has a World
+  /// object. Several threads may call it for different worlds.
+  static bool FindContacts(WorldPool& pool, uint32_t id, std::vector<ContactPoint>* to);
   /// Calls call(world) with a World object in the state of a world, which it must not change.
   /// Several threads may call it for different worlds. Returns false, without a call, if the world
   /// does not exist.

@@ -342,6 +342,15 @@ bool PoolAccess::Cast(WorldPool& pool, uint32_t id, const rows::Casting& casting
   return true;
 }
 
+bool PoolAccess::FindContacts(WorldPool& pool, uint32_t id, std::vector<ContactPoint>* to) {
+  WorldPool::Impl& impl = *pool.impl_;
+  WorldPool::Impl::Thread* const thread = impl.CurrentThread();
+  const PoolRow row = impl.RowToRead(id, thread);
+  if (!row) return false;
+  row.rows->FindContacts(row.row, impl.ScratchOf(impl.slots[id], thread, *row.rows), to);
+  return true;
+}
+
 bool PoolAccess::Look(WorldPool& pool, uint32_t id, const std::function<void(World& world)>& call) {
   try {
     pool.impl_->WithWorld(id, pool.impl_->CurrentThread(), call);

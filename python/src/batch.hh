@@ -112,6 +112,15 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   };
   /// `poses`: [world][pose][3]; `ranges`: [world][pose][bearing], NaN: there is no such world.
   void CastRays(const Indices& which, const Cast& cast, const double* poses, double* ranges);
+  /// The contacts of worlds, up to `most` of each: two models, their robots' numbers in the crowd,
+  /// and point, normal and gap. Elements without a contact are left as they are.
+  struct ContactArrays {
+    size_t most;
+    int64_t* models;  ///< [world][contact][2]
+    int64_t* robots;  ///< the same; -1: it belongs to no robot
+    double* numbers;  ///< [world][contact][5]
+  };
+  void FindContacts(const Indices& which, const ContactArrays& to);
   // Batches on a device that reads the memory of CUDA: like the functions above, with a flag for
   // each world or robot. ResetFlagged() returns false if the worlds need their seeds.
   bool ResetFlagged(const rows::RowInput& flags);
@@ -155,6 +164,9 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   void MakeWorlds();
   void StepVariants(const Indices& which, uint64_t steps);
   void Gather(const Indices& which);
+  void StoreContacts(uint32_t variant, const std::vector<ContactPoint>& contacts, size_t at,
+                     const ContactArrays& to) const;
+  int64_t NumberOfRobot(uint32_t variant, const Model& model) const;
   void CastInWorld(uint32_t id, World* world, const Cast& cast, const double* poses,
                    double* ranges) const;
   bool CastInRow(uint32_t id, const rows::Casting& casting, const Cast& cast, const double* poses,

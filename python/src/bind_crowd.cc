@@ -216,6 +216,21 @@ void CastRays(Batch& batch, const Numbers& which, const CastPoses& poses,
   Logged([&] { batch.CastRays(IndicesOf(which), cast, poses.data(), ranges.data()); });
 }
 
+using Pairs = nb::ndarray<int64_t, nb::shape<-1, -1, 2>, nb::c_contig, nb::device::cpu>;
+using Fives = nb::ndarray<double, nb::shape<-1, -1, 5>, nb::c_contig, nb::device::cpu>;
+
+void FindContacts(Batch& batch, const Numbers& which, const Pairs& models, const Pairs& robots,
+                  const Fives& numbers) {
+  for (const size_t axis : {0, 1})
+    if (robots.shape(axis) != models.shape(axis) || numbers.shape(axis) != models.shape(axis) ||
+        models.shape(0) != which.size())
+      throw nb::value_error("found arrays of different shapes for contacts");
+  Logged([&] {
+    batch.FindContacts(IndicesOf(which),
+                       {models.shape(1), models.data(), robots.data(), numbers.data()});
+  });
+}
+
 using States = nb::ndarray<const uint64_t, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
 using WrittenStates = nb::ndarray<uint64_t, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
 
@@ -322,6 +337,9 @@ void BindBatch(nb::module_& module) {
       .def("cast", &CastRays, nb::arg("which").noconvert(), nb::arg("poses").noconvert(),
            nb::arg("bearings"), nb::arg("range"), nb::arg("z").none(), nb::arg("robots"),
            nb::arg("ignored").noconvert(), nb::arg("ray_model"), nb::arg("to").noconvert())
+      .def("find_contacts", &FindContacts, nb::arg("which").noconvert(),
+           nb::arg("models").noconvert(), nb::arg("robots").noconvert(),
+           nb::arg("numbers").noconvert())
       .def("count_state_words", &CountStateWords, nb::arg("which").noconvert(),
            nb::arg("keys").noconvert())
       .def("save_states", &SaveStates, nb::arg("which").noconvert(), nb::arg("keys").noconvert(),

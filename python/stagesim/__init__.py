@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 import numpy as _numpy  # noqa: F401  (the extension module creates NumPy arrays)
 
 from . import _core
+from ._contacts import BatchContacts
 from ._core import Model, RangeSensor, Snapshot, View
 from ._paths import shipped_worlds
 from .batch import Batch
@@ -29,8 +30,9 @@ Ranger = Fiducials = Blobs = Camera = Sensor  # former names
 
 __version__: str = _core.version()
 __all__ = [
-    "Batch", "Contacts", "DeviceArray", "Film", "Fleet", "Futures", "GoneError", "Model", "RangeSensor", "Reading",
-    "Sensor", "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "scenes", "sensor_types", "shipped_worlds",
+    "Batch", "BatchContacts", "Contacts", "DeviceArray", "Film", "Fleet", "Futures", "GoneError", "Model", "RangeSensor",
+    "Reading", "Sensor", "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "scenes", "sensor_types",
+    "shipped_worlds",
 ]
 
 

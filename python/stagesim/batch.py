@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Mapping, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _checks, _core, _options, _rays, _states
+from . import _checks, _contacts, _core, _options, _rays, _states
+from ._contacts import BatchContacts
 from ._core import Snapshot
 from ._members import Ids, fitted, placed_of, robots_of
 from ._scene_variants import MapLike, SceneVariants, each_map, scene_with
@@ -487,6 +488,17 @@ class Batch(Crowd):
     def restore(self, snapshot: Snapshot, ids: Which = None) -> None:
         """Restores a snapshot in worlds; None: in all. Worlds that it doesn't fit fail."""
         self._core.restore(self._chosen(ids), snapshot)
+
+    def contacts(self, most: int = 8, *, ids: Which = None) -> BatchContacts:
+        """Returns the places where bodies touch in each world at its present poses, as World.contacts() does.
+
+        With contacts of cells there are none. A flat side at another one has two.
+
+        Args:
+            most: max number of contacts of a world, 0 or more; the others are left out.
+            ids: which worlds, in this order; None: all.
+        """
+        return _contacts.found(self._core, self._chosen(ids), _checks.integer(most, "most", 0))
 
     def cast(self, poses: npt.ArrayLike, bearings: npt.ArrayLike, max_range: float, *, ids: Which = None,
              z: float | None = None, robots: bool = False, ignore: npt.ArrayLike | bool | None = None,

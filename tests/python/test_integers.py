@@ -146,6 +146,7 @@ def public_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str, A
         "Batch.step": (s.batch.step, {"n": 1}),
         "Batch.reset": (s.batch.reset, {"seeds": [1, 2]}),
         "Batch.rollout": (s.batch.rollout, {"moments": 1, "n": 1}),
+        "Batch.contacts": (s.batch.contacts, {"most": 2}),
         "Batch.snapshot": (s.batch.snapshot, {"index": 0}),
         "Batch.fork": (s.batch.fork, {"index": 0}),
         "Batch.state_hash": (s.batch.state_hash, {"index": 0}),
