@@ -24,12 +24,13 @@ from pathlib import Path
 from typing import Any
 
 HERE = Path(__file__).resolve().parent
-EIGHT = ["--world", str(HERE / "eight.world"), "--until", "0.92"]
-#: Options of ppo.py for each training. It stops a little above 0.9, so that other episodes give 0.9 as well.
+EIGHT = ["--world", str(HERE / "eight.world")]
+#: Options of ppo.py for each training. It stops above 0.9, so that other episodes give 0.9 as well.
 RUNS = {
-    "navigate": ["--until", "0.92"],
-    "eight": [*EIGHT, "--envs", "64", "--steps", "6000000"],
-    "eight_cuda": [*EIGHT, "--envs", "4096", "--device", "cuda", "--steps", "200000000"],
+    "navigate": ["--until", "0.94", "--steps", "300000"],
+    "eight": [*EIGHT, "--until", "0.92", "--envs", "64", "--steps", "6000000"],
+    "eight_cuda": [*EIGHT, "--until", "0.94", "--envs", "2048", "--minibatches", "16", "--device", "cuda",
+                   "--steps", "100000000"],
 }
 Row = dict[str, str]
 

@@ -120,7 +120,7 @@ class Rollout:
         self.log_chance, self.reward, self.value, self.goes_on, self.advantage = torch.zeros((5, *shape), device=device)
         self.took_part = torch.zeros(shape, dtype=torch.bool, device=device)
 
-    @torch.inference_mode()
+    @torch.no_grad()
     def fill(self, env: StageArrayEnv, policy: Policy, seen: Tensor, clock: Clock) -> Tensor:
         """Drives all robots by the policy, from what they see now. Returns what they see afterwards."""
         rows, deviation = len(seen), policy.log_std.exp()
@@ -177,7 +177,7 @@ def improve(policy: Policy, optimizer: torch.optim.Optimizer, rollout: Rollout) 
     return float(torch.stack(losses).mean())
 
 
-@torch.inference_mode()
+@torch.no_grad()
 def evaluate(policy: Policy, env: StageArrayEnv, seed: int) -> dict[str, float]:
     """Drives by the mean actions for an episode in each world.
 
