@@ -8,8 +8,8 @@
 StageVectorEnv makes steps of random actions, with episodes of the usual and of a short length that end at different
 times, and with the autoreset mode SAME_STEP. In short turns, a copy of its batch makes the same calls, with the same
 commands, seeds, start poses and worlds, and must reach the same states and readings. The layer is all that the copy
-does not do: actions, rewards, ends and begins of episodes, observations. Its share is given for wall time and for
-processor time, which depends less on other programs.
+does not do: actions, rewards, ends and begins of episodes, observations. Its share of the wall time is the median of
+all turns, so that other programs matter little; that of the processor time is from sums.
 
 The phases are measured in further steps: calls of the batch for actions ("steps") and for new episodes ("resets"); the
 task's command(), judge() and observe(); begin() of the task and of the layer; and the rest of the layer.
@@ -42,7 +42,7 @@ from stagesim.env import TASKS, StageVectorEnv
 CHANGING = ("reset", "teleport", "place", "step")  # methods of a batch that change its worlds
 PHASES = ("steps", "resets", "command", "judge", "observe", "begin", "rest")
 MOST_STEPS = 5000  # of a round
-TURN = 0.005  # seconds after which the copy has its turn
+TURN = 0.003  # seconds after which the copy has its turn
 ENOUGH_WORLDS = 64  # from this number on, few steps suffice to check episodes and rewards
 
 
@@ -72,10 +72,6 @@ class Clock:
         self._batch = batch
         wait_for_device(batch)
         self._wall, self._processor = time.perf_counter(), time.process_time()
-
-    def seconds(self) -> float:
-        """Wall time of what this thread has done, without waiting for a device."""
-        return time.perf_counter() - self._wall
 
     def read(self) -> tuple[float, float]:
         """Waits for a device, and returns wall time and processor time."""
@@ -246,12 +242,20 @@ class Row:
     batch_seconds: list[float] = field(default_factory=list)  #: of the same calls of the copy
     processor: list[float] = field(default_factory=list)  #: seconds of all threads: environment
     batch_processor: list[float] = field(default_factory=list)  #: and copy
+    shares: list[float] = field(default_factory=list)  #: the layer's share of the wall time in each round, percent
     phases: dict[str, float] = field(default_factory=dict)  #: shares of a step, 0 to 1
 
-    def add(self, steps: int, spent: list[list[float]]) -> None:
-        """Adds a round: seconds of wall time and processor time of the environment, and of the copy."""
+    def add(self, steps: int, spent: list[list[float]], share: float) -> None:
+        """Adds a round.
+
+        Args:
+            steps: number of steps.
+            spent: seconds of wall time and processor time of the environment, and of the copy.
+            share: the layer's share of the wall time in most turns, 0 to 1.
+        """
         (wall, processor), (batch_wall, batch_processor) = spent
-        for values, value in zip(self._rounds(), (steps, wall, batch_wall, processor, batch_processor)):
+        for values, value in zip(self._rounds(), (steps, wall, batch_wall, processor, batch_processor,
+                                                    100 * share)):
             values.append(value)
 
     def forget_first(self) -> None:
@@ -260,11 +264,7 @@ class Row:
             del values[0]
 
     def _rounds(self) -> tuple[list[Any], ...]:
-        return self.steps, self.seconds, self.batch_seconds, self.processor, self.batch_processor
-
-    def shares(self) -> list[float]:
-        """The layer's share of the time in each round, in percent."""
-        return [100 * (1 - batch / whole) for batch, whole in zip(self.batch_seconds, self.seconds)]
+        return self.steps, self.seconds, self.batch_seconds, self.processor, self.batch_processor, self.shares
 
     def processor_shares(self) -> list[float]:
         """The layer's share of the processor time in each round, in percent."""
@@ -275,7 +275,7 @@ class Row:
         per_step = [1e6 * seconds / steps for seconds, steps in zip(self.seconds, self.steps)]
         rate = self.environments * self.robots * 1e6 / statistics.median(per_step)
         cells = [self.task, str(self.limit), str(self.environments), str(self.robots), span(per_step, ",.0f"),
-                 f"{rate:,.0f}".replace(",", " "), span(self.shares(), ".1f"), span(self.processor_shares(), ".1f"),
+                 f"{rate:,.0f}".replace(",", " "), span(self.shares, ".1f"), span(self.processor_shares(), ".1f"),
                  *(f"{100 * self.phases[name]:.1f}" for name in PHASES)]
         return "| " + " | ".join(cells) + " |"
 
@@ -324,22 +324,24 @@ class Run:
         self._number += 1
         return self.env.step(self._actions[self._number % len(self._actions)])
 
-    def steps_of_round(self, seconds: float) -> int:
-        """Warms up, and returns how many steps take so many seconds."""
-        begin, steps = time.perf_counter(), 0
-        while steps < 3 or time.perf_counter() - begin < 0.3 * seconds:
+    def warm_up(self, seconds: float) -> tuple[int, int]:
+        """Returns how many steps take so many seconds, and how many an undisturbed turn has."""
+        durations: list[float] = []
+        while len(durations) < 3 or sum(durations) < 0.3 * seconds:
+            begin = time.perf_counter()
             self.step()
-            steps += 1
-        return min(MOST_STEPS, max(2, round(seconds * steps / (time.perf_counter() - begin))))
+            durations.append(time.perf_counter() - begin)
+        steps = round(seconds * len(durations) / sum(durations))
+        return min(MOST_STEPS, max(2, steps)), max(1, round(TURN / min(durations)))
 
     def measure(self, seconds: float, repeats: int) -> Row:
         """Measures rounds, in turns with those of the copy, and the phases; checks what happened."""
-        steps = self.steps_of_round(seconds)
+        steps, turn = self.warm_up(seconds)
         alone = copy.deepcopy(self.batch)
         self._arrays(alone)  # which are filled in each step from now on
         recorder = Recorder(self.batch)
         for steps_of_round in (min(steps, 10), *[steps] * repeats):
-            self._round(recorder, alone, steps_of_round)
+            self._round(recorder, alone, steps_of_round, turn)
         self.row.forget_first()  # because the first steps of a copy allocate memory
         recorder.stop()
         self.check_copy(alone)
@@ -351,26 +353,27 @@ class Run:
         self.row.phases = phases.shares()
         return self.row
 
-    def _round(self, recorder: Recorder, alone: st.Batch, steps: int) -> None:
-        """Makes steps in short turns with the same calls of the copy, so that other load affects both."""
-        made = 0
+    def _round(self, recorder: Recorder, alone: st.Batch, steps: int, turn: int) -> None:
+        """Makes steps in turns with the same calls of the copy, so that other load affects both."""
+        shares = []
         spent = np.zeros((2, 2))  # of the environment and of the copy: wall time and processor time
         gc.collect()
-        while made < steps:
+        for begin in range(0, steps, turn):
             results = []  # are freed after each turn, as learners do
             recorder.begin_turn()
             clock = Clock(self.batch)
-            while clock.seconds() < TURN and made < steps:
+            for _ in range(min(turn, steps - begin)):
                 recorder.begin_action()
                 results.append(self.step()[:4])
-                made += 1
-            spent[0] += np.array(clock.read()) - recorder.seconds
+            whole = np.array(clock.read()) - recorder.seconds
             clock = Clock(alone)
             recorder.repeat(alone)
-            spent[1] += clock.read()
+            batch = np.array(clock.read())
+            spent += whole, batch
+            shares.append(1 - batch[0] / whole[0])
             for result in results:
                 self.seen.add(result)
-        self.row.add(steps, spent.tolist())
+        self.row.add(steps, spent.tolist(), float(np.median(shares)))
 
     def check_copy(self, alone: st.Batch) -> None:
         """Asserts that the copy has done the same."""
