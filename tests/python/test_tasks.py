@@ -17,6 +17,7 @@ import pytest
 pytest.importorskip("gymnasium")
 pytest.importorskip("pettingzoo")
 import gymnasium as gym  # noqa: E402
+import stagesim as st  # noqa: E402
 from stagesim import env as stage_env  # noqa: E402
 from stagesim.env.tasks import worlds  # noqa: E402
 
@@ -207,6 +208,23 @@ def test_worlds_are_closed_and_known_to_gymnasium(task: str) -> None:
     env.step(env.action_space.sample())
     assert set(env._episodes.batch.explain()) == {None}  # type: ignore[attr-defined]
     env.close()
+
+
+@pytest.mark.parametrize("task", ["Cover", "Pursue", "PushT"])
+def test_devices_compute_the_same(task: str) -> None:
+    made = stage_env.TASKS[task](limit=8)
+    try:
+        with_device = stage_env.StageArrayEnv(2, task=made, device="opencl", arrays="numpy")
+    except (st.StageError, ValueError) as error:
+        pytest.skip(str(error))  # there is no device, or CUDA has it as well
+    alone = stage_env.StageArrayEnv(2, task=made)
+    with_device.reset(1)
+    alone.reset(1)
+    random = np.random.default_rng(1)
+    for _ in range(12):
+        actions = random.uniform(-1, 1, (2, len(alone.agents), 2))
+        assert with_device.step(actions).rewards.tobytes() == alone.step(actions).rewards.tobytes()
+    assert with_device.batch.state_hashes() == alone.batch.state_hashes()
 
 
 @pytest.mark.parametrize("task", TEAMS)

@@ -40,7 +40,8 @@ class PushT(Task):
     demonstrations by people come with it. Here two robots share the work, actions are speeds, and pushing is quasi-static
     (docs/motion.md). Rewards are increments, so that their sum tells what was reached. The block has the same proportions.
 
-    It needs a world with a model "block" of this shape, and is not for worlds on a card.
+    It needs a world with a model "block" of this shape. With a device, the block's pose goes through the host in each
+    action.
 
     Args:
         target: x, y (metres) and heading (radians) of the target.
