@@ -28,7 +28,7 @@ struct PropertyInFile {
   const char* units;
 };
 
-constexpr PropertyInFile kProperties[] = {
+constexpr PropertyInFile kVariedProperties[] = {
     {"mass", VariedProperty::kMass, "f"},
     {"friction", VariedProperty::kFriction, "f"},
     {"floor_friction", VariedProperty::kFloorFriction, "f"},
@@ -44,7 +44,7 @@ constexpr PropertyInFile kProperties[] = {
 };
 
 const PropertyInFile& InFile(VariedProperty property) {
-  return *std::ranges::find(kProperties, property, &PropertyInFile::property);
+  return *std::ranges::find(kVariedProperties, property, &PropertyInFile::property);
 }
 
 bool ConcernsContacts(VariedProperty property) {
@@ -55,8 +55,8 @@ bool ConcernsContacts(VariedProperty property) {
 }  // namespace
 
 VariedProperty RowBridge::FindProperty(const std::string& name) {
-  const auto found = std::ranges::find(kProperties, name, &PropertyInFile::name);
-  return found == std::end(kProperties) ? VariedProperty::kNone : found->property;
+  const auto found = std::ranges::find(kVariedProperties, name, &PropertyInFile::name);
+  return found == std::end(kVariedProperties) ? VariedProperty::kNone : found->property;
 }
 
 bool RowBridge::CanVary(const World& world, const VariedNumber& number) {

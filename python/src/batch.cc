@@ -252,6 +252,12 @@ std::vector<std::vector<double>> Batch::ValuesOfAll() {
   return values;
 }
 
+std::vector<double> Batch::ValuesOf(uint32_t index) {
+  const Use use(this);
+  if (index >= size()) throw nb::index_error("found another number than that of a world");
+  return PoolAccess::Values(*pool_, index);
+}
+
 /// Updates the arrays of these worlds.
 void Batch::Gather(const Indices& which) {
   if (device_crowd_) return device_crowd_->Update();

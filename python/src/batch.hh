@@ -81,8 +81,9 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   void Reset(const Indices& which, const std::optional<std::vector<uint64_t>>& seeds,
              const std::optional<std::vector<uint32_t>>& variants,
              const std::optional<Values>& values);
-  /// The values of each world.
+  /// The values of each world, and of one.
   std::vector<std::vector<double>> ValuesOfAll();
+  std::vector<double> ValuesOf(uint32_t index);
   void Restore(const Indices& which, const Snapshot& from);
   /// See World::Reseed(); with a seed for each world.
   void Reseed(const std::vector<uint64_t>& seeds);

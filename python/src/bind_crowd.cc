@@ -315,6 +315,7 @@ void BindBatch(nb::module_& module) {
            nb::arg("variants").none().noconvert(),
            nb::arg("values").none().noconvert() = nb::none())
       .def("values", &Batch::ValuesOfAll)
+      .def("values_of", &Batch::ValuesOf, nb::arg("index"))
       .def(
           "restore",
           [](Batch& b, const Numbers& which, const Snapshot& from) {

@@ -587,7 +587,7 @@ class Batch(Crowd):
         i = self._index(index)
         recipe = self._recipes[self._core.variants()[i]]
         if recipe.columns:
-            alone = recipe_with(self._core.values()[i], recipe, self._variation.sections(recipe))
+            alone = recipe_with(self._core.values_of(i), recipe, self._variation.sections(recipe))
             world = World._from_recipe(alone._replace(options={**alone.options, "seed": self.seeds[i]}))
             world.restore(self.snapshot(i))
             return world
