@@ -561,7 +561,7 @@ class Batch(Crowd):
         """Puts worlds into states from state(): their time, random numbers, readings and variants are those of then.
 
         They go on as the saved worlds did, to the bit, with the same commands. Random numbers go on as they did in
-        the saved world, so forks of one state have the same noise. Seeds for reset() stay as they are.
+        the saved world, so forks of one state have the same noise. Seeds and values of vary() for reset() stay as they are.
 
             batch.load(batch.state(3))                      # all worlds become forks of world 3
             batch.load(states[best[ids]], ids)              # some of them, each from another row

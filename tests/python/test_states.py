@@ -194,6 +194,31 @@ def test_values_of_vary_belong_to_the_scene() -> None:
         other.load(state)
 
 
+def test_worlds_keep_the_values_of_their_states_until_a_reset() -> None:
+    batch = odd_batch(3)
+    batch.vary("bot.mass", [1, 5, 50])
+    batch.vary("bot.ranger.noise[0]", [0.1, 0.2, 0.3])
+    batch.vary("box.mass", [1, 5, 50])
+    batch.reset()
+    start = batch.state_hashes()
+    batch.cmd[...] = [0.7, 0, 0.2]
+    batch.step(9)
+    state, hashes = batch.state(), batch.state_hashes()
+    batch.step(9)
+    later = batch.state_hashes()
+    batch.load(state[[2, 0, 0]])
+    assert batch.state_hashes() == [hashes[i] for i in (2, 0, 0)]
+    forks = [batch.fork(i) for i in range(3)]
+    batch.step(9)
+    assert batch.state_hashes() == [later[i] for i in (2, 0, 0)]
+    for fork in forks:
+        fork.fleet().cmd[...] = [0.7, 0, 0.2]
+        fork.step(9)
+    assert [fork.state_hash() for fork in forks] == [later[i] for i in (2, 0, 0)]
+    batch.reset()
+    assert batch.state_hashes() == start
+
+
 def test_states_that_do_not_fit_change_nothing(tmp_path: Path) -> None:
     batch, room = odd_batch(3, threads=1), st.Batch("arena.world", n=3, threads=1)
     batch.step(3)
