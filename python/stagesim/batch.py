@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _checks, _contacts, _core, _options, _rays, _states
+from ._batch_arguments import Numbers, device_choice, moves, variant_numbers
 from ._contacts import BatchContacts
 from ._core import Snapshot
 from ._members import Ids, fitted, placed_of, robots_of
@@ -29,8 +30,6 @@ MAX_WORLDS = 2**31
 OWN = ("seed", "threads")  # options of World() that a batch has in another form
 #: State of a batch: a snapshot per world, the failures by index, and the commands or None.
 _States = tuple[list[Snapshot], Mapping[int, str], Union[Floats, None]]
-#: Numbers of worlds or of variants.
-Numbers = npt.NDArray[np.uint32]
 #: Selects worlds: None for all, indices, or a boolean mask of shape (n,).
 Which = Union[None, int, Sequence[int], npt.NDArray[Any]]
 
@@ -110,14 +109,14 @@ class Batch(Crowd):
         n = _checks.integer(n, "the number of worlds", 1, MAX_WORLDS)
         if not prototypes:
             raise ValueError("found no variants, expected one or more")
-        variant = _variants(np.arange(n) % len(prototypes) if variant is None else variant, n, len(prototypes))
+        variant = variant_numbers(np.arange(n) % len(prototypes) if variant is None else variant, n, len(prototypes))
         ids, names = robots_of(prototypes, robots)
         things = placed_of(prototypes, placed)
         threads = _core.count_processors() if threads is None else _options.checked("threads", threads)
         core = _core.Batch([prototype._core for prototype in prototypes],
                            _options.seeds(np.arange(n) if seeds is None else seeds, n).tolist(), variant.tolist(),
                            threads, ids,
-                           _choice_of(device), list(things[1]), branch)
+                           device_choice(device), list(things[1]), branch)
         self._take(core, n, names, [prototype._recipe for prototype in prototypes], ids, things, device,
                    (robots, placed))
 
@@ -272,7 +271,7 @@ class Batch(Crowd):
             raise TypeError("found truth values as seeds, expected whole numbers; ids= chooses worlds")
         else:
             new = _options.seeds(seeds, len(chosen))
-        given = None if variant is None else _variants(variant, len(chosen), len(self._recipes))
+        given = None if variant is None else variant_numbers(variant, len(chosen), len(self._recipes))
         variants = self._take_next_variants(chosen, given)
         values = None
         if variants is not None:
@@ -624,7 +623,7 @@ class Batch(Crowd):
             if self._reads_cuda():
                 return self._core.teleport_on_card(pose, which)
             pose, which = on_host(pose), on_host(which)
-        self._core.teleport(*_moves(pose, which, shape))
+        self._core.teleport(*moves(pose, which, shape))
 
     def place(self, pose: npt.ArrayLike, which: npt.ArrayLike | None = None) -> None:
         """Moves the models of `placed` to other places, without collision tests.
@@ -639,7 +638,7 @@ class Batch(Crowd):
         Raises:
             ValueError: a pose is not finite, or a shape is wrong.
         """
-        self._core.place(self._things, *_moves(pose, which, (self.n, len(self.placed))))
+        self._core.place(self._things, *moves(pose, which, (self.n, len(self.placed))))
 
     @property
     def placed_pose(self) -> Floats:
@@ -685,38 +684,6 @@ class Batch(Crowd):
         return f"<Batch of {self.n} worlds of {len(self)} robots>"
 
 
-def _moves(pose: npt.ArrayLike, which: npt.ArrayLike | None, shape: tuple[int, int]) -> tuple[Floats, Bools]:
-    """Poses of shape (*shape, 3) and a mask of those to move; raises ValueError if one of these is not finite."""
-    mask = np.ascontiguousarray(np.broadcast_to(True if which is None else which, shape), bool)
-    poses = np.ascontiguousarray(np.broadcast_to(pose, (*shape, 3)), np.float64)
-    if not np.isfinite(poses).all() and not np.isfinite(poses[mask]).all():  # the second takes several times as long
-        raise ValueError("found a pose that is not finite")
-    return poses, mask
-
-
-def _choice_of(device: str | None) -> str | None:
-    """The device as after `stage --opencl=`; None: none."""
-    if device is None:
-        return None
-    kind, _, choice = device.partition(":") if isinstance(device, str) else ("", "", "")
-    if kind != "opencl":
-        raise ValueError(f"found the device {device!r}, expected None, \"opencl\", or \"opencl:NAME\" with a name as "
-                         "after stage --opencl=")
-    return choice
-
-
-def _variants(given: npt.ArrayLike, n: int, count: int) -> Numbers:
-    """Numbers of `n` variants, below `count`."""
-    array = np.asarray(given)
-    if array.dtype.kind not in "iu":
-        raise TypeError(f"found variants of the type {array.dtype}, expected whole numbers")
-    if array.shape not in ((), (n,)):
-        raise ValueError(f"found variants of shape {array.shape}, expected ({n},)")
-    if array.size and not (0 <= array.min() and array.max() < count):
-        raise ValueError(f"found a variant outside of 0 to {count - 1}")
-    return np.ascontiguousarray(np.broadcast_to(array, (n,)), np.uint32)
-
-
 def _columns_of(recipe: Recipe) -> tuple[list[tuple[int, int, int]], list[str]]:
     """Models, sensors and places of the numbers of which each world with a recipe has its own, and their properties."""
     return ([(column.model, column.sensor, column.element) for column in recipe.columns],
@@ -742,7 +709,7 @@ def _unpickle_batch(cls: type[Batch], recipes: list[Recipe], seeds: list[int], v
     batch = cls.__new__(cls)
     core = _core.Batch([prototype._core for prototype in prototypes], seeds,
                        [0 if recipes[number].columns else number for number in variants], threads, ids,
-                       _choice_of(device), list(things[1]))
+                       device_choice(device), list(things[1]))
     for number, recipe in enumerate(recipes):
         if recipe.columns:
             core.set_prototype(number, prototypes[number]._core, ids[number], *_columns_of(recipe))
