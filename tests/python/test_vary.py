@@ -303,7 +303,8 @@ def test_columns_share_a_scene(threads: int, ray_model: str, contacts: str) -> N
         worlds[1].step(3)
         fork.step(3)
         copied.step(3)
-        assert {batch.state_hash(0), batch.state_hash(1), copied.state_hash(1), fork.state_hash()} == {worlds[1].state_hash()}
+        hashes = {batch.state_hash(0), batch.state_hash(1), copied.state_hash(1), fork.state_hash()}
+        assert hashes == {worlds[1].state_hash()}
         batch.set_map(2, walls(9))
         for each in (batch, pickle.loads(pickle.dumps(batch)), copied):
             each.reset(3)
@@ -362,7 +363,8 @@ def test_columns_belong_to_worlds_that_leave_the_rows(seed: int) -> None:
     def with_camera(of: Scene) -> Scene:
         first, *others = of.models
         assert isinstance(first, Robot)
-        return dataclasses.replace(of, models=[dataclasses.replace(first, sensors=[*first.sensors, Model(model="camera", properties={"resolution": [8, 6]})]), *others])
+        camera = Model(model="camera", properties={"resolution": [8, 6]})
+        return dataclasses.replace(of, models=[dataclasses.replace(first, sensors=[*first.sensors, camera]), *others])
 
     columns = Columns(4, seed)
     batch = st.Batch.of(with_camera(made(kind)), 4)
@@ -457,7 +459,8 @@ def test_mistakes_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
         ("r*.drive", ["fly"] * 3, ValueError, "vary('r*.drive'): found 'fly' for world 0, expected 'diff' or 'omni' or 'car'"),
         ("r*.velocity_bounds[1]", good, ValueError, "vary('r*.velocity_bounds[1]'): found 0 values of 'velocity_bounds' in the "
          "world file, expected more than 1; give all of them instead"),
-        ("r*.size", np.array([[[.1, .1, .1]], [[.2, .2, .2]], [[.3, .3, .3]]]), ValueError, "vary('r*.size'): found 3 worlds that all differ, expected up to 2 different"),
+        ("r*.size", np.array([.1, .2, .3]).reshape(3, 1, 1) * np.ones(3), ValueError, "vary('r*.size'): found 3 worlds that all "
+         "differ, expected up to 2 different"),
         ("r*.mass", None, ValueError, "vary('r*.mass'): found a name that is not varied, expected one that is"),
     ]
     for name, values, kind, message in mistakes:
