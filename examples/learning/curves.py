@@ -25,12 +25,16 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 EIGHT = ["--world", str(HERE / "eight.world")]
+OTHERS = ("Navigate8", "Navigate32", "Swap", "Cover", "Pursue", "PushT", "Disperse")
 #: Options of ppo.py for each training. It stops above 0.9, so that other episodes give 0.9 as well.
 RUNS = {
     "navigate": ["--until", "0.94", "--steps", "300000"],
     "eight": [*EIGHT, "--until", "0.92", "--envs", "64", "--steps", "6000000"],
     "eight_cuda": [*EIGHT, "--until", "0.94", "--envs", "2048", "--minibatches", "16", "--device", "cuda",
                    "--steps", "100000000"],
+    **{task.lower(): ["--task", task, "--until", "0.9", "--envs", "64", "--steps", "5000000"] for task in OTHERS},
+    **{f"{task.lower()}_cuda": ["--task", task, "--until", "0.9", "--envs", "2048", "--minibatches", "16",
+                                "--device", "cuda", "--steps", "200000000"] for task in OTHERS},
 }
 Row = dict[str, str]
 

@@ -25,7 +25,7 @@ from typing import Any, Union
 
 import torch
 from gymnasium.spaces import Box
-from stagesim.env import StageArrayEnv, Task
+from stagesim.env import Cover, StageArrayEnv, Task
 from torch import Tensor, nn
 
 AnyTask = Union[Task, str, None]
@@ -203,7 +203,8 @@ def score(means: dict[str, float], robots: int = 1) -> float:
 
 def make(options: argparse.Namespace, envs: int, task: AnyTask = None) -> StageArrayEnv:
     """Makes an environment where the policy is: on the host, or on the card."""
-    env = StageArrayEnv(envs, options.world, task or options.task, maps=options.maps,
+    chosen = Cover(image=False) if options.task == "Cover" else options.task
+    env = StageArrayEnv(envs, options.world, task or chosen, maps=options.maps,
                         device="opencl:gpu" if options.device == "cuda" else None)
     space, actions = env.single_observation_space, env.single_action_space
     if not (isinstance(space, Box) and len(space.shape) == 1 and isinstance(actions, Box)):

@@ -23,6 +23,7 @@ import stagesim as st
 
 pytest.importorskip("gymnasium")
 pytest.importorskip("pettingzoo")
+from stagesim.env import TASKS  # noqa: E402
 
 HAS_TORCH = importlib.util.find_spec("torch") is not None
 NEEDS_TORCH = re.compile(r"^(?:import ppo|.*\bppo\.|policy\b)", re.MULTILINE)
@@ -136,6 +137,13 @@ def test_success_improves(ppo: Any, capsys: pytest.CaptureFixture[str]) -> None:
     said = capsys.readouterr().out.splitlines()[-1]
     assert re.search(r"score [\d.]+  [\de.+]+ steps/s \([\de.+]+ in rollouts\)  [\d.]+ s, at most \d+ s left  "
                      r"setup \d+ %, simulation \d+ %, environment \d+ %, policy \d+ %, update \d+ %, evaluation 0 %$", said)
+
+
+@pytest.mark.parametrize("task", sorted(TASKS))
+def test_every_shipped_task_is_taken(ppo: Any, task: str) -> None:
+    """An update with a few worlds has a finite loss."""
+    _, curve = ppo.train(ppo.parsed(["--task", task, "--envs", "2", "--steps", "64"]))
+    assert np.isfinite(curve[0]["loss"])
 
 
 def test_tensors_of_the_environment_are_taken(ppo: Any, monkeypatch: pytest.MonkeyPatch) -> None:
