@@ -255,3 +255,27 @@ def test_futures_on_a_device_equal_those_on_the_host(device: str) -> None:
             for name, array in expected.items():
                 np.testing.assert_array_equal(found[name], array, err_msg=f"{kind}: {name}")
         assert np.isfinite(readings).any()
+
+
+@pytest.mark.parametrize("name", ["Navigate8", "PushT", "own space"])
+def test_environments_on_a_device_equal_those_on_the_host(name: str, device: str) -> None:
+    """A task whose space doesn't ask for its sensors is one of them: they must run before the first step of a device."""
+    pytest.importorskip("gymnasium")
+    from gymnasium.spaces import Box
+    from stagesim import env as stage_env
+
+    class OwnSpace(stage_env.Navigate8):
+        def observation_space(self, scene: stage_env.Scene) -> Box:
+            return Box(-1, 1, (37,), np.float32)
+
+    task = OwnSpace(limit=6) if name == "own space" else stage_env.TASKS[name](limit=6)
+    host, other = (stage_env.StageArrayEnv(3, task=task, device=on, arrays="numpy") for on in (None, device))
+    first, second = host.reset(4), other.reset(4)
+    random = np.random.default_rng(1)
+    for _ in range(15):
+        assert first.tobytes() == second.tobytes() and host.batch.state_hashes() == other.batch.state_hashes()
+        actions = random.uniform(-1, 1, (3, len(host.agents), 2))
+        mine, their = host.step(actions), other.step(actions)
+        assert mine.rewards.tobytes() == their.rewards.tobytes() and np.array_equal(mine.over, their.over)
+        first, second = mine.observations, their.observations
+    assert host.statistics.count >= 6

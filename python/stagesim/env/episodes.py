@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import math
 import os
@@ -114,6 +115,7 @@ class Episodes:
         self._begun = np.zeros(n, np.uint64)  # number of episodes since the seed was set
         self.over = np.ones(n, bool)  #: True for worlds whose episode is over or has not begun, on the host: (n,)
         self._maps = maps
+        self._has_observed = False
         self._returns = self.arrays.zeros((n,))
         self._flags: dict[str, Array] = {}
 
@@ -171,6 +173,10 @@ class Episodes:
         # Few worlds begin at a time, so the host is faster than many small calls of a card.
         for_host = part.for_host()
         starts = self.task.begin(for_host, Randoms(keys))
+        if not self._has_observed:  # asks for sensors before the first step: a device can't make them run later
+            with contextlib.suppress(LookupError):  # notes of began()
+                self.task.observe(part)
+            self._has_observed = True
         if starts is not None:
             self._move(rows, self.arrays.given(starts))
         self.batch.step(ids=ids)
