@@ -23,6 +23,7 @@ import time
 from collections.abc import Sequence
 from typing import Any, Union
 
+import numpy as np
 import torch
 from gymnasium.spaces import Box
 from stagesim.env import Cover, StageArrayEnv, Task
@@ -206,6 +207,9 @@ def make(options: argparse.Namespace, envs: int, task: AnyTask = None) -> StageA
     chosen = Cover(image=False) if options.task == "Cover" else options.task
     env = StageArrayEnv(envs, options.world, task or chosen, maps=options.maps,
                         device="opencl:gpu" if options.device == "cuda" else None)
+    for name, (low, high) in options.vary.items():
+        random = np.random.default_rng([options.seed, *name.encode()])
+        env.vary(name, random.uniform(low, high, envs))
     space, actions = env.single_observation_space, env.single_action_space
     if not (isinstance(space, Box) and len(space.shape) == 1 and isinstance(actions, Box)):
         raise SystemExit(f"found observations {space} and actions {actions}, expected a Box with one axis for each")
@@ -269,7 +273,8 @@ def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
             ("threads", 1, "of PyTorch"), ("report", 10, "updates per line")):
         kind = float if name == "until" else str if default is None else type(default)
         parser.add_argument(f"--{name}", type=kind, default=default, help=f"{meaning} (default: {default})")
-    parser.set_defaults(maps=None)  # for calls from Python: see StageVectorEnv
+    # For calls from Python: see StageVectorEnv; `vary` has the range of a property that differs between worlds, by name.
+    parser.set_defaults(maps=None, vary={})
     parser.add_argument("--profile", action="store_true", help="on a card: phases wait for each other, to time them")
     return parser.parse_args(arguments)
 

@@ -403,3 +403,83 @@ def test_ends_of_episodes_are_the_same_in_both_forms(robots: int) -> None:
     assert sum(bool(array.any()) and not array.all() for array in ends[0]) > 15
     for one, other in zip(*ends):
         assert one.dtype == other.dtype and one.tobytes() == other.tobytes()
+
+
+# ---- mistakes in tasks --------------------------------------------------------------------------
+
+
+class Wrong(stage_env.Navigate):
+    """Navigate with one mistake."""
+
+    def __init__(self, mistake: str) -> None:
+        super().__init__(limit=3)
+        self.mistake = mistake
+
+    def begin(self, scene: stage_env.Scene, randoms: stage_env.Randoms) -> Any:
+        starts = super().begin(scene, randoms)
+        if self.mistake == "note":
+            scene.notes["goal"] = np.zeros((scene.n + 3, 5, 2))
+        return starts[..., :2] if self.mistake == "starts" else starts
+
+    def observe(self, scene: stage_env.Scene) -> Any:
+        return super().observe(scene)[..., :-1] if self.mistake == "seen" else super().observe(scene)
+
+    def judge(self, scene: stage_env.Scene) -> Any:
+        outcome = super().judge(scene)
+        if self.mistake == "missing note":
+            return scene.notes["gaol"]
+        return {"tuple": lambda: (outcome.reward, outcome.terminated),
+                "reward": lambda: stage_env.Outcome(outcome.reward[:, 0], outcome.terminated),
+                "info": lambda: stage_env.Outcome(outcome.reward, outcome.terminated, {"hit": outcome.terminated[:, 0]}),
+                "type": lambda: stage_env.Outcome(outcome.reward, 1.0 * outcome.terminated),
+                }.get(self.mistake, lambda: outcome)()
+
+
+MISTAKES = {
+    "note": r"found the note 'goal' of shape \(5, 5, 2\), expected \(2, 5, 2\): its first axis is the worlds of the scene",
+    "starts": r"found poses of shape \(2, 5, 2\) from Wrong.begin\(\), expected \(2, 5, 3\): x, y and heading of each robot",
+    "seen": r"found observations of shape \(2, 5, 36\) from Wrong.observe\(\), expected \(2, 5, 37\)",
+    "tuple": r"found tuple from Wrong.judge\(\), expected Outcome\(reward, terminated\)",
+    "reward": r"found 'reward' of shape \(2,\) from Wrong.judge\(\), expected \(2, 5\): a value for each robot of each world",
+    "info": r"found 'hit' of shape \(2,\) from Wrong.judge\(\), expected \(2, 5\)",
+    "type": r"found 'terminated' of the type float64 from Wrong.judge\(\), expected bools",
+    "missing note": r"there is no note 'gaol': set scene.notes\['gaol'\] in begin\(\) or prepare\(\)",
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_mistakes_in_tasks_are_named(mistake: str) -> None:
+    env = stage_env.StageArrayEnv(2, "arena.world", Wrong(mistake))
+    with pytest.raises((TypeError, ValueError, KeyError), match=MISTAKES[mistake]):
+        env.reset(1)
+        env.step(np.zeros((2, 5, 2)))
+
+
+def test_mistakes_in_arguments_are_named() -> None:
+    for make, error, text in (
+            (lambda: stage_env.StageArrayEnv(2, stage_env.Navigate()), TypeError, "found the task .*: give it by task="),
+            (lambda: stage_env.StageArrayEnv(2, task=5), TypeError, "found 5 as task"),
+            (lambda: stage_env.StageArrayEnv(2, maps=lambda random: None).reset(), TypeError, r"found None from maps\(\)"),
+            (lambda: stage_env.Task().size(None), NotImplementedError, r"Task lacks size\(\)"),
+            (lambda: scenes.GridMap(np.eye(3).astype(int), 1), ValueError, "found only the numbers 0 and 1")):
+        with pytest.raises(error, match=text):
+            make()
+    env = stage_env.StageArrayEnv(2, "arena.world")
+    env.reset()
+    with pytest.raises(ValueError, match=r"found actions of shape \(5, 2, 2\), expected \(2, 5, 2\), or those of a world"):
+        env.step(np.zeros((5, 2, 2)))
+
+
+def test_info_of_an_episode_that_is_over_is_not_that_of_the_next_one() -> None:
+    """A task may return live arrays of the batch as info."""
+    class Turning(stage_env.Navigate):
+        def judge(self, scene: stage_env.Scene) -> Any:
+            outcome = super().judge(scene)
+            return stage_env.Outcome(outcome.reward, outcome.terminated, {"speed": scene.velocity[..., 2]})
+
+    env = stage_env.StageArrayEnv(3, task=Turning(limit=2))
+    env.reset(1)
+    for _ in range(4):
+        step = env.step(np.ones((3, 1, 2)))
+        assert (step.info["speed"] == 1.5).all()
+    assert step.over.all()

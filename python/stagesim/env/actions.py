@@ -49,8 +49,9 @@ class Actions:
         Raises ValueError or TypeError for actions of the worlds `going` that are not in the space; all others are 0.
         """
         given = self._arrays.given(actions)
-        if math.prod(given.shape) != math.prod(self._shape):
-            raise ValueError(f"found actions of shape {tuple(given.shape)}, expected {self._shape} or as many numbers")
+        n, shape = self._shape[0], tuple(given.shape)
+        if math.prod(shape) != math.prod(self._shape) or (n > 1 and shape[0] != n):
+            raise ValueError(f"found actions of shape {shape}, expected {self._shape}, or those of a world in one axis")
         given = given.reshape(self._shape)
         xp = self._arrays.xp
         if isinstance(self.space, Discrete):

@@ -16,6 +16,7 @@ from gymnasium.error import ResetNeeded
 from gymnasium.spaces import Discrete, Space
 
 from .. import _core
+from .._checks import shown
 from .._scene_variants import MapLike
 from ..batch import Batch
 from ..device_array import DeviceArray
@@ -30,7 +31,7 @@ from .randoms import Randoms, keys_of, mixed
 from .rendering import Renderer, Rendering
 from .scene import Scene
 from .statistics import Statistics
-from .task import Observations, Outcome, Task
+from .task import Observations, Outcome, Task, checked_outcome
 from .tasks import TASKS
 
 #: A task, its class, or the name of a shipped one.
@@ -49,6 +50,8 @@ def task_of(task: AnyTask) -> Task:
             raise ValueError(f"found the task {task!r}, expected one of {', '.join(sorted(TASKS))}")
         return TASKS[task]()
     made = task() if isinstance(task, type) else task
+    if not isinstance(made, Task):
+        raise TypeError(f"found {shown(task)} as task, expected a Task of stagesim.env, its class, or the name of a shipped one")
     if len(inspect.signature(made.begin).parameters) != 2:
         raise TypeError(f"found {type(made).__name__}.begin{inspect.signature(made.begin)}, expected "
                         "begin(scene, randoms), which begins the episodes of all worlds of the scene")
@@ -165,7 +168,7 @@ class Episodes:
         # Seeds stay below 2**63, because some learners keep them as signed integers.
         seeds = mixed(keys ^ _SEED_OF_WORLD) >> np.uint64(1)
         if self._maps is not None:
-            self.batch.set_map(ids, [self._maps(np.random.default_rng(seed)) for seed in seeds.tolist()])
+            self.batch.set_map(ids, [self._made_map(seed) for seed in seeds.tolist()])
         self.batch.reset(seeds, ids=ids)
         self._check(ids)
         rows = None if ids is None else self.arrays.of(ids)
@@ -178,6 +181,9 @@ class Episodes:
                 self.task.observe(part)
             self._has_observed = True
         if starts is not None:
+            if np.shape(starts) != (part.n, part.robots, 3):
+                raise ValueError(f"found poses of shape {np.shape(starts)} from {type(self.task).__name__}.begin(), expected "
+                                 f"{(part.n, part.robots, 3)}: x, y and heading of each robot")
             self._move(rows, self.arrays.given(starts))
         self.batch.step(ids=ids)
         self._check(ids)
@@ -187,6 +193,13 @@ class Episodes:
         self.task.began(for_host)
         self.renderer.show(self.batch)
         return self.observed.checked(self.task.observe(part), part)
+
+    def _made_map(self, seed: int) -> MapLike:
+        assert self._maps is not None
+        made = self._maps(np.random.default_rng(seed))
+        if made is None:
+            raise TypeError("found None from maps(), expected an array, a GridMap or a Scene")
+        return made
 
     def _move(self, rows: Array | None, starts: Array) -> None:
         """Moves the robots of worlds, all of them if `rows` is None, to their start poses."""
@@ -224,7 +237,7 @@ class Episodes:
         self._check(ids)
         self.renderer.show(self.batch)
         scene.note_action(None if ids is None else self.arrays.of(ids))
-        outcome = self.task.judge(scene)
+        outcome = checked_outcome(self.task.judge(scene), scene, type(self.task).__name__)
         ends = self._settle(outcome, going) if self.arrays.is_numpy else self._settle_on_card(outcome, going)
         self.over |= ends.over
         self._note(outcome, ends)
@@ -300,6 +313,8 @@ def _prototype(world: AnyWorld, options: dict[str, Any]) -> World:
         return world
     if isinstance(world, SceneOfFile):
         return World.of(world, threads=1, **options)
+    if isinstance(world, Task) or (isinstance(world, type) and issubclass(world, Task)):
+        raise TypeError(f"found the task {shown(world)} as world: give it by task=")
     assert world is not None
     return World(world, threads=1, **options)
 

@@ -78,7 +78,9 @@ class Observed:
         part = self._parts[name]
         shape = (scene.n, scene.robots, *part.shape)
         if tuple(seen.shape) != shape:
-            raise ValueError(f"found observations {name!r} of shape {tuple(seen.shape)}, expected {shape}")
+            label = f" {name!r}" if name else ""
+            raise ValueError(f"found observations{label} of shape {tuple(seen.shape)} from {self._task}.observe(), expected "
+                             f"{shape}")
         made = part.of_type(scene.xp, seen)
         if part.holds(scene.xp, made):
             return made
@@ -113,7 +115,9 @@ class _Part:
         self._limits = (self.low.item(), self.high.item()) if flat and box.low.size else None
 
     def of_type(self, xp: Any, seen: Array) -> Array:
-        return xp.astype(seen, getattr(xp, self.dtype), copy=False)
+        made = xp.astype(seen, getattr(xp, self.dtype), copy=False)
+        is_live = made is seen and isinstance(made, np.ndarray) and not made.flags.owndata
+        return made.copy() if is_live else made
 
     def holds(self, xp: Any, values: Array) -> bool:
         """True if all values are within the bounds; NaN is not."""

@@ -35,6 +35,8 @@ class Notes(MutableMapping[str, Array]):
         self._for_host = for_host
 
     def __getitem__(self, name: str) -> Array:
+        if name not in self._all:
+            raise KeyError(f"there is no note {name!r}: set scene.notes[{name!r}] in begin() or prepare()")
         found = self._all[name]
         chosen = found if self._rows is None else found[self._rows]
         return on_host(chosen) if self._for_host else chosen
@@ -42,13 +44,17 @@ class Notes(MutableMapping[str, Array]):
     def __setitem__(self, name: str, values: Array) -> None:
         if self._for_host:
             values = self._arrays.of(values)
+        elif self._arrays.is_numpy:
+            values = np.asarray(values)
         if name not in self._all:
             kind = str(values.dtype).rpartition(".")[2]
             self._all[name] = self._arrays.zeros((self._n, *values.shape[1:]), kind)
-        if self._rows is None:
-            self._all[name][...] = values
-        else:
-            self._all[name][self._rows] = values
+        kept = self._all[name]
+        count = kept.shape[0] if self._rows is None else len(self._rows)
+        if tuple(values.shape) not in ((count, *kept.shape[1:]), (1, *kept.shape[1:])):
+            raise ValueError(f"found the note {name!r} of shape {tuple(values.shape)}, expected {(count, *kept.shape[1:])}: "
+                             "its first axis is the worlds of the scene")
+        kept[slice(None) if self._rows is None else self._rows] = values
 
     def __delitem__(self, name: str) -> None:
         del self._all[name]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Sequence, Union
 import numpy as np
 from gymnasium.spaces import Box, Discrete, Space
 
-from .arrays import Array
+from .arrays import Array, wide
 from .randoms import Randoms
 from .scene import Scene
 
@@ -35,6 +35,24 @@ class Outcome:
     reward: Array
     terminated: Array
     info: dict[str, Array] = field(default_factory=dict)
+
+
+def checked_outcome(outcome: Any, scene: Scene, task: str) -> Outcome:
+    """The outcome with copies of its info, because live arrays change when the next episodes begin.
+
+    Raises TypeError or ValueError if it is none, or if an array has a wrong shape or type.
+    """
+    if not isinstance(outcome, Outcome):
+        raise TypeError(f"found {type(outcome).__name__} from {task}.judge(), expected Outcome(reward, terminated)")
+    shape = scene.n, scene.robots
+    named = {"reward": outcome.reward, "terminated": outcome.terminated, **outcome.info}
+    for name, values in named.items():
+        if tuple(getattr(values, "shape", ())) != shape:
+            raise ValueError(f"found {name!r} of shape {tuple(getattr(values, 'shape', ()))} from {task}.judge(), expected "
+                             f"{shape}: a value for each robot of each world")
+    if outcome.terminated.dtype != scene.xp.bool:
+        raise TypeError(f"found 'terminated' of the type {outcome.terminated.dtype} from {task}.judge(), expected bools")
+    return Outcome(outcome.reward, outcome.terminated, {name: wide(values) for name, values in outcome.info.items()})
 
 
 class Task:
@@ -73,7 +91,8 @@ class Task:
 
     def size(self, scene: Scene) -> int:
         """Returns the number of elements of a robot's observation."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} lacks size(), the number of elements of an observation, or "
+                                  "observation_space()")
 
     def observation_space(self, scene: Scene) -> Space[Any]:
         """Returns the space of a robot's observations: a Box, or a Dict of boxes.

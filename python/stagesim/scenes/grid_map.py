@@ -49,7 +49,7 @@ class GridMap:
             if getattr(self, name) is None:
                 raise TypeError(f"GridMap.{name}: found None, expected a value")
         check_fields(self)
-        object.__setattr__(self, "array", _checked_array(self.array))
+        object.__setattr__(self, "array", _checked_array(self.array, self.threshold))
 
     @classmethod
     def from_file(cls, file: str | os.PathLike[str], *, height: float = 1.0, unknown: str = "free") -> GridMap:
@@ -144,7 +144,7 @@ class GridMap:
         return f"<GridMap of {self.shape[0]} x {self.shape[1]} cells of {self.resolution:g} m>"
 
 
-def _checked_array(given: npt.ArrayLike) -> npt.NDArray[np.bool_ | np.int8]:
+def _checked_array(given: npt.ArrayLike, threshold: float) -> npt.NDArray[np.bool_ | np.int8]:
     """A copy of the cells that can't be changed: truth values, or int8 from -1 to 100."""
     expected = "an array of rows and columns, of the type bool or int8"
     try:
@@ -162,6 +162,9 @@ def _checked_array(given: npt.ArrayLike) -> npt.NDArray[np.bool_ | np.int8]:
     if cells.dtype != bool and not (cells.min() >= -1 and cells.max() <= 100):
         raise ValueError(f"GridMap.array: found numbers from {cells.min()} to {cells.max()}, expected -1 (unknown) to "
                          "100; for a picture of 0 to 255, compare it with a threshold")
+    if threshold > 1 and cells.dtype not in (bool, np.int8) and cells.min() >= 0 and cells.max() == 1:
+        raise ValueError("GridMap.array: found only the numbers 0 and 1, which are 0 and 1 percent, expected truth values "
+                         "(array == 1), or probabilities up to 100")
     kept = np.array(cells, bool if cells.dtype == bool else np.int8)
     kept.setflags(write=False)
     return kept
