@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import copy
+import pickle
 import resource
 from typing import Any
 
@@ -483,3 +484,51 @@ def test_info_of_an_episode_that_is_over_is_not_that_of_the_next_one() -> None:
         step = env.step(np.ones((3, 1, 2)))
         assert (step.info["speed"] == 1.5).all()
     assert step.over.all()
+
+
+# ---- latency ------------------------------------------------------------------------------------
+
+
+def test_robots_obey_actions_after_the_delay_of_their_world() -> None:
+    """Each world equals one without latency that is given zeros first, also when episodes begin in between."""
+    delays, task = np.array([0, 3, 1, 12]), stage_env.Navigate(limit=7)
+    late, plain = (stage_env.StageArrayEnv(4, "arena.world", task) for _ in range(2))
+    late.vary("action.delay", delays)
+    assert late.varied["action.delay"].tolist() == delays.tolist()
+    assert np.array_equal(late.reset(1), plain.reset(1))
+    random, given, first = np.random.default_rng(2), [], 0
+    for moment in range(30):
+        given.append(random.uniform(-1, 1, (4, 5, 2)))
+        shifted = np.stack([given[moment - delay][i] if moment - delay >= first else np.zeros((5, 2))
+                            for i, delay in enumerate(delays)])
+        if moment == 11:
+            late = pickle.loads(pickle.dumps(late))
+        mine, other = late.step(given[-1]), plain.step(shifted)
+        assert np.array_equal(mine.observations, other.observations) and np.array_equal(mine.rewards, other.rewards)
+        assert np.array_equal(mine.over, other.over) and mine.over.all() in (False, True)
+        first = moment + 1 if mine.over.all() else first
+    assert first == 28
+    assert late.batch.state_hashes() == plain.batch.state_hashes()
+
+
+def test_latency_of_a_vector_equals_that_of_single_environments() -> None:
+    task = stage_env.Navigate(limit=6)
+    ours = stage_env.StageVectorEnv(3, task=task, action_delay=2)
+    theirs = SyncVectorEnv([lambda: stage_env.StageEnv(task=task, action_delay=2)] * 3)
+    assert np.array_equal(ours.reset(seed=1)[0], theirs.reset(seed=1)[0])
+    ours.action_space.seed(4)
+    for _ in range(20):
+        actions = ours.action_space.sample()
+        assert all(np.array_equal(one, other) for one, other in zip(ours.step(actions)[:4], theirs.step(actions)[:4]))
+    ours.vary("action.delay", np.array([5, 0, 1]))
+    ours.vary("action.delay", None)
+    assert ours.varied == {}
+
+
+@pytest.mark.parametrize(("values", "text"), [
+    (np.zeros((2, 2), int), r"found the shape \(2, 2\), expected \(2,\): a delay for each world"),
+    (np.array([0.5, 1]), "expected whole numbers of actions from 0 to 1000"),
+    (np.array([-1, 1]), "expected whole numbers"), (np.array([0, 1001]), "expected whole numbers")])
+def test_wrong_delays_are_refused(values: Any, text: str) -> None:
+    with pytest.raises(ValueError, match=text):
+        stage_env.StageArrayEnv(2).vary("action.delay", values)

@@ -26,6 +26,7 @@ from ..scenes import Scene as SceneOfFile
 from ..world import World
 from .actions import Actions
 from .arrays import Array, Arrays, on_host
+from .delay import NAME, Delay
 from .observed import Observed
 from .randoms import Randoms, keys_of, mixed
 from .rendering import Renderer, Rendering
@@ -91,6 +92,7 @@ class Episodes:
         n: number of worlds.
         robots, threads, device: as in Batch().
         arrays: "numpy" or "torch"; None: PyTorch if the worlds are in the memory of a CUDA device, else NumPy.
+        action_delay: the number of actions after which an action is obeyed.
         clip_actions: whether actions outside -1 to 1 are clipped and counted; False: they are errors.
         maps: makes the map, or the scene, of a world at the begin of each episode; None: maps stay.
         rendering: mode and size of pictures.
@@ -99,7 +101,8 @@ class Episodes:
 
     def __init__(self, world: AnyWorld, task: AnyTask, n: int, *, robots: str | None, threads: int | None,
                  options: dict[str, Any], device: str | None = None, arrays: str | None = None,
-                 maps: MakeMap | None = None, clip_actions: bool = False, rendering: Rendering = Rendering()) -> None:
+                 maps: MakeMap | None = None, action_delay: int = 0, clip_actions: bool = False,
+                 rendering: Rendering = Rendering()) -> None:
         self.task = task_of(task)
         prototype = _prototype(self.task.world if world is None else world, options)
         self.batch = Batch.of(prototype, n, threads=threads, robots=robots, device=device,
@@ -112,6 +115,7 @@ class Episodes:
         self._connect()
         self.task.prepare(self.scene)
         self.observed = Observed(self.task.observation_space(self.scene), self.scene, type(self.task).__name__)
+        self.delay = Delay(self.scene, action_delay)  #: latency of commands
         self.actions = Actions(self.task.action_space(self.scene), self.scene, clip_actions)
         n = self.batch.n
         self._seeds = np.random.SeedSequence().generate_state(n, np.uint64)
@@ -190,6 +194,7 @@ class Episodes:
         self.scene.note_begin(rows)
         self._returns[slice(None) if rows is None else rows] = 0
         self.over[chosen] = False
+        self.delay.begin(chosen)
         self.task.began(for_host)
         self.renderer.show(self.batch)
         return self.observed.checked(self.task.observe(part), part)
@@ -232,7 +237,7 @@ class Episodes:
         scene = self.scene
         ids = None if going.all() else np.flatnonzero(going)
         speeds = self.task.command(scene, self.actions.checked(actions, going))
-        self._commands[...] = scene.xp.where(scene.live[..., None], speeds, 0.0)
+        self._commands[...] = scene.xp.where(scene.live[..., None], self.delay.passed(speeds), 0.0)
         self.batch.step(self.task.steps, ids=ids)
         self._check(ids)
         self.renderer.show(self.batch)
@@ -285,6 +290,16 @@ class Episodes:
             rows = self.arrays.of(np.flatnonzero(ends.over))
             rates = {name: on_host(flags[rows]).mean(1) for name, flags in self._flags.items()}
             self.statistics.add(returns=on_host(self._returns[rows]), lengths=on_host(self.scene.actions[rows]), **rates)
+
+    def vary(self, name: str, values: npt.ArrayLike | None) -> None:
+        """Gives a property, or the latency of actions, another value in each world: see StageVectorEnv.vary()."""
+        self.delay.set(values) if name == NAME else self.batch.vary(name, values)
+
+    @property
+    def varied(self) -> dict[str, npt.NDArray[Any]]:
+        """The values that vary() was given, by name: copies."""
+        delays = self.delay.values
+        return {**self.batch.varied, **({NAME: delays} if delays.any() else {})}
 
     @property
     def returns(self) -> Array:

@@ -45,10 +45,9 @@ class StageParallelEnv(ParallelEnv[str, Any, npt.NDArray[Any]]):
 
     def __init__(self, world: AnyWorld = None, task: AnyTask = "Navigate", *, robots: str | None = None,
                  threads: int = 1, render_mode: str | None = None, render_size: tuple[int, int] = (640, 480),
-                 maps: MakeMap | None = None, clip_actions: bool = False, **options: Any) -> None:
+                 maps: MakeMap | None = None, action_delay: int = 0, clip_actions: bool = False, **options: Any) -> None:
         episodes = Episodes(world, task, 1, robots=robots, threads=threads, options=options, maps=maps,
-                            clip_actions=clip_actions,
-                            rendering=Rendering(render_mode, render_size))
+                            action_delay=action_delay, clip_actions=clip_actions, rendering=Rendering(render_mode, render_size))
         self._episodes: Episodes | None = episodes
         self.metadata = {"name": "stage_v0", "render_modes": list(MODES), "render_fps": episodes.fps}
         self.render_mode = render_mode

@@ -48,10 +48,10 @@ class StageArrayEnv:
 
     def __init__(self, num_envs: int, world: AnyWorld = None, task: AnyTask = "Navigate", *, robots: str | None = None,
                  threads: int | None = None, device: str | None = None, arrays: str | None = None,
-                 maps: MakeMap | None = None, clip_actions: bool = False, render_size: tuple[int, int] = (640, 480),
-                 **options: Any) -> None:
+                 maps: MakeMap | None = None, action_delay: int = 0, clip_actions: bool = False,
+                 render_size: tuple[int, int] = (640, 480), **options: Any) -> None:
         self._episodes = Episodes(world, task, num_envs, robots=robots, threads=threads, options=options, device=device,
-                                  arrays=arrays, maps=maps, clip_actions=clip_actions,
+                                  arrays=arrays, maps=maps, action_delay=action_delay, clip_actions=clip_actions,
                                   rendering=Rendering(None, render_size))
         self.num_envs = self._episodes.batch.n
         self.task = self._episodes.task  #: the task of the robots
@@ -98,8 +98,13 @@ class StageArrayEnv:
                          {name: copied(values) for name, values in moment.info.items()})
 
     def vary(self, name: str, values: npt.ArrayLike | None) -> None:
-        """Gives a property another value in each world, from its next episode on: see Batch.vary()."""
-        self.batch.vary(name, values)
+        """Gives a property another value in each world, from its next episode on: see StageVectorEnv.vary()."""
+        self._episodes.vary(name, values)
+
+    @property
+    def varied(self) -> dict[str, npt.NDArray[Any]]:
+        """The values that vary() was given, by name: copies."""
+        return self._episodes.varied
 
     def set_map(self, ids: Which, map: MapLike | list[MapLike]) -> None:
         """Gives worlds another map, or another scene, from their next episodes on: see Batch.set_map()."""

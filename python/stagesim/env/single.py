@@ -43,6 +43,7 @@ class StageEnv(gymnasium.Env[Any, npt.NDArray[Any]]):
         render_size: width and height of pictures, pixels.
         maps: a function that is called with a generator of NumPy at the begin of each episode and returns its map, or
             its scene, as in Batch.set_map(); None: the map stays.
+        action_delay: latency: the number of actions after which an action is obeyed, 0 to 1000.
         clip_actions: True: actions outside -1 to 1 are clipped, and `clipped` counts them. False: they are errors.
         options: options of World() but `seed` and `threads`.
 
@@ -59,9 +60,9 @@ class StageEnv(gymnasium.Env[Any, npt.NDArray[Any]]):
 
     def __init__(self, world: AnyWorld = None, task: AnyTask = "Navigate", *, robots: str | None = None,
                  threads: int = 1, render_mode: str | None = None, render_size: tuple[int, int] = (640, 480),
-                 maps: MakeMap | None = None, clip_actions: bool = False, **options: Any) -> None:
+                 maps: MakeMap | None = None, action_delay: int = 0, clip_actions: bool = False, **options: Any) -> None:
         self._episodes: Episodes | None = Episodes(
-            world, task, 1, robots=robots, threads=threads, options=options, maps=maps,
+            world, task, 1, robots=robots, threads=threads, options=options, maps=maps, action_delay=action_delay,
             clip_actions=clip_actions,
             rendering=Rendering(render_mode, render_size))
         self.metadata = {"render_modes": list(MODES), "render_fps": self._episodes.fps}

@@ -60,6 +60,7 @@ class StageVectorEnv(VectorEnv[Any, Any, Any]):
             that end, as of gymnasium.wrappers.vector.RecordEpisodeStatistics. `statistics` is there without it.
         render_mode, render_size: as in StageEnv().
         render_worlds: number of worlds that a window shows side by side.
+        action_delay: latency: the number of actions after which an action is obeyed, 0 to 1000.
         clip_actions: as in StageEnv().
 
     Raises the errors of StageEnv(), and TypeError or ValueError for an invalid reset_mask.
@@ -67,12 +68,12 @@ class StageVectorEnv(VectorEnv[Any, Any, Any]):
 
     def __init__(self, num_envs: int = 1, world: AnyWorld = None, task: AnyTask = "Navigate", *,
                  robots: str | None = None, threads: int | None = None, autoreset_mode: AutoresetMode | str = "NextStep",
-                 device: str | None = None, arrays: str | None = None, maps: MakeMap | None = None,
+                 device: str | None = None, arrays: str | None = None, maps: MakeMap | None = None, action_delay: int = 0,
                  episode_info: bool = False, render_mode: str | None = None, render_size: tuple[int, int] = (640, 480),
                  render_worlds: int = 1, clip_actions: bool = False, **options: Any) -> None:
         self.autoreset_mode = AutoresetMode(autoreset_mode)  #: how episodes are reset
         episodes = Episodes(world, task, num_envs, robots=robots, threads=threads, options=options, device=device,
-                            arrays=arrays, maps=maps, clip_actions=clip_actions,
+                            arrays=arrays, maps=maps, action_delay=action_delay, clip_actions=clip_actions,
                             rendering=Rendering(render_mode, render_size, render_worlds))
         self._episodes: Episodes | None = episodes
         self.metadata = {"render_modes": list(MODES), "render_fps": episodes.fps,
@@ -146,13 +147,16 @@ class StageVectorEnv(VectorEnv[Any, Any, Any]):
         return copied(self._last), rewards, moment.ends.worlds_terminated, moment.ends.worlds_truncated, infos
 
     def vary(self, name: str, values: npt.ArrayLike | None) -> None:
-        """Gives a property another value in each world, from its next episode on: see Batch.vary()."""
-        opened(self._episodes).batch.vary(name, values)
+        """Gives a property another value in each world, from its next episode on: see Batch.vary().
+
+        "action.delay" is the latency of actions: `values` has a number of actions for each world, shape (num_envs,).
+        """
+        opened(self._episodes).vary(name, values)
 
     @property
     def varied(self) -> dict[str, npt.NDArray[Any]]:
         """The values that vary() was given, by name: copies."""
-        return opened(self._episodes).batch.varied
+        return opened(self._episodes).varied
 
     def set_map(self, ids: Which, map: MapLike | list[MapLike]) -> None:
         """Gives worlds another map, or another scene, from their next episodes on: see Batch.set_map()."""
