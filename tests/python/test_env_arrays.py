@@ -532,3 +532,18 @@ def test_latency_of_a_vector_equals_that_of_single_environments() -> None:
 def test_wrong_delays_are_refused(values: Any, text: str) -> None:
     with pytest.raises(ValueError, match=text):
         stage_env.StageArrayEnv(2).vary("action.delay", values)
+
+
+def test_pictures_mark_the_goals() -> None:
+    env = stage_env.StageEnv(render_mode="rgb_array", render_size=(300, 300))
+    before = env.render()
+    env.reset(seed=1)
+    scene, pixels = env._episodes.scene, env.render()
+    x, y, scale = scene.batch._core.fit(0, 300, 300)
+    goal = scene.notes["goal"][0, 0]
+    row, column = round(150 - (goal[1] - y) * scale), round(150 + (goal[0] - x) * scale)
+    assert tuple(pixels[row, column]) == (200, 30, 30)
+    red = (pixels == (200, 30, 30)).all(2)
+    rows, columns = np.nonzero(red)
+    assert 10 < red.sum() < 60 and abs(rows.mean() - row) < 1 and abs(columns.mean() - column) < 1
+    assert not (before == (200, 30, 30)).all(2).any()

@@ -21,7 +21,8 @@ from .._scene_variants import MapLike
 from ..batch import Batch
 from ..device_array import DeviceArray
 from ..errors import StageError
-from ..fleet import Bools
+from ..fleet import Bools, Floats
+from ..pictures import Pixels
 from ..scenes import Scene as SceneOfFile
 from ..world import World
 from .actions import Actions
@@ -196,7 +197,7 @@ class Episodes:
         self.over[chosen] = False
         self.delay.begin(chosen)
         self.task.began(for_host)
-        self.renderer.show(self.batch)
+        self.renderer.show(self.batch, self._marks)
         return self.observed.checked(self.task.observe(part), part)
 
     def _made_map(self, seed: int) -> MapLike:
@@ -240,7 +241,7 @@ class Episodes:
         self._commands[...] = scene.xp.where(scene.live[..., None], self.delay.passed(speeds), 0.0)
         self.batch.step(self.task.steps, ids=ids)
         self._check(ids)
-        self.renderer.show(self.batch)
+        self.renderer.show(self.batch, self._marks)
         scene.note_action(None if ids is None else self.arrays.of(ids))
         outcome = checked_outcome(self.task.judge(scene), scene, type(self.task).__name__)
         ends = self._settle(outcome, going) if self.arrays.is_numpy else self._settle_on_card(outcome, going)
@@ -300,6 +301,19 @@ class Episodes:
         """The values that vary() was given, by name: copies."""
         delays = self.delay.values
         return {**self.batch.varied, **({NAME: delays} if delays.any() else {})}
+
+    def picture(self, index: int) -> Pixels:
+        """Renders world `index`."""
+        return self.renderer.picture(self.batch, index, self._marks)
+
+    def mosaic(self, most: int) -> Pixels:
+        """Renders the first worlds side by side."""
+        return self.renderer.mosaic(self.batch, range(min(most, self.batch.n)), self._marks)
+
+    def _marks(self, index: int) -> Floats:
+        """The places that the task marks in world `index`, shape (k, 2); none before its first episode."""
+        found = self.task.marks(self.scene.part(self.arrays.of([index]))) if self._has_observed else None
+        return np.zeros((0, 2)) if found is None else on_host(found).reshape(-1, 2)
 
     @property
     def returns(self) -> Array:

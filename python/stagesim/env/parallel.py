@@ -124,7 +124,7 @@ class StageParallelEnv(ParallelEnv[str, Any, npt.NDArray[Any]]):
     def render(self) -> Pixels | None:
         """Returns a picture as World.render() does if render_mode is "rgb_array", else None."""
         episodes = opened(self._episodes)
-        return episodes.renderer.picture(episodes.batch, 0) if self.render_mode == "rgb_array" else None
+        return episodes.picture(0) if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:
         """Frees the world and closes the window."""

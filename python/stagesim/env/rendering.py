@@ -6,16 +6,22 @@ from __future__ import annotations
 import importlib.util
 import math
 from dataclasses import dataclass
-from typing import Any, Sequence
+from typing import Any, Callable, Sequence
 
 import numpy as np
 from gymnasium.error import DependencyNotInstalled
 
 from ..batch import Batch
+from ..fleet import Floats
 from ..pictures import Pixels
 
 #: The available render modes; "human" needs pygame.
 MODES = ("human", "rgb_array") if importlib.util.find_spec("pygame") else ("rgb_array",)
+
+
+#: The places that a task marks in a world: x, y, metres, shape (k, 2), by the number of the world.
+Marks = Callable[[int], Floats]
+MARK = (200, 30, 30)  # the colour of crosses
 
 
 @dataclass(frozen=True)
@@ -54,11 +60,11 @@ class Renderer:
         self._fps = fps
         self._window = _Window(rendering.size, fps) if rendering.mode == "human" else None
 
-    def picture(self, batch: Batch, index: int) -> Pixels:
-        """Renders world `index`."""
-        return batch.render(index, *self._rendering.size)
+    def picture(self, batch: Batch, index: int, marks: Marks) -> Pixels:
+        """Renders world `index`, with crosses at the marks of its task."""
+        return _marked(batch, index, *self._rendering.size, marks(index))
 
-    def mosaic(self, batch: Batch, worlds: Sequence[int]) -> Pixels:
+    def mosaic(self, batch: Batch, worlds: Sequence[int], marks: Marks) -> Pixels:
         """Renders worlds side by side, in rows from the top, in a picture of the usual size."""
         width, height = self._rendering.size
         columns = math.ceil(math.sqrt(len(worlds)))
@@ -69,14 +75,14 @@ class Renderer:
             row, column = divmod(number, columns)
             top, left = ys[row], xs[column]
             tile = whole[top:ys[row + 1], left:xs[column + 1]]
-            tile[...] = batch.render(world, tile.shape[1], tile.shape[0])
+            tile[...] = _marked(batch, world, tile.shape[1], tile.shape[0], marks(world))
         return whole
 
-    def show(self, batch: Batch) -> None:
+    def show(self, batch: Batch, marks: Marks) -> None:
         """Shows the first worlds in the window, if there is one."""
         if self._window is not None:
             count = min(self._rendering.worlds, batch.n)
-            self._window.show(self.picture(batch, 0) if count == 1 else self.mosaic(batch, range(count)))
+            self._window.show(self.picture(batch, 0, marks) if count == 1 else self.mosaic(batch, range(count), marks))
 
     def close(self) -> None:
         """Closes the window."""
@@ -88,6 +94,22 @@ class Renderer:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__init__(state["_rendering"], state["_fps"])  # type: ignore[misc]
+
+
+def _marked(batch: Batch, index: int, width: int, height: int, marks: Floats) -> Pixels:
+    """Renders a world from above, with crosses at places: x, y, metres, shape (k, 2)."""
+    x, y, scale = batch._core.fit(batch._index(index), width, height)
+    pixels = batch.render(index, width, height, center=(x, y), scale=scale)
+    columns = np.rint(width / 2 + (marks[:, 0] - x) * scale)
+    rows = np.rint(height / 2 - (marks[:, 1] - y) * scale)
+    arm = max(2, min(width, height) // 100)
+    for row, column in zip(rows.tolist(), columns.tolist()):
+        if arm <= row < height - arm and arm <= column < width - arm:
+            i, j = int(row), int(column)
+            for step in range(-arm, arm + 1):
+                pixels[i + step:i + step + 2, j + step:j + step + 2] = MARK
+                pixels[i + step:i + step + 2, j - step:j - step + 2] = MARK
+    return pixels
 
 
 class _Window:

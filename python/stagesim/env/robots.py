@@ -112,4 +112,4 @@ class StageArrayEnv:
 
     def mosaic(self, worlds: int = 16) -> Pixels:
         """Returns one picture of size `render_size` that shows the first worlds side by side."""
-        return self._episodes.renderer.mosaic(self.batch, range(min(worlds, self.num_envs)))
+        return self._episodes.mosaic(worlds)

@@ -100,7 +100,7 @@ class StageEnv(gymnasium.Env[Any, npt.NDArray[Any]]):
     def render(self) -> Pixels | None:  # type: ignore[override]
         """Returns a picture as World.render() does if render_mode is "rgb_array", else None."""
         episodes = opened(self._episodes)
-        return episodes.renderer.picture(episodes.batch, 0) if self.render_mode == "rgb_array" else None
+        return episodes.picture(0) if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:
         """Frees the world and closes the window."""

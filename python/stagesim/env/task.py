@@ -137,6 +137,10 @@ class Task:
         """
         raise NotImplementedError
 
+    def marks(self, scene: Scene) -> Array | None:
+        """Returns places that pictures mark with crosses, such as goals: x, y, metres, shape (n, k, 2); None: none."""
+        return None
+
     def command(self, scene: Scene, actions: Array) -> Array:
         """Converts actions to speeds forwards, to the left (m/s) and turning (rad/s): shape (n, robots, 3).
 

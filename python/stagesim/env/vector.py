@@ -167,12 +167,11 @@ class StageVectorEnv(VectorEnv[Any, Any, Any]):
         episodes = opened(self._episodes)
         if self.render_mode != "rgb_array":
             return None
-        return tuple(episodes.renderer.picture(episodes.batch, i) for i in range(self.num_envs))
+        return tuple(episodes.picture(i) for i in range(self.num_envs))
 
     def mosaic(self, worlds: int = 16) -> Pixels:
         """Returns one picture of size `render_size` that shows the first worlds side by side."""
-        episodes = opened(self._episodes)
-        return episodes.renderer.mosaic(episodes.batch, range(min(worlds, self.num_envs)))
+        return opened(self._episodes).mosaic(worlds)
 
     def to_sb3(self) -> Any:
         """Makes a vector environment of Stable-Baselines3: see stagesim.env.to_sb3()."""

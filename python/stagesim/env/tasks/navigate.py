@@ -52,6 +52,9 @@ class Navigate(Task):
         return joined(towards(scene, scene.notes["goal"], self.far), speeds(scene, self.top_speed),
                       free_space(scene, self.reach))
 
+    def marks(self, scene: Scene) -> Array:
+        return scene.notes["goal"]
+
     def judge(self, scene: Scene) -> Outcome:
         distance = distance_to(scene.pose, scene.notes["goal"])
         there = distance <= self.goal_radius
