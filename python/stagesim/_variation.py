@@ -282,7 +282,7 @@ def recipe_with(values: Sequence[float], recipe: Recipe, sections: Sections) -> 
         place = column.section, column.property
         if place not in texts:
             count = sum((each.section, each.property) == place for each in recipe.columns)
-            own = sections.texts_of(*place)
+            own = list(sections.texts_of(*place)) or _DEFAULTS.get(column.property, [])
             texts[place] = own + ["0"] * (max(count, column.element + 1) - len(own))
         while len(texts[place]) <= column.element:
             texts[place].append("0")
@@ -290,6 +290,10 @@ def recipe_with(values: Sequence[float], recipe: Recipe, sections: Sections) -> 
     settings = [f"#{section}.{name}={'[' + ' '.join(each) + ']' if len(each) > 1 else each[0]}"
                 for (section, name), each in texts.items()]
     return recipe._replace(varied=(*recipe.varied, *settings), columns=())
+
+
+#: Texts of properties that have several numbers and are not in the file, of which one is given.
+_DEFAULTS = {"noise": ["0"] * 3}
 
 
 def _parts(name: str) -> tuple[str, str, int | None]:
@@ -423,8 +427,7 @@ def _texts(varied: Varied, i: int, j: int, own: list[str] | None, sections: Sect
         return texts, varied.is_tuple or len(texts) > 1
     texts = list(own) if own else [each if _is_number(each) else f'"{each}"'
                                         for each in sections.texts(target, varied.property)]
-    if not texts and varied.property == "noise":
-        texts = ["0"] * 3
+    texts = texts or list(_DEFAULTS.get(varied.property, []))
     if varied.index >= len(texts):
         raise ValueError(f"vary({name!r}): found {len(texts)} values of {varied.property!r} in the world file, expected "
                          f"more than {varied.index}; give all of them instead")

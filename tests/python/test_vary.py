@@ -508,3 +508,19 @@ def test_worlds_on_a_device_vary() -> None:
     there.vary("r*.mass", [1., 2, 3, 4])
     there.reset(3)
     check(there, [flat(mass) for mass in (1., 2, 3, 4)])
+
+
+def test_forks_have_values_of_which_the_file_has_none() -> None:
+    """Rangers of arena.world have no noise, and only one of its numbers is given."""
+    batch = st.Batch("arena.world", 3)
+    batch.vary("ranger.noise[0]", np.array([0.01, 0.02, 0]))
+    batch.reset([1, 2, 3])
+    assert batch.ranger(0).ranges.shape == (3, 5, 32)
+    batch.step(3)
+    forks = [batch.fork(i) for i in range(3)]
+    assert [fork.state_hash() for fork in forks] == batch.state_hashes()
+    assert [world.state_hash() for world in pickle.loads(pickle.dumps(forks))] == batch.state_hashes()
+    for fork in forks:
+        fork.step(4)
+    batch.step(4)
+    assert [fork.state_hash() for fork in forks] == batch.state_hashes()
