@@ -109,7 +109,7 @@ class Episodes:
         self.batch = Batch.of(prototype, n, threads=threads, robots=robots, device=device,
                               placed=self.task.placed)
         self.arrays = Arrays(arrays, self.batch.pose)
-        self.scene = Scene(self.batch, prototype, self.arrays, self.task.ranges)
+        self.scene = Scene(self.batch, prototype, self.task.ranges, self.arrays)
         self.fps = 1 / (prototype.dt * self.task.steps)  #: actions per second of simulated time
         self.renderer = Renderer(rendering, self.fps)
         self.statistics = Statistics()  #: of the last episodes

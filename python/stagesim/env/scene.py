@@ -83,7 +83,8 @@ class Scene:
         notes: the task's own arrays by name; see Notes.
     """
 
-    def __init__(self, batch: Batch, world: World, arrays: Arrays, ranges: str = "ranger.ranges") -> None:
+    def __init__(self, batch: Batch, world: World, ranges: str = "ranger.ranges", arrays: Arrays | None = None) -> None:
+        arrays = arrays or Arrays(None, batch.pose)
         self.batch = batch
         self.world = world
         self.arrays = arrays
