@@ -32,7 +32,7 @@ RUNS = {
     "eight": [*EIGHT, "--until", "0.92", "--envs", "64", "--steps", "6000000"],
     "eight_cuda": [*EIGHT, "--until", "0.94", "--envs", "2048", "--minibatches", "16", "--device", "cuda",
                    "--steps", "100000000"],
-    **{task.lower(): ["--task", task, "--until", "0.9", "--envs", "64", "--steps", "5000000"] for task in OTHERS},
+    **{task.lower(): ["--task", task, "--until", "0.9", "--envs", "64", "--steps", "2000000"] for task in OTHERS},
     **{f"{task.lower()}_cuda": ["--task", task, "--until", "0.9", "--envs", "2048", "--minibatches", "16",
                                 "--device", "cuda", "--steps", "200000000"] for task in OTHERS},
 }
