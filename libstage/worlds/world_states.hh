@@ -3,12 +3,12 @@
 // States of closed worlds of a pool as words, which clients may store, copy and load into any world
 // of a pool with the same scene. A state begins with a head:
 //
-//   0   key of the variant, see WorldStates()
-//   1   checksum of all other words of the state
-//   2   layout of the row, see rows::RowWords
-//   3   number of words of the state, and in the highest bit whether the world was reseeded
-//   4   number of subscriptions
-//   5   ids of the models that clients have subscribed to, two in a word; then the words of the row
+//   Word 0 is the key of the variant, see WorldStates().
+//   Word 1 is the checksum of all other words of the state.
+//   Word 2 is the layout of the row, see rows::RowWords.
+//   Word 3 is the number of words of the state. Its highest bit says whether the world was
+//   reseeded. Word 4 is the number of subscriptions. From word 5 on are the ids of the models that
+//   clients have subscribed to, two in a word. The words of the row follow.
 
 #ifndef STAGE_WORLDS_WORLD_STATES_HH
 #define STAGE_WORLDS_WORLD_STATES_HH

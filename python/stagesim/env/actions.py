@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.spaces import Box, Discrete, MultiDiscrete, Space
 
 from ..fleet import Bools
-from .arrays import Array, on_host
+from .arrays import Array, are_within, on_host
 from .scene import Scene
 
 
@@ -35,6 +35,11 @@ class Actions:
         self._arrays = scene.arrays
         self._shape = (scene.n, scene.robots, *space.shape)
         self._names = scene.batch.names
+
+    @property
+    def is_discrete(self) -> bool:
+        """True if actions are numbers of choices."""
+        return isinstance(self.space, Discrete)
 
     def of_team(self) -> Space[Any]:
         """The space of all robots of a world together."""
@@ -62,7 +67,7 @@ class Actions:
         else:
             given = xp.astype(given, xp.float64, copy=False)
             low, high = -1, 1
-        if _are_within(xp, given, low, high):
+        if are_within(given, low, high):
             return given
         return self._of_going(given, going, low, high)
 
@@ -74,19 +79,12 @@ class Actions:
         count = int(xp.sum(xp.astype(wrong, xp.int64)))
         if count == 0:
             return given
-        finite = isinstance(self.space, Discrete) or bool(xp.all(xp.isfinite(given)))
-        if not self._clips or isinstance(self.space, Discrete) or not finite:
+        finite = self.is_discrete or bool(xp.all(xp.isfinite(given)))
+        if not self._clips or self.is_discrete or not finite:
             place = np.argwhere(on_host(wrong))[0].tolist()
             value = on_host(given)[tuple(place)]
             raise ValueError(f"found the action {value:g} of {self._names[place[1]]} in world {place[0]}, expected {low} "
                              f"to {high}" + ("; clip it, or make the environment with clip_actions=True"
-                                             if finite and not isinstance(self.space, Discrete) else ""))
+                                             if finite and not self.is_discrete else ""))
         self.clipped += count
         return xp.clip(given, low, high)
-
-
-def _are_within(xp: Any, values: Array, low: float, high: float) -> bool:
-    """True if all values are from `low` to `high`; NaN is not."""
-    if isinstance(values, np.ndarray):
-        return bool(values.size == 0 or (values.min() >= low and values.max() <= high))
-    return bool(xp.all((values >= low) & (values <= high)))

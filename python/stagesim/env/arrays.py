@@ -105,6 +105,13 @@ def copied(seen: Any) -> Any:
     return made
 
 
+def are_within(values: Array, low: float, high: float) -> bool:
+    """True if all values are from `low` to `high`; NaN is not."""
+    if isinstance(values, np.ndarray):
+        return bool(values.size == 0 or (values.min() >= low and values.max() <= high))
+    return bool(((values >= low) & (values <= high)).all())
+
+
 def put(seen: Any, rows: Any, values: Any) -> None:
     """Writes rows of an array, or of arrays by name."""
     if isinstance(seen, dict):

@@ -13,7 +13,6 @@ from typing import Any, Callable, Union
 import numpy as np
 import numpy.typing as npt
 from gymnasium.error import ResetNeeded
-from gymnasium.spaces import Discrete, Space
 
 from .. import _core
 from .._checks import shown
@@ -346,8 +345,3 @@ def _prototype(world: AnyWorld, options: dict[str, Any]) -> World:
         raise TypeError(f"found the task {shown(world)} as world: give it by task=")
     assert world is not None
     return World(world, threads=1, **options)
-
-
-def is_discrete(space: Space[Any]) -> bool:
-    """True if actions are numbers of choices."""
-    return isinstance(space, Discrete)

@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium.spaces import Box, Dict, Space
 from gymnasium.vector.utils import batch_space
 
-from .arrays import Array, on_host
+from .arrays import Array, are_within, on_host
 from .scene import Scene
 from .task import Observations
 
@@ -123,7 +123,4 @@ class _Part:
         """True if all values are within the bounds; NaN is not."""
         if self._limits is None:
             return bool(xp.all((values >= self.low) & (values <= self.high)))
-        low, high = self._limits
-        if isinstance(values, np.ndarray):
-            return bool(values.size == 0 or (values.min() >= low and values.max() <= high))
-        return bool(xp.all((values >= low) & (values <= high)))
+        return are_within(values, *self._limits)

@@ -14,7 +14,7 @@ from pettingzoo import ParallelEnv
 
 from .._options import checked
 from ..pictures import Pixels
-from .episodes import AnyTask, AnyWorld, Episodes, MakeMap, is_discrete, opened
+from .episodes import AnyTask, AnyWorld, Episodes, MakeMap, opened
 from .rendering import MODES, Rendering
 
 Step = tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool],
@@ -25,8 +25,8 @@ class StageParallelEnv(ParallelEnv[str, Any, npt.NDArray[Any]]):
     """A PettingZoo parallel environment of one world, in which each robot is an agent.
 
     The agents have the names of the robots. Usually each observes a Box of shape (size,) and acts by a Box of shape
-    (numbers,) from -1 to 1, both float32; a task may have other spaces. A terminated agent leaves `agents` for the rest of the episode and
-    stands still. After the task's `limit` of actions, all remaining agents are truncated.
+    (numbers,) from -1 to 1, both float32; a task may have other spaces. A terminated agent leaves `agents` for the rest of
+    the episode and stands still. After the task's `limit` of actions, all remaining agents are truncated.
 
     Seeds work as in StageEnv. step() takes actions of exactly the agents in `agents` and returns dictionaries
     with exactly these keys. All returned arrays are copies.
@@ -96,11 +96,11 @@ class StageParallelEnv(ParallelEnv[str, Any, npt.NDArray[Any]]):
         if not agents:
             return {}, {}, {}, {}, {}
         space = episodes.actions.space
-        given = np.zeros((len(self._rows), *(space.shape or ())), np.int64 if is_discrete(space) else np.float64)
+        given = np.zeros((len(self._rows), *(space.shape or ())), np.int64 if episodes.actions.is_discrete else np.float64)
         for agent, action in actions.items():
             if np.shape(action) != given.shape[1:]:
                 raise ValueError(f"found an action of shape {np.shape(action)}, expected {given.shape[1:]}")
-            if is_discrete(space) and np.asarray(action).dtype.kind not in "iu":
+            if episodes.actions.is_discrete and np.asarray(action).dtype.kind not in "iu":
                 raise TypeError(f"found the action {action!r} of {agent}, expected a whole number, which is a choice")
             given[self._rows[agent]] = action
         moment = episodes.step(given, self._all)

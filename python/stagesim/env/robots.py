@@ -95,7 +95,7 @@ class StageArrayEnv:
             seen = copied(final)
             put(seen, episodes.arrays.of(np.flatnonzero(moment.ends.over)), episodes.begin(moment.ends.over))
         return ArrayStep(seen, moment.ends.rewards, moment.ends.terminated, moment.ends.truncated, took_part, final, moment.ends.over,
-                         {name: copied(values) for name, values in moment.info.items()})
+                         moment.info)
 
     def vary(self, name: str, values: npt.ArrayLike | None) -> None:
         """Gives a property another value in each world, from its next episode on: see StageVectorEnv.vary()."""

@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from .._options import checked
 from ..pictures import Pixels
-from .arrays import wide
 from .episodes import AnyTask, AnyWorld, Episodes, MakeMap, opened
 from .rendering import MODES, Rendering
 
@@ -90,7 +89,7 @@ class StageEnv(gymnasium.Env[Any, npt.NDArray[Any]]):
         """Applies an action; returns observation, reward, terminated, truncated and info."""
         episodes = opened(self._episodes)
         moment = episodes.step(action, self._all)
-        info = {name: wide(values[0]) if values.shape[1] > 1 else values[0, 0].item()
+        info = {name: values[0] if values.shape[1] > 1 else values[0, 0].item()
                 for name, values in moment.info.items()}
         if len(self.agents) > 1:
             info["rewards"] = moment.ends.rewards[0]

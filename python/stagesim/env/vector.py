@@ -136,11 +136,11 @@ class StageVectorEnv(VectorEnv[Any, Any, Any]):
         moment = episodes.step(actions, going)
         self._last = episodes.observed.team(moment.observations)
         self._over = moment.ends.over
-        infos = self._infos(moment, going)
+        begins_now = self.autoreset_mode is AutoresetMode.SAME_STEP and bool(self._over.any())
+        infos = self._final_infos(moment) if begins_now else self._infos(moment, going)
         if waiting.any():
             self._begin(waiting)
-        if self.autoreset_mode is AutoresetMode.SAME_STEP and self._over.any():
-            infos = self._final_infos(moment)
+        if begins_now:
             self._begin(self._over)
             self._over = np.zeros(self.num_envs, bool)
         rewards = moment.ends.rewards[:, 0] if len(self.agents) == 1 else moment.ends.rewards.sum(1)
