@@ -60,6 +60,13 @@ RAY_FUNCTION row_world_t row_another_world(const row_world_t* w, ray_ulong world
 #define ROW_AT(w, type, offset) ((RAY_GLOBAL const type*)((w)->image + (offset)))
 #define ROW_SCRATCH(w, type, which) ((RAY_GLOBAL type*)((w)->scratch + (w)->scene->scratch[which]))
 
+/* The properties of a mover in this world. See Rows::PropertiesOf(). */
+RAY_FUNCTION RAY_GLOBAL const row_properties_t* row_properties(const row_world_t* w,
+                                                               ray_uint mover) {
+  if (w->scene->varies_movers) return ROW_COLUMN(w, row_properties_t, ROW_PROPERTIES) + mover;
+  return &ROW_PART(w, row_mover_t, ROW_MOVERS)[mover].properties;
+}
+
 /* Finds the pose of a mover with sine and cosine. */
 RAY_FUNCTION void row_find_place(const row_world_t* w, ray_uint mover, row_placed_t* place) {
   const row_planar_t pose = ROW_COLUMN(w, row_planar_t, ROW_POSE)[mover];

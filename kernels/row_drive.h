@@ -20,6 +20,7 @@ namespace Stg {
 /* See DriveInput and DriveOutput. */
 typedef struct {
   RAY_GLOBAL const row_mover_t* mover;
+  RAY_GLOBAL const row_properties_t* own;
   ray_uint mode;
   row_planar_t command, velocity, estimate;
   double steering, dt;
@@ -45,7 +46,7 @@ RAY_FUNCTION double row_approach_speed(const row_drive_input_t* in, row_bounds_t
 }
 
 RAY_FUNCTION double row_turn_towards(const row_drive_input_t* in, double angle) {
-  return row_approach_speed(in, in->mover->acceleration[2], angle, ROW_MAX_TURN);
+  return row_approach_speed(in, in->own->acceleration[ROW_TURN_AXIS], angle, ROW_MAX_TURN);
 }
 
 RAY_FUNCTION row_planar_t row_approach_differentially(const row_drive_input_t* in) {
@@ -56,7 +57,7 @@ RAY_FUNCTION row_planar_t row_approach_differentially(const row_drive_input_t* i
   off_course = row_normalize(row_arc_tangent(ey, ex) - in->estimate.a);
   distance = sqrt(ex * ex + ey * ey);
   speed = fabs(off_course) < ROW_FACING
-              ? row_approach_speed(in, in->mover->acceleration[0], distance, ROW_MAX_APPROACH)
+              ? row_approach_speed(in, in->own->acceleration[0], distance, ROW_MAX_APPROACH)
               : 0.0;
   return row_planar(speed, 0, row_turn_towards(in, off_course));
 }
@@ -65,8 +66,8 @@ RAY_FUNCTION row_planar_t row_approach_in_any_direction(const row_drive_input_t*
   const double ex = in->command.x - in->estimate.x, ey = in->command.y - in->estimate.y;
   const row_turn_t turn = row_turn(-in->estimate.a);
   const double x = ex * turn.cosine - ey * turn.sine, y = ex * turn.sine + ey * turn.cosine;
-  return row_planar(row_approach_speed(in, in->mover->acceleration[0], x, ROW_MAX_APPROACH),
-                    row_approach_speed(in, in->mover->acceleration[1], y, ROW_MAX_APPROACH),
+  return row_planar(row_approach_speed(in, in->own->acceleration[0], x, ROW_MAX_APPROACH),
+                    row_approach_speed(in, in->own->acceleration[1], y, ROW_MAX_APPROACH),
                     row_turn_towards(in, row_normalize(in->command.a - in->estimate.a)));
 }
 
@@ -83,30 +84,31 @@ RAY_FUNCTION row_planar_t row_drive_by_wheels(const row_drive_input_t* in) {
     return row_planar(in->command.x, is_omni ? in->command.y : 0.0, in->command.a);
   if (in->mode == ROW_POSITION_MODE)
     return is_omni ? row_approach_in_any_direction(in) : row_approach_differentially(in);
-  v.x = row_accelerated(v.x, in->mover->acceleration[0], in->command.x, in->dt);
-  v.y = is_omni ? row_accelerated(v.y, in->mover->acceleration[1], in->command.y, in->dt) : 0.0;
-  v.a = row_accelerated(v.a, in->mover->acceleration[2], in->command.a, in->dt);
+  v.x = row_accelerated(v.x, in->own->acceleration[0], in->command.x, in->dt);
+  v.y = is_omni ? row_accelerated(v.y, in->own->acceleration[1], in->command.y, in->dt) : 0.0;
+  v.a = row_accelerated(v.a, in->own->acceleration[ROW_TURN_AXIS], in->command.a, in->dt);
   return v;
 }
 
 /* The steering angle after dt, on the way to that of the command. */
 RAY_FUNCTION double row_steering(const row_drive_input_t* in) {
-  const row_mover_t car = *in->mover;
-  const double speed = in->command.x, side = in->command.a * car.wheelbase;
+  RAY_GLOBAL const row_properties_t* const car = in->own;
+  const double speed = in->command.x, side = in->command.a * car->wheelbase;
   double wanted = in->command.a, change;
-  if ((car.flags & ROW_COMMANDS_TURN) != 0)
+  if ((in->mover->flags & ROW_COMMANDS_TURN) != 0)
     wanted = speed == 0 ? in->steering : row_arc_tangent(speed < 0 ? -side : side, fabs(speed));
-  wanted = row_symmetric(wanted, car.steering_limit);
-  if (row_is_infinite(car.steering_rate)) return wanted;
-  change = car.steering_rate * in->dt;
+  wanted = row_symmetric(wanted, car->steering_limit);
+  if (row_is_infinite(car->steering_rate)) return wanted;
+  change = car->steering_rate * in->dt;
   return row_constrain(wanted, in->steering - change, in->steering + change);
 }
 
 /* See DriveCar() in motion/drive.cc. */
 RAY_FUNCTION void row_drive_car(const row_drive_input_t* in, row_drive_output_t* out) {
-  const row_mover_t car = *in->mover;
+  RAY_GLOBAL const row_properties_t* const car = in->own;
+  const ray_uint flags = in->mover->flags;
   const int moves = in->mode == ROW_VELOCITY_MODE;
-  const int commands_turn = (car.flags & ROW_COMMANDS_TURN) != 0;
+  const int commands_turn = (flags & ROW_COMMANDS_TURN) != 0;
   row_turn_t steering;
   if (in->mode == ROW_ACCELERATION_MODE) {
     out->velocity = in->velocity;
@@ -116,12 +118,12 @@ RAY_FUNCTION void row_drive_car(const row_drive_input_t* in, row_drive_output_t*
   steering = row_turn(out->steering);
   if (moves && !commands_turn)
     out->velocity = row_planar(in->command.x * steering.cosine, 0,
-                               in->command.x * steering.sine / car.wheelbase);
+                               in->command.x * steering.sine / car->wheelbase);
   if (moves && commands_turn) out->velocity.x = in->command.x;
-  out->is_steered = commands_turn || (car.flags & ROW_LIMITS_ACCELERATION) != 0 ||
-                    !row_is_infinite(car.steering_limit) || !row_is_infinite(car.steering_rate);
+  out->is_steered = commands_turn || (flags & ROW_LIMITS_ACCELERATION) != 0 ||
+                    !row_is_infinite(car->steering_limit) || !row_is_infinite(car->steering_rate);
   if (out->is_steered) {
-    out->curvature = steering.sine / steering.cosine / car.wheelbase;
+    out->curvature = steering.sine / steering.cosine / car->wheelbase;
     out->velocity.a = out->curvature == 0 ? 0 : out->velocity.x * out->curvature;
   }
 }
@@ -139,18 +141,19 @@ RAY_FUNCTION double row_within_acceleration(double dt, row_bounds_t bounds, doub
 
 /* See motion::Bounded(). */
 RAY_FUNCTION row_planar_t row_bounded(const row_drive_input_t* in, const row_drive_output_t* out) {
-  const row_mover_t mover = *in->mover;
+  RAY_GLOBAL const row_properties_t* const own = in->own;
+  const row_bounds_t turn = own->velocity[ROW_TURN_AXIS];
   row_planar_t v;
-  v.x = row_clipped(out->velocity.x, mover.velocity[0]);
-  v.y = row_clipped(out->velocity.y, mover.velocity[1]);
-  v.a = row_clipped(out->velocity.a, mover.velocity[2]);
-  if ((mover.flags & ROW_LIMITS_ACCELERATION) != 0) {
-    v.x = row_within_acceleration(in->dt, mover.acceleration[0], v.x, in->velocity.x);
-    v.y = row_within_acceleration(in->dt, mover.acceleration[1], v.y, in->velocity.y);
+  v.x = row_clipped(out->velocity.x, own->velocity[0]);
+  v.y = row_clipped(out->velocity.y, own->velocity[1]);
+  v.a = row_clipped(out->velocity.a, turn);
+  if ((in->mover->flags & ROW_LIMITS_ACCELERATION) != 0) {
+    v.x = row_within_acceleration(in->dt, own->acceleration[0], v.x, in->velocity.x);
+    v.y = row_within_acceleration(in->dt, own->acceleration[1], v.y, in->velocity.y);
     if (!out->is_steered)
-      v.a = row_within_acceleration(in->dt, mover.acceleration[2], v.a, in->velocity.a);
+      v.a = row_within_acceleration(in->dt, own->acceleration[ROW_TURN_AXIS], v.a, in->velocity.a);
   }
-  if (out->is_steered) v.a = row_clipped(v.x * out->curvature, mover.velocity[2]);
+  if (out->is_steered) v.a = row_clipped(v.x * out->curvature, turn);
   return v;
 }
 
@@ -165,7 +168,7 @@ RAY_FUNCTION double row_power_at(double mass, row_planar_t v) {
 /* Sets velocity and power. See Rows::Stepper::UseVelocity(). */
 RAY_FUNCTION void row_use_velocity(const row_world_t* w, ray_uint index, row_planar_t wanted,
                                    row_planar_t made, int limits_acceleration) {
-  const double mass = ROW_PART(w, row_mover_t, ROW_MOVERS)[index].mass;
+  const double mass = row_properties(w, index)->mass;
   double watts = row_power_at(mass, wanted);
   if (limits_acceleration || !row_is_finite(watts)) watts = row_power_at(mass, made);
   if (row_is_finite(watts)) ROW_COLUMN(w, double, ROW_WATTS)[index] = watts;
@@ -175,13 +178,14 @@ RAY_FUNCTION void row_use_velocity(const row_world_t* w, ray_uint index, row_pla
 /* See Rows::Stepper::ObeyVelocity(). */
 RAY_FUNCTION void row_obey_velocity(const row_world_t* w, ray_uint index) {
   RAY_GLOBAL const row_mover_t* const mover = ROW_PART(w, row_mover_t, ROW_MOVERS) + index;
+  RAY_GLOBAL const row_properties_t* const own = row_properties(w, index);
   row_planar_t wanted = ROW_COLUMN(w, row_planar_t, ROW_COMMAND)[index];
   if (mover->drive != ROW_OMNI) wanted.y = 0;
-  row_use_velocity(w, index, wanted,
-                   row_planar(row_clipped(wanted.x, mover->velocity[0]),
-                              row_clipped(wanted.y, mover->velocity[1]),
-                              row_clipped(wanted.a, mover->velocity[2])),
-                   0);
+  row_use_velocity(
+      w, index, wanted,
+      row_planar(row_clipped(wanted.x, own->velocity[0]), row_clipped(wanted.y, own->velocity[1]),
+                 row_clipped(wanted.a, own->velocity[ROW_TURN_AXIS])),
+      0);
 }
 
 /* See Rows::Stepper::EstimateOf(). */
@@ -233,9 +237,10 @@ RAY_FUNCTION void row_drive(const row_world_t* w, ray_uint index, double dt) {
   row_drive_input_t in;
   in.mover = ROW_PART(w, row_mover_t, ROW_MOVERS) + index;
   if (in.mover->drive == ROW_NO_DRIVE) return;
+  in.own = row_properties(w, index);
   if (in.mover->pack != ROW_NONE && ROW_COLUMN(w, double, ROW_STORED)[in.mover->pack] == 0) {
     const row_planar_t none = row_planar(0, 0, 0);
-    ROW_COLUMN(w, double, ROW_WATTS)[index] = row_power_at(in.mover->mass, none);
+    ROW_COLUMN(w, double, ROW_WATTS)[index] = row_power_at(in.own->mass, none);
     ROW_COLUMN(w, row_planar_t, ROW_VELOCITY)[index] = none;
     return;
   }

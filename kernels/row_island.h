@@ -116,6 +116,15 @@ RAY_FUNCTION double row_origin_near(double position) {
   return fabs(position) < 65536.0 ? 0.0 : 1024.0 * floor(position / 1024.0);
 }
 
+/* The grip of a toucher, on which the floor's force depends, and its friction in this world. See
+ * Rows::Stepper::SetContactProperties(). */
+RAY_FUNCTION double row_grip_of(const row_world_t* w, RAY_GLOBAL const row_toucher_t* toucher) {
+  return w->scene->varies_movers ? row_properties(w, toucher->mover)->grip : toucher->grip;
+}
+RAY_FUNCTION double row_friction_of(const row_world_t* w, RAY_GLOBAL const row_toucher_t* toucher) {
+  return w->scene->varies_movers ? row_properties(w, toucher->mover)->friction : toucher->friction;
+}
+
 RAY_LARGE_FUNCTION void row_load_solid(const row_solver_t* s, ray_uint index, ray_uint number,
                                        double reach) {
   RAY_GLOBAL const row_toucher_t* const toucher = row_toucher(s->w, number);
@@ -128,7 +137,7 @@ RAY_LARGE_FUNCTION void row_load_solid(const row_solver_t* s, ray_uint index, ra
   solid.heading = contact.heading;
   solid.turned = 0;
   solid.rest = row_planar(contact.target_x - contact.x, contact.target_y - contact.y, contact.turn);
-  solid.grip = toucher->grip;
+  solid.grip = row_grip_of(s->w, toucher);
   solid.arm = toucher->arm;
   solid.core = toucher->core;
   solid.left = reach;
@@ -179,7 +188,7 @@ RAY_FUNCTION void row_add_pairs(row_solver_t* s, ray_uint a, ray_uint b) {
   pair.a = a;
   pair.b = b;
   pair.edge = ROW_NONE;
-  pair.friction = 0.5 * (of_a->friction + of_b->friction);
+  pair.friction = 0.5 * (row_friction_of(s->w, of_a) + row_friction_of(s->w, of_b));
   pair.unused = 0;
   pair.kind = b >= s->members                                        ? ROW_FIXED
               : ((of_a->flags | of_b->flags) & ROW_IS_PUSHABLE) != 0 ? ROW_FORCE
@@ -213,7 +222,7 @@ RAY_FUNCTION void row_add_wall_pairs(row_solver_t* s, ray_uint a, ray_uint edge)
   pair.a = a;
   pair.b = ROW_NONE;
   pair.edge = edge;
-  pair.friction = 0.5 * (toucher->friction + wall.friction);
+  pair.friction = 0.5 * (row_friction_of(s->w, toucher) + wall.friction);
   pair.unused = 0;
   pair.kind = ROW_FIXED;
   pair.normal = row_point(0, 0);

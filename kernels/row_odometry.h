@@ -68,12 +68,23 @@ RAY_FUNCTION row_planar_t row_measure(RAY_GLOBAL row_noisy_odometry_t* odometry,
   return measured;
 }
 
+/* True if the odometry of a mover with these flags has random errors in this world. See
+ * Rows::Stepper::HasNoisyOdometry(). */
+RAY_FUNCTION int row_has_noisy_odometry(const row_world_t* w, ray_uint index, ray_uint flags) {
+  RAY_GLOBAL const row_noisy_odometry_t* const noise =
+      ROW_COLUMN(w, row_noisy_odometry_t, ROW_NOISY_ODOMETRY) + index;
+  if ((flags & ROW_HAS_NOISY_ODOMETRY) == 0) return 0;
+  return !w->scene->varies_movers || noise->translation_per_metre != 0 ||
+         noise->translation_per_radian != 0 || noise->heading_per_radian != 0 ||
+         noise->heading_per_metre != 0;
+}
+
 /* See Rows::Stepper::StoreSensedPose(). */
 RAY_FUNCTION void row_store_sensed_pose(const row_world_t* w, ray_uint index) {
   const ray_uint flags = ROW_PART(w, row_mover_t, ROW_MOVERS)[index].flags;
   ROW_COLUMN(w, row_planar_t, ROW_SENSED)[index] = ROW_COLUMN(w, row_planar_t, ROW_POSE)[index];
   if ((flags & ROW_HAS_ODOMETRY) == 0) return;
-  if ((flags & ROW_HAS_NOISY_ODOMETRY) != 0) {
+  if (row_has_noisy_odometry(w, index, flags)) {
     RAY_GLOBAL row_noisy_odometry_t* const odometry =
         ROW_COLUMN(w, row_noisy_odometry_t, ROW_NOISY_ODOMETRY) + index;
     odometry->covariance =
@@ -95,18 +106,18 @@ RAY_FUNCTION row_planar_t row_wheel_velocity(row_planar_t made, row_planar_t com
 /* Adds the motion of a step to the odometry. `made`: the velocity of the move. See
  * Rows::Stepper::NoteMotion(). */
 RAY_FUNCTION void row_note_motion(const row_world_t* w, ray_uint index, row_planar_t made) {
-  RAY_GLOBAL const row_mover_t* const mover = ROW_PART(w, row_mover_t, ROW_MOVERS) + index;
+  const ray_uint flags = ROW_PART(w, row_mover_t, ROW_MOVERS)[index].flags;
   const double seconds = w->scene->seconds;
   row_planar_t command, wheels, error, measured, before, next;
-  if ((mover->flags & ROW_HAS_ODOMETRY) == 0) return;
+  if ((flags & ROW_HAS_ODOMETRY) == 0) return;
   command = ROW_COLUMN(w, row_planar_t, ROW_VELOCITY)[index];
-  wheels = row_wheel_velocity(made, command, mover->wheel_slip);
+  wheels = row_wheel_velocity(made, command, row_properties(w, index)->wheel_slip);
   if (row_is_zero(wheels)) return;
   error = ROW_COLUMN(w, row_planar_t, ROW_ERROR)[index];
   measured = row_planar(wheels.x * (1.0 + error.x), wheels.y * (1.0 + error.y),
                         wheels.a * (1.0 + error.a));
   before = ROW_COLUMN(w, row_planar_t, ROW_DRIVEN)[index];
-  if ((mover->flags & ROW_HAS_NOISY_ODOMETRY) != 0) {
+  if (row_has_noisy_odometry(w, index, flags)) {
     row_random_t random = ROW_COLUMN(w, row_random_t, ROW_RANDOM)[index];
     measured = row_measure(ROW_COLUMN(w, row_noisy_odometry_t, ROW_NOISY_ODOMETRY) + index,
                            measured, seconds, &random, before);

@@ -102,11 +102,12 @@ RAY_FUNCTION void row_meet_in_cells(const row_world_t* w, row_fan_t fan, ray_uin
 /* ---- phases ------------------------------------------------------------------------------- */
 
 /* Finds the direction of a ray. */
-RAY_FUNCTION void row_begin_ray(const row_world_t* w, RAY_GLOBAL const row_sensor_t* sensor,
-                                row_fan_t fan, ray_uint number, row_ray_t* ray) {
+RAY_FUNCTION void row_begin_ray(const row_world_t* w, ray_uint index, row_fan_t fan,
+                                ray_uint number, row_ray_t* ray) {
+  RAY_GLOBAL const row_sensor_t* const sensor = ROW_PART(w, row_sensor_t, ROW_SENSORS) + index;
   const ray_uint i = sensor->first_direction + number - sensor->first_ray;
   int cosine, sine;
-  if ((sensor->flags & ROW_TURNS_NOISILY) != 0) {
+  if (row_turns_noisily(w, sensor, index)) {
     const row_own_ray_t own = ROW_SCRATCH(w, row_own_ray_t, ROW_OWN_RAYS)[number];
     ray->unit_vector = own.unit_vector;
     cosine = own.cosine;
@@ -151,7 +152,7 @@ RAY_FUNCTION void row_cast_ray(const row_world_t* w, ray_uint number) {
   ray.place = ROW_NOWHERE;
   ray.key = 0;
   if (!fan.nothing) {
-    row_begin_ray(w, sensor, fan, number, &ray);
+    row_begin_ray(w, index, fan, number, &ray);
     if (fan.meets_walls) {
       const row_view_t view = ROW_PART(w, row_view_t, ROW_VIEWS)[sensor->view];
       if ((sensor->flags & ROW_EXACT) != 0)
@@ -165,11 +166,22 @@ RAY_FUNCTION void row_cast_ray(const row_world_t* w, ray_uint number) {
   ROW_COLUMN(w, row_byte, ROW_BRIGHTNESS)[number] = (row_byte)ray.brightness;
 }
 
+/* The fraction and the deviation of a sensor's noise in this world. See AddRangeNoise(). */
+RAY_FUNCTION row_point_t row_noise_of(const row_world_t* w, RAY_GLOBAL const row_sensor_t* sensor,
+                                      ray_uint index) {
+  row_range_noise_t own;
+  if (!w->scene->varies_noise) return row_point(sensor->fraction, sensor->deviation);
+  own = ROW_COLUMN(w, row_range_noise_t, ROW_RANGE_NOISE)[index];
+  return row_point(row_is_finite(own.fraction) ? own.fraction : 0.0,
+                   row_is_finite(own.variance) ? sqrt(row_larger(0.0, own.variance)) : 0.0);
+}
+
 /* Adds noise to the ranges of a sensor. See ModelRanger::Sensor::AddRangeNoise(). */
 RAY_FUNCTION void row_add_noise(const row_world_t* w, ray_uint index) {
   RAY_GLOBAL const row_sensor_t* const sensor = ROW_PART(w, row_sensor_t, ROW_SENSORS) + index;
   RAY_GLOBAL double* const ranges = ROW_COLUMN(w, double, ROW_RANGES) + sensor->first_ray;
-  const double fraction = sensor->fraction, deviation = sensor->deviation;
+  const row_point_t noise = row_noise_of(w, sensor, index);
+  const double fraction = noise.x, deviation = noise.y;
   row_random_t random;
   ray_uint i;
   if ((sensor->flags & ROW_NOISY) == 0 || (fraction == 0 && !(deviation > 0))) return;

@@ -67,7 +67,10 @@ enum {
   ROW_MADE,
   ROW_HINDERED,
   ROW_BEFORE,
-  ROW_COLUMNS /* their number */
+  ROW_VARIED,
+  ROW_PROPERTIES,  /* row_properties_t by mover, if they differ between worlds */
+  ROW_RANGE_NOISE, /* row_range_noise_t by sensor, likewise */
+  ROW_COLUMNS      /* their number */
 };
 
 /* The parts of an image. */
@@ -193,14 +196,20 @@ enum { ROW_ACCELERATION_MODE, ROW_VELOCITY_MODE, ROW_POSITION_MODE };
 #define ROW_COMMANDS_TURN 8u
 #define ROW_LIMITS_ACCELERATION 16u
 
+/* See MoverProperties, which has the same layout. Bounds are those of x, y, z and turn. */
+#define ROW_TURN_AXIS 3
+typedef struct {
+  double mass, friction, floor_friction, grip;
+  double wheel_slip, wheelbase, steering_limit, steering_rate;
+  row_bounds_t velocity[4], acceleration[4];
+} row_properties_t;
+
 typedef struct RAY_ALIGNED(16) {
   ray_uint drive, flags;
   ray_uint pack; /* ROW_NONE: it never stops for lack of energy */
   ray_uint first_body, bodies;
-  ray_uint unused;
-  double mass, wheel_slip;
-  double wheelbase, steering_limit, steering_rate;
-  row_bounds_t velocity[3], acceleration[3]; /* x, y, turn */
+  ray_uint unused[3];
+  row_properties_t properties; /* in worlds whose properties do not differ, see row_properties() */
 } row_mover_t;
 
 /* A node: its frame is the sum of its mover's pose and of its links. */
@@ -230,6 +239,11 @@ typedef struct RAY_ALIGNED(16) {
 #define ROW_NOISY 2u
 #define ROW_TURNS_NOISILY 4u
 
+/* See RangeNoise, which has the same layout. */
+typedef struct {
+  double variance, fraction, angle;
+} row_range_noise_t;
+
 typedef struct RAY_ALIGNED(16) {
   ray_uint mover, node; /* the node's frame is the start of the rays */
   ray_uint flags;
@@ -238,10 +252,11 @@ typedef struct RAY_ALIGNED(16) {
   ray_uint seen; /* index of a map */
   ray_uint first_other, others;
   double reach, leg_cells;
-  double turn_noise;           /* rad: largest error of a ray's heading */
-  double fraction, deviation;  /* of the noise of ranges */
+  double turn_noise;           /* rad: largest error of a ray's heading; see row_turn_noise() */
+  double fraction, deviation;  /* of the noise of ranges, see row_noise_of() */
   double min_range, max_range; /* limits of ranges with noise */
-  double unused[2];
+  double increment;            /* rad, between rays */
+  double unused;
 } row_sensor_t;
 
 typedef struct RAY_ALIGNED(16) {
@@ -366,7 +381,8 @@ typedef struct RAY_ALIGNED(16) {
   ray_ulong parts[ROW_PARTS];       /* offset in the image */
   ray_ulong scratch[ROW_SCRATCHES]; /* offset in the memory of a world */
   ray_ulong scratch_bytes;          /* of a world */
-  ray_ulong step, interval;         /* durations of a step and between updates, microseconds */
+  ray_ulong kept; /* columns, as bits, that stay in resets of worlds that keep their seeds */
+  ray_ulong step, interval; /* durations of a step and between updates, microseconds */
   double cells_per_metre, seconds;
   ray_uint movers, bodies, sensors, rays, packs, consumers, bytes;
   ray_uint groups; /* of rivals */
@@ -376,7 +392,9 @@ typedef struct RAY_ALIGNED(16) {
   ray_uint any_noise;  /* of ranges */
   ray_uint needs_rays; /* readings change a step: they have noise, or a controller reads them */
   ray_uint directory_mask;
-  ray_uint unused[3];
+  ray_uint varies_movers; /* properties differ between worlds, see ROW_PROPERTIES */
+  ray_uint varies_noise;  /* noise of ranges does, see ROW_RANGE_NOISE */
+  ray_uint unused;
   int min_x, min_y, max_x, max_y; /* box of what stands */
   /* Contacts of outlines. */
   ray_ulong first_room;            /* offset of the worlds' rooms in the scratch memory */
@@ -464,7 +482,8 @@ typedef struct {
 
 /* OpenCL C 1.1 has no static assertions. */
 typedef char row_placed_has_40_bytes[sizeof(row_placed_t) == 40 ? 1 : -1];
-typedef char row_mover_has_160_bytes[sizeof(row_mover_t) == 160 ? 1 : -1];
+typedef char row_mover_has_224_bytes[sizeof(row_mover_t) == 224 ? 1 : -1];
+typedef char row_properties_has_192_bytes[sizeof(row_properties_t) == 192 ? 1 : -1];
 typedef char row_body_has_64_bytes[sizeof(row_body_t) == 64 ? 1 : -1];
 typedef char row_sensor_has_112_bytes[sizeof(row_sensor_t) == 112 ? 1 : -1];
 typedef char row_own_ray_has_32_bytes[sizeof(row_own_ray_t) == 32 ? 1 : -1];
@@ -472,7 +491,7 @@ typedef char row_fan_has_64_bytes[sizeof(row_fan_t) == 64 ? 1 : -1];
 typedef char row_wanted_has_48_bytes[sizeof(row_wanted_t) == 48 ? 1 : -1];
 typedef char row_drawn_has_32_bytes[sizeof(row_drawn_t) == 32 ? 1 : -1];
 
-typedef char row_scene_has_1632_bytes[sizeof(row_scene_t) == 1632 ? 1 : -1];
+typedef char row_scene_has_1712_bytes[sizeof(row_scene_t) == 1712 ? 1 : -1];
 typedef char row_toucher_has_80_bytes[sizeof(row_toucher_t) == 80 ? 1 : -1];
 typedef char row_piece_has_48_bytes[sizeof(row_piece_t) == 48 ? 1 : -1];
 typedef char row_edge_has_96_bytes[sizeof(row_edge_t) == 96 ? 1 : -1];

@@ -62,7 +62,7 @@ __kernel void restore_rows(const uint first, __global const ulong* image, __glob
                            const uint given_bytes) {
   const row_world_t w = world_number(image, state, state, worlds[world_of_item(first)]);
   row_restore(&w, (__global const row_byte*)start,
-              given + (size_t)world_of_item(first) * given_bytes, columns);
+              given + (size_t)world_of_item(first) * given_bytes, columns, 0);
 }
 
 /* Each work-item gives one robot a command. */
@@ -143,9 +143,10 @@ __kernel void place_rows(const uint first, __global const ulong* image, __global
   row_place(&w, entries, count, robots, poses, chosen);
 }
 
-/* Resets the worlds that have a flag. They keep their seeds, on which nothing else depends. */
+/* Resets the worlds that have a flag. They keep their properties, and their seeds, on which nothing
+ * else depends. */
 __kernel void reset_flagged_rows(const uint first, __global const ulong* image,
                                  __global ulong* state, __global const uchar* flags) {
   const row_world_t w = world_number(image, state, state, world_of_item(first));
-  if (flags[w.world]) row_reset(&w, ROW_COLUMN(&w, row_byte, ROW_SEED), (ulong)1 << ROW_SEED);
+  if (flags[w.world]) row_reset_again(&w);
 }

@@ -152,10 +152,11 @@ RAY_FUNCTION void row_copy(RAY_GLOBAL const row_byte* from, RAY_GLOBAL row_byte*
     for (i = ROW_ITEM; i < bytes; i += ROW_ITEMS) to[i] = from[i];
 }
 
-/* Puts a world into a state. `start` has the columns of one world at row_scene_t::starts, and
- * `given`, one after the other, those with a bit in `columns`, which replace them. */
+/* Puts a world into a state, except for the columns with a bit in `kept`. `start` has the columns
+ * of one world at row_scene_t::starts, and `given`, one after the other, those with a bit in
+ * `columns`, which replace them. */
 RAY_FUNCTION void row_restore(const row_world_t* w, RAY_GLOBAL const row_byte* start,
-                              RAY_GLOBAL const row_byte* given, ray_ulong columns) {
+                              RAY_GLOBAL const row_byte* given, ray_ulong columns, ray_ulong kept) {
   RAY_GLOBAL const row_scene_t* const scene = w->scene;
   ray_uint column;
   for (column = 0; column < ROW_COLUMNS; column++) {
@@ -163,7 +164,7 @@ RAY_FUNCTION void row_restore(const row_world_t* w, RAY_GLOBAL const row_byte* s
     RAY_GLOBAL const row_byte* const from = is_given ? given : start + scene->starts[column];
     RAY_GLOBAL row_byte* const to =
         w->state + scene->columns[column] + w->world * scene->row_bytes[column];
-    row_copy(from, to, scene->row_bytes[column]);
+    if (((kept >> column) & 1) == 0) row_copy(from, to, scene->row_bytes[column]);
     if (is_given) given += scene->row_bytes[column];
   }
 }
@@ -172,7 +173,13 @@ RAY_FUNCTION void row_restore(const row_world_t* w, RAY_GLOBAL const row_byte* s
  * row_restore(). */
 RAY_FUNCTION void row_reset(const row_world_t* w, RAY_GLOBAL const row_byte* given,
                             ray_ulong columns) {
-  row_restore(w, ROW_PART(w, row_byte, ROW_START), given, columns);
+  row_restore(w, ROW_PART(w, row_byte, ROW_START), given, columns, 0);
+}
+
+/* Resets a world to its state after loading, with its seed and properties. */
+RAY_FUNCTION void row_reset_again(const row_world_t* w) {
+  RAY_GLOBAL const row_byte* const start = ROW_PART(w, row_byte, ROW_START);
+  row_restore(w, start, start, 0, w->scene->kept);
 }
 
 #ifndef RAY_IN_OPENCL

@@ -41,16 +41,34 @@ RAY_FUNCTION int row_split(double coordinate, int* cell, ray_uint* fraction) {
   return 1;
 }
 
+/* Largest error of the headings of a sensor's rays in this world, rad. */
+RAY_FUNCTION double row_turn_noise(const row_world_t* w, RAY_GLOBAL const row_sensor_t* sensor,
+                                   ray_uint index) {
+  if (!w->scene->varies_noise) return sensor->turn_noise;
+  return sensor->increment * ROW_COLUMN(w, row_range_noise_t, ROW_RANGE_NOISE)[index].angle * 0.5;
+}
+
+/* True if a sensor draws the directions of its rays in this world. See RangeNoise::TurnsRays(). */
+RAY_FUNCTION int row_turns_noisily(const row_world_t* w, RAY_GLOBAL const row_sensor_t* sensor,
+                                   ray_uint index) {
+  double angle;
+  if ((sensor->flags & ROW_TURNS_NOISILY) == 0) return 0;
+  if (!w->scene->varies_noise) return 1;
+  angle = ROW_COLUMN(w, row_range_noise_t, ROW_RANGE_NOISE)[index].angle;
+  return angle != 0 && sensor->increment != 0 && row_is_finite(angle);
+}
+
 /* Draws the directions of a sensor that turns noisily. See Rows::Stepper::DirectionsOf(). */
 RAY_FUNCTION void row_draw_directions(const row_world_t* w, ray_uint index) {
   RAY_GLOBAL const row_sensor_t* const sensor = ROW_PART(w, row_sensor_t, ROW_SENSORS) + index;
   RAY_GLOBAL row_own_ray_t* const own =
       ROW_SCRATCH(w, row_own_ray_t, ROW_OWN_RAYS) + sensor->first_ray;
   RAY_GLOBAL const double* const bearings = ROW_PART(w, double, ROW_BEARINGS) + sensor->first_ray;
+  const double turn_noise = row_turn_noise(w, sensor, index);
   row_random_t random = ROW_COLUMN(w, row_random_t, ROW_NOISE)[index];
   ray_uint i;
   for (i = 0; i < sensor->rays; i++) {
-    const double bearing = bearings[i] + sensor->turn_noise * row_uniform_error(&random);
+    const double bearing = bearings[i] + turn_noise * row_uniform_error(&random);
     const row_turn_t turn = row_turn(row_is_finite(bearing) ? bearing : 0.0);
     own[i].unit_vector = turn;
     own[i].cosine = row_rounded(turn.cosine * ROW_Q30);
@@ -67,7 +85,7 @@ RAY_FUNCTION void row_place_fan(const row_world_t* w, ray_uint index) {
   row_placed_t origin;
   row_fan_t fan;
   ray_uint fx = 0, fy = 0;
-  if ((sensor->flags & ROW_TURNS_NOISILY) != 0) row_draw_directions(w, index);
+  if (row_turns_noisily(w, sensor, index)) row_draw_directions(w, index);
   to->nothing = 1;
   if (!(sensor->reach > 0)) return;
   row_find_place(w, sensor->mover, &origin);

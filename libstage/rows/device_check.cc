@@ -6,14 +6,17 @@
 #include <array>
 #include <cstring>
 #include <numeric>
+#include <span>
 #include <sstream>
 #include <utility>
+#include <vector>
 
 #include "messages/assert.hh"
 #include "models/position.hh"
 #include "rows/device_columns.hh"
 #include "rows/device_rows.hh"
 #include "rows/row_bridge.hh"
+#include "world/engine.hh"
 #include "world/world.hh"
 
 namespace Stg::rows {
@@ -71,7 +74,43 @@ struct SceneKind {
   std::string size;  ///< of the robots, m; small ones have room for others with controllers
   bool controlled, outlines;
   uint32_t work_items;  ///< of a world; 0: the device's choice
+  bool varies;          ///< properties differ between worlds
 };
+
+/// Numbers that differ between worlds, of those that scenes can vary.
+std::vector<VariedNumber> NumbersToVary(const World& world) {
+  constexpr VariedProperty kProperties[] = {
+      VariedProperty::kMass,           VariedProperty::kFriction,
+      VariedProperty::kWheelSlip,      VariedProperty::kOdomNoise,
+      VariedProperty::kVelocityBounds, VariedProperty::kAccelerationBounds,
+      VariedProperty::kWheelbase,      VariedProperty::kSteeringLimit,
+      VariedProperty::kNoise};
+  std::vector<VariedNumber> numbers;
+  for (const Model* model : world.engine().models)
+    for (const VariedProperty property : kProperties)
+      for (const uint32_t element : {0u, 1u, 2u, 7u})
+        if (const VariedNumber number{model->GetId(), 0, property, element};
+            RowBridge::CanVary(world, number))
+          numbers.push_back(number);
+  return numbers;
+}
+
+/// Values of them for a world. Some noise is 0.
+std::vector<double> ValuesOf(const Scene& scene, RandomStream* random) {
+  std::vector<double> values;
+  for (const Varied& varied : scene.varied) {
+    const VariedProperty property = varied.number.property;
+    const bool is_bound = property == VariedProperty::kVelocityBounds ||
+                          property == VariedProperty::kAccelerationBounds;
+    const bool is_noise =
+        property == VariedProperty::kNoise || property == VariedProperty::kOdomNoise;
+    const double size = random->Uniform(0.1, is_noise ? 0.11 : 1);
+    values.push_back(is_noise && random->Choose(2)                ? 0
+                     : is_bound && varied.number.element % 2 == 0 ? -size
+                                                                  : size);
+  }
+  return values;
+}
 
 std::shared_ptr<const Scene> MakeScene(const SceneKind& kind) {
   std::ostringstream text;
@@ -90,8 +129,10 @@ std::shared_ptr<const Scene> MakeScene(const SceneKind& kind) {
     model->Subscribe();
     for (Model* child : model->GetChildren()) child->Subscribe();
   }
+  std::vector<VariedNumber> varied;
+  if (kind.varies) varied = NumbersToVary(*world);
   std::string reason;
-  return RowBridge::MakeScene(std::move(world), &reason);
+  return RowBridge::MakeScene(std::move(world), &reason, varied);
 }
 
 void Command(RandomStream* random, Rows* rows) {
@@ -144,9 +185,10 @@ std::string SelfTestWith(RowDevice* device, const SceneKind& kind) {
   Rows host(scene, seeds), read(scene, seeds);
   const std::shared_ptr<RowDevice> borrowed(std::shared_ptr<RowDevice>(), device);  // never deleted
   DeviceRows rows(scene, kWorlds, borrowed, kind.work_items);
-  rows.Write(host);
   const auto scratch = host.MakeScratch();
   RandomStream random(7);
+  for (size_t i = 0; i < kWorlds; i++) host.Reset(i, seeds[i], ValuesOf(*scene, &random));
+  rows.Write(host);
   for (uint32_t round = 0; round < kRounds; round++) {
     Command(&random, &host);
     rows.Write(host, 1u << ROW_COMMAND | 1u << ROW_MODE);
@@ -156,8 +198,11 @@ std::string SelfTestWith(RowDevice* device, const SceneKind& kind) {
     if (round % 7 != 6) continue;
     const std::array<uint32_t, 2> reset = {round % uint32_t{kWorlds}, kWorlds - 1};
     const std::array<uint64_t, 2> new_seeds = {random.Next(), random.Next()};
-    for (size_t i = 0; i < 2; i++) host.Reset(reset[i], new_seeds[i]);
-    rows.Reset(reset, new_seeds);
+    const std::array<std::vector<double>, 2> values = {ValuesOf(*scene, &random),
+                                                       ValuesOf(*scene, &random)};
+    const std::array<std::span<const double>, 2> given = {values[0], values[1]};
+    for (size_t i = 0; i < 2; i++) host.Reset(reset[i], new_seeds[i], given[i]);
+    rows.Reset(reset, new_seeds, given);
   }
   STAGE_ASSERT(IsVaried(host));
   rows.Read(&read);
@@ -168,8 +213,10 @@ std::string SelfTestWith(RowDevice* device, const SceneKind& kind) {
 
 // A device chooses how many worlds share a work-group; both cases are tested.
 std::string SelfTest(RowDevice* device) try {
-  for (const SceneKind& kind :
-       {SceneKind{"0.2", true, false, 0}, {"0.45", false, false, 8}, {"0.25", true, true, 8}})
+  for (const SceneKind& kind : {SceneKind{"0.2", true, false, 0, false},
+                                {"0.45", false, false, 8, false},
+                                {"0.25", true, true, 8, false},
+                                {"0.25", false, true, 0, true}})
     if (std::string wrong = SelfTestWith(device, kind); !wrong.empty()) return wrong;
   return "";
 } catch (const RowDeviceError& error) {

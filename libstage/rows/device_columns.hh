@@ -53,6 +53,9 @@ void ForEachDeviceColumn(Columns* c, F f) {
   f(ROW_MADE, &c->made);
   f(ROW_HINDERED, &c->hindered);
   f(ROW_BEFORE, &c->before);
+  f(ROW_VARIED, &c->varied);
+  f(ROW_PROPERTIES, &c->properties);
+  f(ROW_RANGE_NOISE, &c->range_noise);
 }
 
 /// The type of an element on devices.
@@ -73,6 +76,8 @@ static_assert(sizeof(OutlineBox) == sizeof(row_box_t));
 static_assert(sizeof(internal::grid::CellBox) == sizeof(row_extent_t));
 static_assert(sizeof(RandomStream) == sizeof(row_random_t));
 static_assert(sizeof(EnergyTotals) == sizeof(row_energy_t));
+static_assert(sizeof(MoverProperties) == sizeof(row_properties_t));
+static_assert(sizeof(RangeNoise) == sizeof(row_range_noise_t));
 
 /// Copies the numbers of a NoisyOdometry from or to a record.
 template <bool from_record>

@@ -29,7 +29,11 @@ constexpr double kSecond = 1e6;  // microseconds
 size_t Aligned(size_t bytes) { return (bytes + ROW_ALIGNMENT - 1) / ROW_ALIGNMENT * ROW_ALIGNMENT; }
 
 row_planar_t RecordOf(const Pose& pose) { return {pose.x, pose.y, pose.a}; }
-row_bounds_t RecordOf(const Bounds& bounds) { return {bounds.min, bounds.max}; }
+row_properties_t RecordOf(const MoverProperties& properties) {
+  row_properties_t record;
+  std::memcpy(&record, &properties, sizeof record);
+  return record;
+}
 
 uint32_t Flag(bool is_set, uint32_t flag) { return is_set ? flag : 0; }
 
@@ -126,16 +130,7 @@ row_mover_t ImageMaker::RecordOfMover(const Mover& mover) const {
                  Flag(mover.obeys_velocity, ROW_OBEYS_VELOCITY) |
                  Flag(mover.drive.commands_turn, ROW_COMMANDS_TURN) |
                  Flag(mover.drive.limits_acceleration, ROW_LIMITS_ACCELERATION);
-  record.mass = mover.properties.mass;
-  record.wheel_slip = mover.properties.wheel_slip;
-  record.wheelbase = mover.properties.wheelbase;
-  record.steering_limit = mover.properties.steering_limit;
-  record.steering_rate = mover.properties.steering_rate;
-  constexpr int kAxes[] = {0, 1, 3};  // x, y, turn
-  for (int i = 0; i < 3; i++) {
-    record.velocity[i] = RecordOf(mover.properties.velocity_bounds[kAxes[i]]);
-    record.acceleration[i] = RecordOf(mover.properties.acceleration_bounds[kAxes[i]]);
-  }
+  record.properties = RecordOf(mover.properties);
   return record;
 }
 
@@ -186,6 +181,7 @@ row_sensor_t ImageMaker::RecordOfSensor(const Sensor& sensor) const {
   record.seen = static_cast<uint32_t>(scene_.blocked.size()) + sensor.seen;
   record.reach = sensor.reach;
   record.leg_cells = sensor.reach * scene_.cells_per_metre;
+  record.increment = sensor.increment;
   record.turn_noise = sensor.increment * settings.angle_noise * 0.5;
   // See ModelRanger::Sensor::AddRangeNoise().
   record.fraction = finite(settings.range_noise);
@@ -347,6 +343,10 @@ DeviceImage ImageMaker::Make() {
   header_.any_exact = std::ranges::any_of(scene_.sensors, &Sensor::exact);
   header_.any_noise = scene_.HasNoise();
   header_.needs_rays = scene_.needs_rays;
+  header_.varies_movers = scene_.varies_movers;
+  header_.varies_noise = scene_.varies_noise;
+  for (const int id : {ROW_SEED, ROW_VARIED, ROW_PROPERTIES, ROW_RANGE_NOISE})
+    header_.kept |= uint64_t{1} << id;
   AddMovers();
   AddBodies();
   AddSensors();
@@ -375,7 +375,6 @@ bool HasAllColumns(Rows* rows) {
 }  // namespace
 
 std::string WhyNotOnDevice(const std::shared_ptr<const Scene>& scene) {
-  if (!scene->varied.empty()) return "its worlds have different values of properties";
   if (!scene->HasOneRate()) return "its models have several update intervals";
   if (!scene->wall_parts.empty())
     return "its contacts are those of outlines, and models that stand are placed in each world";

@@ -70,11 +70,14 @@ DeviceRows::DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds,
       reset_(std::make_unique<Rows>(scene_, std::array{scene_->SomeSeed()})) {
   const auto add = [this](std::initializer_list<int> ids) {
     for (const int id : ids)
-      if (image_.scene().row_bytes[id] > 0) seeded_ |= ColumnSet{1} << id;
+      if (image_.scene().row_bytes[id] > 0) own_ |= ColumnSet{1} << id;
   };
   add({ROW_SEED, ROW_ERROR, ROW_RANDOM, ROW_NOISE});
   if (scene_->populations)
     add({ROW_EXTENT, ROW_POSE, ROW_TURN, ROW_SENSED, ROW_ESTIMATE, ROW_BOX, ROW_BITS});
+  depends_on_seed_ = own_ != ColumnSet{1} << ROW_SEED;
+  if (!scene_->varied.empty())
+    add({ROW_VARIED, ROW_PROPERTIES, ROW_RANGE_NOISE, ROW_ERROR, ROW_NOISY_ODOMETRY});
   if (!WhyNotControls(*scene_).empty()) PlanControls();
   device_->Begin(image_.words, {.movers = image_.scene().movers,
                                 .rays = image_.scene().rays,
@@ -155,22 +158,23 @@ void DeviceRows::Read(Rows* to, ColumnSet columns) {
   });
 }
 
-void DeviceRows::Reset(std::span<const uint32_t> worlds, std::span<const uint64_t> seeds) {
-  STAGE_ASSERT(worlds.size() == seeds.size());
+void DeviceRows::Reset(std::span<const uint32_t> worlds, std::span<const uint64_t> seeds,
+                       std::span<const std::span<const double>> given) {
+  STAGE_ASSERT(worlds.size() == seeds.size() && (given.empty() || given.size() == seeds.size()));
   if (worlds.empty()) return;
-  if (!DependsOnSeed()) return device_->Reset(worlds, std::as_bytes(seeds), seeded_);
+  if (own_ == ColumnSet{1} << ROW_SEED) return device_->Reset(worlds, std::as_bytes(seeds), own_);
   buffer_.clear();
-  for (const uint64_t seed : seeds) {
-    reset_->Reset(0, seed);
+  for (size_t i = 0; i < seeds.size(); i++) {
+    reset_->Reset(0, seeds[i], given.empty() ? std::span<const double>() : given[i]);
     ForEachDeviceColumn(&reset_->columns, [&](int id, const auto* column) {
       using T = typename std::decay_t<decltype(*column)>::value_type;
-      if (!Has(seeded_, id)) return;
+      if (!Has(own_, id)) return;
       const size_t end = buffer_.size();
       buffer_.resize(end + column->size() * kSizeOnDevice<T>);
       ToDevice(column->data(), column->size(), buffer_.data() + end);
     });
   }
-  device_->Reset(worlds, buffer_, seeded_);
+  device_->Reset(worlds, buffer_, own_);
 }
 
 void DeviceRows::Restore(std::span<const uint32_t> worlds, const Rows& start, const Rows& own,

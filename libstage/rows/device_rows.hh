@@ -73,8 +73,10 @@ class DeviceRows {
   ColumnSet of_host() const { return of_host_; }
   /// Starts to give robots commands. No robot is listed twice.
   void Give(std::span<const row_given_t> commands) { device_->Give(commands); }
-  /// Resets worlds, which differ, to their states after loading with these seeds.
-  void Reset(std::span<const uint32_t> worlds, std::span<const uint64_t> seeds);
+  /// Resets worlds, which differ, to their states after loading with these seeds. `given`: for each
+  /// world the numbers of Scene::varied, see Rows::Reset().
+  void Reset(std::span<const uint32_t> worlds, std::span<const uint64_t> seeds,
+             std::span<const std::span<const double>> given = {});
   /// Puts worlds, which differ, into the state of the only world of `start`, except for columns
   /// that come from their own rows in `own`.
   void Restore(std::span<const uint32_t> worlds, const Rows& start, const Rows& own,
@@ -87,7 +89,7 @@ class DeviceRows {
   static constexpr size_t kWatchedNumbers = 7;
   /// True if states after loading depend on the seed, so that RowDevice::ResetFlagged() must not be
   /// called.
-  bool DependsOnSeed() const { return seeded_ != ColumnSet{1} << ROW_SEED; }
+  bool DependsOnSeed() const { return depends_on_seed_; }
 
  private:
   void PlanControls();
@@ -96,7 +98,8 @@ class DeviceRows {
   const size_t worlds_;
   const DeviceImage image_;
   const std::shared_ptr<RowDevice> device_;
-  ColumnSet seeded_ = 0;         // columns that depend on the seed, which is one of them
+  ColumnSet own_ = 0;  // columns that depend on the seed, which is one of them, or vary
+  bool depends_on_seed_ = false;
   std::unique_ptr<Rows> reset_;  // one world
   std::vector<std::byte> buffer_, start_;
   std::vector<int> of_controls_;  // columns that they need

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
 #include <memory>
 #include <numeric>
 #include <sstream>
@@ -48,9 +49,76 @@ std::unique_ptr<RowDevice> MakeDevice(uint32_t work_items) {
   return device;
 }
 
+using Stg::rows::VariedNumber;
+using Stg::rows::VariedProperty;
+
+/// Some of the numbers that worlds may have of their own.
+std::vector<VariedNumber> NumbersToVary(const Stg::World& world, RandomSource* random) {
+  constexpr uint32_t kMostElements = 8, kMostSensors = 3;
+  std::vector<VariedNumber> numbers;
+  for (const Stg::Model* model : world.engine().models)
+    for (auto property = VariedProperty::kMass; property < VariedProperty::kNone;
+         property = static_cast<VariedProperty>(static_cast<int>(property) + 1)) {
+      if (random->OneIn(2)) continue;
+      for (uint32_t sensor = 0; sensor < kMostSensors; sensor++)
+        for (uint32_t element = 0; element < kMostElements; element++)
+          if (const VariedNumber number{model->GetId(), sensor, property, element};
+              Stg::RowBridge::CanVary(world, number))
+            numbers.push_back(number);
+    }
+  return numbers;
+}
+
+/// Chooses such numbers.
+std::function<std::vector<VariedNumber>(const Stg::World&)> SomeNumbers(RandomSource* random) {
+  return [random](const Stg::World& world) { return NumbersToVary(world, random); };
+}
+
+/// A number of a world, in the unit of its file. Noise is often 0.
+double SomeValue(const VariedNumber& number, RandomSource* random) {
+  const bool is_least = number.element % 2 == 0;
+  switch (number.property) {
+    case VariedProperty::kMass:
+      return random->Real(0.1, 30);
+    case VariedProperty::kVelocityBounds:
+    case VariedProperty::kAccelerationBounds: {
+      const double most = random->Real(0.1, number.element / 2 == 3 ? 90 : 1.5);
+      return is_least ? -most : most;
+    }
+    case VariedProperty::kOdomError:
+      return random->Real(-0.1, 0.1);
+    case VariedProperty::kOdomNoise:
+      return random->OneIn(2) ? 0 : random->Real(0, 0.05);
+    case VariedProperty::kNoise:
+      return random->OneIn(2) ? 0 : random->Real(0, number.element == 0 ? 1e-3 : 0.1);
+    case VariedProperty::kWheelbase:
+      return random->Real(0.2, 2);
+    case VariedProperty::kSteeringLimit:
+    case VariedProperty::kSteeringRate:
+      return random->Real(0, 60);
+    default:
+      return random->Real(0, 1);
+  }
+}
+
+std::vector<double> SomeValues(const Stg::rows::Scene& scene, RandomSource* random) {
+  std::vector<double> values;
+  for (size_t k = 0; k < scene.varied.size(); k++) {
+    const VariedNumber& number = scene.varied[k].number;
+    const bool has_none =
+        number.property == VariedProperty::kOdomNoise || number.property == VariedProperty::kNoise;
+    const bool follows = k > 0 && number.element > 0 && has_none;
+    // All numbers of the noise of a sensor or of odometry are 0 in some worlds.
+    const bool is_zero = follows && values[k - 1] == 0 && random->OneIn(2);
+    values.push_back(is_zero ? 0 : SomeValue(number, random));
+  }
+  return values;
+}
+
 /// A scene whose robots and rangers run, except those whose bit in `idle`, at their id modulo 64,
-/// is set.
-ScenePointer SceneOf(const std::string& text, uint64_t idle) {
+/// is set. `choose`: the numbers that differ between worlds; empty: none do.
+using Choose = std::function<std::vector<VariedNumber>(const Stg::World&)>;
+ScenePointer SceneOf(const std::string& text, uint64_t idle, const Choose& choose = {}) {
   Stg::InitLibrary();
   Stg::RunOptions options;
   options.threads = 1;
@@ -62,8 +130,10 @@ ScenePointer SceneOf(const std::string& text, uint64_t idle) {
     if ((model->GetModelType() == "position" || model->GetModelType() == "ranger") &&
         ((idle >> (model->GetId() % 64)) & 1) == 0)
       model->Subscribe();
+  std::vector<VariedNumber> numbers;
+  if (choose) numbers = choose(*world);
   std::string reason;
-  ScenePointer scene = Stg::RowBridge::MakeScene(std::move(world), &reason);
+  ScenePointer scene = Stg::RowBridge::MakeScene(std::move(world), &reason, numbers);
   EXPECT_TRUE(scene) << reason << "\n" << text;
   return scene;
 }
@@ -112,6 +182,10 @@ class Comparison {
         read_(scene, Seeds(worlds, random)),
         device_(scene, worlds, MakeDevice(work_items), 0, contact_bytes) {
     device_.Write(host_);
+    if (scene->varied.empty()) return;
+    std::vector<uint32_t> all(worlds);
+    std::iota(all.begin(), all.end(), 0u);
+    Reset(all);
   }
 
   Rows& host() { return host_; }
@@ -176,14 +250,23 @@ class Comparison {
   }
   void ResetSome() {
     std::vector<uint32_t> worlds;
-    std::vector<uint64_t> seeds;
-    for (size_t i = 0; i < host_.size(); i++) {
-      if (!random_.OneIn(2)) continue;
-      worlds.push_back(static_cast<uint32_t>(i));
-      seeds.push_back(random_.Next());
-      host_.Reset(i, seeds.back());
+    for (size_t i = 0; i < host_.size(); i++)
+      if (random_.OneIn(2)) worlds.push_back(static_cast<uint32_t>(i));
+    Reset(worlds);
+  }
+  /// Resets some worlds, which keep their seeds and numbers.
+  void ResetFlagged() {
+    const size_t count = host_.scene().varied.size();
+    std::vector<uint8_t> flags(host_.size());
+    for (size_t i = 0; i < flags.size(); i++) {
+      flags[i] = random_.OneIn(2);
+      if (!flags[i]) continue;
+      std::vector<double> numbers;
+      for (size_t k = 0; k < count; k++)
+        numbers.push_back(host_.columns.varied[i * count + k] / host_.scene().varied[k].unit);
+      host_.Reset(i, host_.columns.seed[i], numbers);
     }
-    device_.Reset(worlds, seeds);
+    device_.device().ResetFlagged({flags.data(), flags.size(), false});
   }
   /// Lets the host make steps of what the device has read back, and the device go on from there.
   void HandOver(uint64_t steps) {
@@ -201,6 +284,18 @@ class Comparison {
   }
 
  private:
+  /// Resets worlds with other seeds, and other numbers if these vary.
+  void Reset(const std::vector<uint32_t>& worlds) {
+    std::vector<uint64_t> seeds;
+    std::vector<std::vector<double>> values;
+    for (const uint32_t world : worlds) {
+      seeds.push_back(random_.Next());
+      values.push_back(SomeValues(host_.scene(), &random_));
+      host_.Reset(world, seeds.back(), values.back());
+    }
+    const std::vector<std::span<const double>> given(values.begin(), values.end());
+    device_.Reset(worlds, seeds, given);
+  }
   static std::vector<uint64_t> Seeds(size_t worlds, RandomSource* random) {
     std::vector<uint64_t> seeds(worlds);
     for (uint64_t& seed : seeds) seed = random->Next();
@@ -234,14 +329,15 @@ class DeviceRowsTest : public testing::TestWithParam<Case> {
 TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
   const auto [work_items, exact, outlines] = GetParam();
   size_t stalls = 0, hits = 0, empty_packs = 0, wide = 0, noisy = 0, placed_by_seed = 0;
-  size_t controlled = 0, remembering = 0, hindered = 0, pushed = 0;
+  size_t controlled = 0, remembering = 0, hindered = 0, pushed = 0, varied = 0;
   const auto solved = Stg::test::HostRowDevice::islands;
   const uint64_t in_shared_room = Stg::test::HostRowDevice::worlds_in_shared_room;
   for (uint64_t seed = 1; seed <= Worlds(work_items == kHost ? 60 : 24); seed++) {
     RandomSource random(seed * 100 + exact + 2 * outlines);
     const ClosedWorldKind kind{outlines, exact, random.Int(1, 8), random.Real(1, 6), seed % 2 == 0};
     const std::string text = ClosedWorld(kind, &random);
-    const ScenePointer scene = SceneOf(text, random.OneIn(3) ? random.Next() & random.Next() : 0);
+    const ScenePointer scene = SceneOf(text, random.OneIn(3) ? random.Next() & random.Next() : 0,
+                                       seed % 3 == 1 ? SomeNumbers(&random) : Choose());
     ASSERT_TRUE(scene);
     ASSERT_EQ(WhyNotOnDevice(scene), "");
     // Contacts in the memory of each world, and in that which they share.
@@ -265,6 +361,7 @@ TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
     placed_by_seed += scene->populations != nullptr;
     wide += !scene->narrow;
     noisy += !comparison.host().columns.noise.empty();
+    varied += scene->varies_movers && scene->varies_noise;
     for (const auto& group : scene->controls.groups) controlled += group.controls.size();
     for (const double number : comparison.host().columns.memory) remembering += number != 0;
   }
@@ -274,6 +371,7 @@ TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
   EXPECT_GT(placed_by_seed, 3u);
   EXPECT_GT(wide, 0u);
   EXPECT_GT(noisy, 3u);
+  EXPECT_GT(varied, 3u);
   EXPECT_GT(controlled, 20u);
   EXPECT_GT(remembering, 20u);
   EXPECT_EQ(hindered > 300, outlines) << hindered;
@@ -300,12 +398,27 @@ robot( pose [0 0 0 0] )
 robot( pose [1 0 0 180] )
 )";
 
+/// A scene in which the masses and bounds of models differ between worlds, or nothing does.
+ScenePointer SceneWithMasses(const std::string& text, bool varies) {
+  return SceneOf(text, 0, [varies](const Stg::World& world) {
+    std::vector<VariedNumber> numbers;
+    for (uint32_t model = 0; varies && model < world.engine().models.size(); model++)
+      for (const auto property : {VariedProperty::kMass, VariedProperty::kVelocityBounds})
+        if (const VariedNumber number{model, 0, property,
+                                      property == VariedProperty::kMass ? 0u : 1u};
+            Stg::RowBridge::CanVary(world, number))
+          numbers.push_back(number);
+    return numbers;
+  });
+}
+
 TEST(DeviceRowsSizesTest, AnyNumberOfWorldsHasTheBitsOfTheHost) {
   if (const std::string reason = device::WhyNone(); !reason.empty()) GTEST_SKIP() << reason;
-  const ScenePointer scene = SceneOf(kTwoRobots, 0);
-  for (const size_t worlds : {1, 33, 1000}) {
+  for (const size_t worlds : {1, 33, 200, 1000}) {
     SCOPED_TRACE(worlds);
     RandomSource random(worlds);
+    const ScenePointer scene =
+        SceneOf(kTwoRobots, 0, worlds < 1000 ? SomeNumbers(&random) : Choose());
     Comparison comparison(scene, worlds, kChosen, &random);
     for (int round = 0; round < 8; round++) {
       comparison.Step(4);
@@ -314,6 +427,25 @@ TEST(DeviceRowsSizesTest, AnyNumberOfWorldsHasTheBitsOfTheHost) {
     }
     EXPECT_EQ(comparison.Difference(), "");
   }
+}
+
+/// A device resets worlds by itself if their states after loading do not depend on their seeds.
+TEST(DeviceRowsFlagsTest, WorldsThatTheDeviceResetsKeepTheirProperties) {
+  std::string text = kTwoRobots;
+  text.replace(text.find("localization \"odom\""), 19, "friction 0.5");
+  for (const bool varies : {false, true})
+    for (const uint32_t work_items : {kHost, kChosen}) {
+      if (work_items == kChosen && !device::WhyNone().empty()) continue;
+      RandomSource random(varies + 1);
+      const ScenePointer scene = SceneWithMasses(text, varies);
+      Comparison comparison(scene, 20, work_items, &random);
+      for (int round = 0; round < 8; round++) {
+        comparison.Step(5);
+        comparison.ResetFlagged();
+        ASSERT_EQ(comparison.Difference(), "") << work_items << " round " << round;
+      }
+      EXPECT_EQ(comparison.host().columns.properties.size(), varies ? 40u : 0u);
+    }
 }
 
 /// With many islands, those that take long are given up, and solved after the others.

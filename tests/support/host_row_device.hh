@@ -74,7 +74,7 @@ class HostRowDevice : public rows::RowDevice {
       row_restore(
           &world, reinterpret_cast<const row_byte*>(start.data()),
           reinterpret_cast<const row_byte*>(given.data()) + i * (given.size() / worlds.size()),
-          columns);
+          columns, 0);
     }
   }
   void Give(std::span<const row_given_t> commands) override {
@@ -127,8 +127,7 @@ class HostRowDevice : public rows::RowDevice {
   void ResetFlagged(const rows::RowInput& flags) override {
     for (size_t i = 0; i < worlds_; i++) {
       const row_world_t world = WorldAt(i);
-      if (static_cast<const row_byte*>(flags.data)[i])
-        row_reset(&world, ROW_COLUMN(&world, row_byte, ROW_SEED), uint64_t{1} << ROW_SEED);
+      if (static_cast<const row_byte*>(flags.data)[i]) row_reset_again(&world);
     }
   }
   void WriteMemory(rows::RowMemory* memory, const void* from) override {
