@@ -154,9 +154,21 @@ class PoolAccess {
   static void NoteDeviceSteps(WorldPool& pool, const rows::Rows* rows);
   /// Forgets the device's rows after an error; what only the device had is lost.
   static void AbandonDevice(WorldPool& pool);
+  /// The numbers of worlds for a reset, as in Reset().
+  struct OwnValues {
+    const double* data;  ///< null: those that the worlds have
+    size_t most;         ///< for each world; those beyond what varies in its scene are not used
+  };
   /// Like WorldPool::Reset() and then the present subscriptions, if OnDevice() is not null.
   static void ResetOnDevice(WorldPool& pool, std::span<const uint32_t> ids,
-                            std::span<const uint64_t> seeds);
+                            std::span<const uint64_t> seeds, OwnValues values = {nullptr, 0});
+  /// Like that, for all worlds, in any order. They become those of a variant of the same file that
+  /// had no worlds.
+  static void ResetToVariant(WorldPool& pool, uint32_t variant, const std::vector<uint32_t>& ids,
+                             const std::vector<uint64_t>& seeds, OwnValues values);
+
+ private:
+  static void SetValues(WorldPool& pool, uint32_t id, const double* values, size_t most);
 };
 
 }  // namespace Stg

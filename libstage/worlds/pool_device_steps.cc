@@ -220,12 +220,29 @@ void PoolAccess::NoteDeviceSteps(WorldPool& pool, const rows::Rows* rows) {
 void PoolAccess::AbandonDevice(WorldPool& pool) { pool.impl_->device->Abandon(); }
 
 void PoolAccess::ResetOnDevice(WorldPool& pool, std::span<const uint32_t> ids,
-                               std::span<const uint64_t> seeds) {
-  for (size_t i = 0; i < ids.size(); i++) pool.impl_->seeds[ids[i]] = seeds[i];
-  OnDevice(pool)->Reset(ids, seeds);
+                               std::span<const uint64_t> seeds, OwnValues values) {
+  std::vector<std::span<const double>> given;
+  for (size_t i = 0; i < ids.size(); i++) {
+    pool.impl_->seeds[ids[i]] = seeds[i];
+    if (values.data) SetValues(pool, ids[i], values.data + i * values.most, values.most);
+    given.push_back(pool.impl_->slots[ids[i]].values);
+  }
+  OnDevice(pool)->Reset(ids, seeds, given);
   for (const uint32_t id : ids)
     pool.impl_->common->columns.reseeding[pool.impl_->slots[id].place].reset();
   NoteDeviceSteps(pool);
+}
+
+void PoolAccess::ResetToVariant(WorldPool& pool, uint32_t variant, const std::vector<uint32_t>& ids,
+                                const std::vector<uint64_t>& seeds, OwnValues values) {
+  const std::vector<uint32_t> running = pool.impl_->slots[0].subscriptions->models();
+  const std::vector<uint32_t> variants(ids.size(), variant);
+  pool.impl_->SetVariants(pool.All(), variants);  // places are in the order of the worlds
+  if (values.data)
+    Reset(pool, ids, seeds, variants, values.data, values.most);
+  else
+    pool.Reset(ids, seeds, variants);
+  pool.ForEach(ids, [&](uint32_t id) { Subscribe(pool, id, running); });
 }
 
 }  // namespace Stg

@@ -32,15 +32,16 @@ bool WorldPool::Impl::Restart(uint32_t id) {
 void PoolAccess::Reset(WorldPool& pool, const std::vector<uint32_t>& ids,
                        const std::vector<uint64_t>& seeds, const std::vector<uint32_t>& variants,
                        const double* values, size_t most) {
-  WorldPool::Impl& impl = *pool.impl_;
-  impl.SetVariants(ids, variants);
-  for (size_t i = 0; i < ids.size(); i++) {
-    WorldPool::Impl::Slot& slot = impl.slots[ids[i]];
-    const size_t count = slot.scene()->varied().size();
-    STAGE_ASSERT(count <= most);
-    slot.values.assign(values + i * most, values + i * most + count);
-  }
+  pool.impl_->SetVariants(ids, variants);
+  for (size_t i = 0; i < ids.size(); i++) SetValues(pool, ids[i], values + i * most, most);
   pool.Reset(ids, seeds);
+}
+
+void PoolAccess::SetValues(WorldPool& pool, uint32_t id, const double* values, size_t most) {
+  WorldPool::Impl::Slot& slot = pool.impl_->slots[id];
+  const size_t count = slot.scene()->varied().size();
+  STAGE_ASSERT(count <= most);
+  slot.values.assign(values, values + count);
 }
 
 const std::vector<double>& PoolAccess::Values(const WorldPool& pool, uint32_t id) {

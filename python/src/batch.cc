@@ -69,9 +69,9 @@ void Batch::MakeWorlds() {
     if (!pool_->Failure(i).empty()) throw Failure{Kind::kWorld, pool_->Failure(i)};
 }
 
-void Batch::MakeCrowd(const std::vector<Crowd::Robots>& robots) {
+void Batch::MakeCrowd(const std::vector<Crowd::Robots>& robots, bool shares_scene) {
   crowd_ = std::make_shared<Crowd>(weak_from_this(), robots, size(), false);
-  if (!device().empty() && pool_->CountVariants() == 1 && !PoolAccess::HasControlsOnHost(*pool_))
+  if (!device().empty() && shares_scene && !PoolAccess::HasControlsOnHost(*pool_))
     device_crowd_ = std::make_shared<DeviceCrowd>(shared_from_this(), crowd_);
 }
 
@@ -226,13 +226,13 @@ void Batch::Rollout(const double* commands, size_t moments, uint64_t steps,
 
 void Batch::Reset(const Indices& which, const std::optional<std::vector<uint64_t>>& given,
                   const std::optional<std::vector<uint32_t>>& variants,
-                  const std::optional<Values>& values) {
+                  const std::optional<PoolAccess::OwnValues>& values) {
   const Use use(this);
   const GilRelease no_gil;
   std::vector<uint64_t> seeds = given.value_or(std::vector<uint64_t>());
   if (!given)
     for (const uint32_t index : which) seeds.push_back(pool_->seeds()[index]);
-  if (device_crowd_) return device_crowd_->Reset(which, seeds);
+  if (device_crowd_) return device_crowd_->Reset(which, seeds, variants, values);
   if (variants && values)
     PoolAccess::Reset(*pool_, which, seeds, *variants, values->data, values->most);
   else if (variants)

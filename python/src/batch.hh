@@ -49,7 +49,8 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   /// Name of the device that makes whole steps, or "".
   std::string device() const { return pool_->StepDevice(); }
   /// Creates the arrays of these robots. Call it once, after the batch is owned by a shared_ptr.
-  void MakeCrowd(const std::vector<Crowd::Robots>& robots);
+  /// `shares_scene`: all worlds share a scene, so that a device may have their arrays.
+  void MakeCrowd(const std::vector<Crowd::Robots>& robots, bool shares_scene);
 
   /// Makes the world of a prototype, with these robots, the variant with this number, which is the
   /// next one or has no worlds. Throws Failure if the arrays have no room for its robots. `varied`:
@@ -71,16 +72,11 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   /// stays false from the moment on at which a world fails.
   void Rollout(const double* commands, size_t moments, uint64_t steps,
                const std::vector<Record>& records, bool* recorded);
-  /// The numbers of each world, as many as vary in its scene.
-  struct Values {
-    const double* data;
-    size_t most;  ///< numbers for each world; the others are not used
-  };
   /// Resets these worlds, each with its own seed, variant and values; none: with those that it has.
   /// Values need variants.
   void Reset(const Indices& which, const std::optional<std::vector<uint64_t>>& seeds,
              const std::optional<std::vector<uint32_t>>& variants,
-             const std::optional<Values>& values);
+             const std::optional<PoolAccess::OwnValues>& values);
   /// The values of each world, and of one.
   std::vector<std::vector<double>> ValuesOfAll();
   std::vector<double> ValuesOf(uint32_t index);

@@ -87,7 +87,7 @@ std::shared_ptr<Batch> Make(const std::vector<std::shared_ptr<Simulation>>& prot
         std::make_shared<Batch>(pointers, seeds, variants, threads, device, placed, branch);
     std::vector<Crowd::Robots> robots;
     for (const auto& of_variant : ids) robots.push_back(KeysOf(of_variant));
-    batch->MakeCrowd(robots);
+    batch->MakeCrowd(robots, prototypes.size() == 1);
     return batch;
   });
 }
@@ -96,7 +96,7 @@ std::shared_ptr<Batch> Make(const std::vector<std::shared_ptr<Simulation>>& prot
 std::shared_ptr<Batch> MakeAnother(Batch& batch, const std::vector<uint64_t>& seeds) {
   return Logged([&] {
     const auto another = std::make_shared<Batch>(&batch, seeds);
-    another->MakeCrowd(batch.crowd()->robots());
+    another->MakeCrowd(batch.crowd()->robots(), batch.device_crowd() != nullptr);
     return another;
   });
 }
@@ -192,8 +192,8 @@ void Reset(Batch& batch, const Numbers& which, const std::optional<Seeds>& seeds
   if (variants) new_variants = IndicesOf(*variants);
   if (values && (!variants || values->shape(0) != which.shape(0)))
     throw nb::value_error("found values for another number of worlds, or without variants");
-  std::optional<Batch::Values> given;
-  if (values) given = Batch::Values{values->data(), values->shape(1)};
+  std::optional<PoolAccess::OwnValues> given;
+  if (values) given = PoolAccess::OwnValues{values->data(), values->shape(1)};
   Logged([&] { batch.Reset(IndicesOf(which), new_seeds, new_variants, given); });
 }
 

@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <cstring>
-#include <optional>
 #include <utility>
 
 #include "array_groups.hh"
 #include "gil.hh"
 #include "signals.hh"
 #include "threads/wall_clock.hh"
-#include "worlds/pool_access.hh"
 
 namespace Stg::python {
 
@@ -107,8 +105,13 @@ void DeviceCrowd::Subscribe(const Planner& plan) {
                   "the first step, or after a reset of all worlds"};
   pool_.ForEach(pool_.All(), [&](uint32_t id) { PoolAccess::Subscribe(pool_, id, needs); });
   Rows();
-  for (const auto& member : members_) SetParts(member.get(), false);
+  PlanAgain();
   Gather(members_);
+}
+
+/// Plans all arrays for a new scene.
+void DeviceCrowd::PlanAgain() {
+  for (const auto& member : members_) SetParts(member.get(), false);
 }
 
 /// Plans the array for the present scene, and writes what does not change. A new array gets its
@@ -277,10 +280,24 @@ void DeviceCrowd::Step(std::span<const uint32_t> worlds, uint64_t steps) {
   Gather(members_, ChoiceOf(worlds));
 }
 
-void DeviceCrowd::Reset(std::span<const uint32_t> worlds, std::span<const uint64_t> seeds) {
+void DeviceCrowd::Reset(std::span<const uint32_t> worlds, const std::vector<uint64_t>& seeds,
+                        const std::optional<std::vector<uint32_t>>& variants,
+                        const std::optional<PoolAccess::OwnValues>& values) {
+  const PoolAccess::OwnValues own = values.value_or(PoolAccess::OwnValues{nullptr, 0});
+  const uint32_t variant = variants && !worlds.empty() ? (*variants)[0] : pool_.Variant(0);
+  const bool is_another = variant != pool_.Variant(0);
+  const auto is_other = [&](uint32_t each) { return each != variant; };
+  if ((variants && std::ranges::any_of(*variants, is_other)) ||
+      (is_another && worlds.size() < pool_.size()))
+    throw Failure{Kind::kStage, "all worlds on a device must be of the same variant"};
+  Rows();
   WithDevice([&] {
+    if (is_another)
+      PoolAccess::ResetToVariant(pool_, variant, {worlds.begin(), worlds.end()}, seeds, own);
+    else
+      PoolAccess::ResetOnDevice(pool_, worlds, seeds, own);
+    if (is_another) PlanAgain();
     rows::RowDevice& device = Rows()->device();
-    PoolAccess::ResetOnDevice(pool_, worlds, seeds);
     if (Member* const commands = Commands()) {
       WaitForClients();
       const auto words = static_cast<uint32_t>(3 * size());

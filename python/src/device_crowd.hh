@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,6 +23,7 @@
 #include "device_plan.hh"
 #include "rows/device_rows.hh"
 #include "source.hh"
+#include "worlds/pool_access.hh"
 
 namespace Stg::python {
 
@@ -51,8 +53,11 @@ class DeviceCrowd : public std::enable_shared_from_this<DeviceCrowd> {
 
   /// Gives commands to these worlds, steps them and updates the arrays.
   void Step(std::span<const uint32_t> worlds, uint64_t steps);
-  /// Resets worlds, sets their commands to 0 and updates the arrays.
-  void Reset(std::span<const uint32_t> worlds, std::span<const uint64_t> seeds);
+  /// Resets worlds, sets their commands to 0 and updates the arrays. All worlds must have the same
+  /// variant afterwards. `values`: see PoolAccess::Reset().
+  void Reset(std::span<const uint32_t> worlds, const std::vector<uint64_t>& seeds,
+             const std::optional<std::vector<uint32_t>>& variants,
+             const std::optional<PoolAccess::OwnValues>& values);
   /// Resets the worlds that have a flag, which keep their seeds, like Reset(). Only if
   /// CanResetFlagged().
   void ResetFlagged(const rows::RowInput& flags);
@@ -80,6 +85,7 @@ class DeviceCrowd : public std::enable_shared_from_this<DeviceCrowd> {
   Member* Commands();
   void WaitForClients();
   void SetParts(Member* member, bool is_new);
+  void PlanAgain();
   rows::RowChoice ChoiceOf(std::span<const uint32_t> worlds) const;
   void Gather(std::span<const std::shared_ptr<Member>> members,
               const rows::RowChoice& worlds = rows::RowChoice());

@@ -24,7 +24,7 @@ class SceneVariants:
     """Finds the variant with a scene by its content, and the number for a new one."""
 
     def __init__(self, keys: Sequence[str]) -> None:
-        self._fixed = len(keys)  # variants that the batch was made with keep their scenes
+        self.count_fixed = len(keys)  #: variants that the batch was made with keep their scenes
         self._count = len(keys)
         self._numbers: dict[str, int] = {}  # by key, the least recently used one first
         self._keys: dict[int, str] = {}  # the other way round
@@ -36,7 +36,7 @@ class SceneVariants:
     def copy(self) -> SceneVariants:
         """Variants that can be changed on their own."""
         copied = SceneVariants([])
-        copied._fixed, copied._count = self._fixed, self._count
+        copied.count_fixed, copied._count = self.count_fixed, self._count
         copied._numbers, copied._keys = dict(self._numbers), dict(self._keys)
         return copied
 
@@ -49,7 +49,7 @@ class SceneVariants:
 
     def numbers_for_new(self, used: Collection[int], count: int) -> list[int]:
         """The numbers of the variants that new scenes replace, followed by the next ones; those in `used` stay."""
-        idle = [number for number in self._numbers.values() if number >= self._fixed and number not in used]
+        idle = [number for number in self._numbers.values() if number >= self.count_fixed and number not in used]
         replaced = idle[:max(0, len(idle) - KEPT + 1)]
         return [*replaced, *range(self._count, self._count + count)][:count]
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from . import _options
 from ._checks import shown
 from ._sections import Sections, Target
-from .errors import WorldError
+from .errors import StageError, WorldError
 from .world import Column, Recipe, World
 
 #: Different combinations of those values that a batch may have of which each has a scene of about a megabyte.
@@ -63,8 +63,7 @@ class Variation:
     Numbers that change no shape are columns of rows: they cost nothing. Others need a scene for each combination.
     """
 
-    def __init__(self, n: int, has_columns: bool) -> None:
-        self._has_columns = has_columns  # rows can hold values
+    def __init__(self, n: int) -> None:
         self.all: dict[str, Varied] = {}  #: by the names that were given, in the order in which they apply
         self._waiting = np.zeros(n, bool)  # for their next reset, since something was changed
         self._known: dict[str, tuple[World, Sections]] = {}  # by the key of the recipe
@@ -72,7 +71,7 @@ class Variation:
 
     def copy(self) -> Variation:
         """A variation that can be changed on its own."""
-        copied = Variation(len(self._waiting), self._has_columns)
+        copied = Variation(len(self._waiting))
         copied.all, copied._waiting, copied._known = dict(self.all), self._waiting.copy(), dict(self._known)
         return copied
 
@@ -83,9 +82,13 @@ class Variation:
         """True if world `i` has not been reset since the last change."""
         return bool(self._waiting[i])
 
+    def waits_anywhere(self) -> bool:
+        """True if some worlds have not been reset since the last change."""
+        return bool(self._waiting.any())
+
     def is_idle(self) -> bool:
         """True if nothing differs, and nothing has differed since the last resets."""
-        return not self.all and not self._waiting.any()
+        return not self.all and not self.waits_anywhere()
 
     def note_reset(self, ids: npt.NDArray[np.uint32]) -> None:
         """Notes that the values are in force in these worlds."""
@@ -95,14 +98,20 @@ class Variation:
         """Lets these worlds get their values at their next reset."""
         self._waiting[ids] = True
 
-    def set(self, name: str, values: Any, bases: Sequence[Recipe]) -> None:
-        """Sets the values of a property; None: those of the file. `bases` are the recipes of all worlds."""
+    def set(self, name: str, values: Any, bases: Sequence[Recipe], shares_scene: bool = False) -> None:
+        """Sets the values of a property; None: those of the file. `bases` are the recipes of all worlds.
+
+        `shares_scene`: the worlds must share a scene, so that each value must be a column.
+        """
         before = dict(self.all)
         once = {id(base): base for base in bases}
         varied = None if values is None else self._checked(name, values, once.values())
         if varied is None and name not in self.all:
             raise ValueError(f"vary({name!r}): found a name that is not varied, expected "
                              f"{' or '.join(map(repr, self.all)) or 'one that is'}{_similar(name, self.all)}")
+        if varied and shares_scene and any(varied.in_scenes):
+            raise StageError(f"vary({name!r}): the worlds of this batch are on a device and share a scene, in which "
+                             f"{varied.property!r} can't differ; make the batch from two scenes or more")
         self._plans.clear()
         self.all.pop(name, None)
         if varied:
@@ -167,8 +176,7 @@ class Variation:
                      for (number, name), (each, is_tuple) in texts.items())
 
     def _is_column(self, target: Target, property: str, sections: Sections) -> bool:
-        return (self._has_columns and property in _kinds(sections.type_of(target))
-                and sections.place_in_rows(target, property) is not None)
+        return property in _kinds(sections.type_of(target)) and sections.place_in_rows(target, property) is not None
 
     def _plan(self, base: Recipe) -> Plan:
         key = key_of(base.plain())
@@ -192,7 +200,8 @@ class Variation:
                 for k in range(varied.values.shape[2]):
                     element = k if varied.index is None else varied.index
                     sources[Column(sections.targets[target], varied.property, element, *place)] = Source(varied, j, k)
-        return Plan(base._replace(varied=(), columns=tuple(sources)), tuple(sources.values()), needs_scenes)
+        columns = tuple(sorted(sources))  # the order in which properties are given does not make another scene
+        return Plan(base._replace(varied=(), columns=columns), tuple(sources[column] for column in columns), needs_scenes)
 
     def _first_out_of_order(self, plan: Plan, ids: Sequence[int]) -> int | None:
         """The first of these worlds in which a least value is above the largest one."""

@@ -133,7 +133,7 @@ class Batch(Crowd):
         self._things, self.placed = list(things[0]), things[1]  #: names of the models that place() moves
         self._patterns = patterns  # of robots and of models that place() moves
         self._scenes = scenes or SceneVariants([key_of(recipe) for recipe in recipes])
-        self._variation = variation or Variation(n, device is None)
+        self._variation = variation or Variation(n)
         self._state_keys = _states.StateKeys()
         self._next_variants = dict(next_variants or {})  # of worlds with another map from their next reset on
         self._all = np.arange(n, dtype=np.uint32)
@@ -255,10 +255,15 @@ class Batch(Crowd):
             ids: which worlds; None: all. For a batch on a CUDA device, a mask there of shape (n,) as well: if the
                 worlds have no populations and no noise, it stays there.
             variant: one variant per selected world, or one for all; None: those that they have.
+
+        Raises:
+            StageError: the worlds are on a device and of one variant, and only some are reset when a property begins or
+                ceases to vary.
         """
         if is_on_card(ids):
             flags = checked_tensor(ids, "a mask", "bool", (self.n,))
-            if seeds is None and variant is None and self._reads_cuda() and self._core.reset_on_card(flags):
+            stays = seeds is None and variant is None and not self._variation.waits_anywhere()
+            if stays and self._reads_cuda() and self._core.reset_on_card(flags):
                 return
             ids = on_host(flags)
         chosen = self._chosen(ids)
@@ -291,10 +296,17 @@ class Batch(Crowd):
         if not self._variation.is_idle():
             following.update(self._varied({i: following.get(i, present[i]) for i in ids
                                            if i in following or self._variation.waits(i)}, present))
-            self._variation.note_reset(chosen)
+        self._check_shared_scene(following, present)
+        self._variation.note_reset(chosen)
         for i in ids:
             self._next_variants.pop(i, None)
         return np.array([following.get(i, present[i]) for i in ids], np.uint32) if following else None
+
+    def _check_shared_scene(self, following: Mapping[int, int], present: list[int]) -> None:
+        """Raises StageError if the worlds of a device would not share a scene any more."""
+        if self._core.device_crowd and len({following.get(i, variant) for i, variant in enumerate(present)}) > 1:
+            raise StageError("the worlds of this batch are on a device, so a property begins or ceases to vary in all of "
+                             "them together: reset all worlds")
 
     def _varied(self, before: Mapping[int, int], present: list[int]) -> dict[int, int]:
         """The variants of worlds with their values of vary(), by the variants that they would have without."""
@@ -318,9 +330,10 @@ class Batch(Crowd):
 
         Any number of closed worlds, see explain(), may have values of their own of mass, friction, floor_friction,
         velocity_bounds, acceleration_bounds, wheel_slip, odom_error, odom_noise, wheelbase, steering_limit and
-        steering_rate of robots, and of the noise of rangers. For all other properties, and on a device, worlds with equal
-        values share a scene; a new one takes about a millisecond and 0.8 MB, and a batch may have 1024 different
-        combinations of such values.
+        steering_rate of robots, and of the noise of rangers. For all other properties, worlds with equal values share a
+        scene; a new one takes about a millisecond and 0.8 MB, and a batch may have 1024 different combinations of such
+        values. Worlds of one variant on a device differ only in the former, and reset() must reset all of them when a
+        property begins or ceases to differ.
 
         Args:
             name: PATTERN.PROPERTY, or PATTERN.PROPERTY[INDEX] for one number of several: "robot*.mass",
@@ -333,12 +346,12 @@ class Batch(Crowd):
         Raises:
             ValueError: there is no such model or property, or values have another shape, are NaN or out of range.
                 Numbers that are valid alone and not together raise WorldError in reset().
-            StageError: the worlds are on a device and of one variant: make the batch from two scenes or more then.
+            StageError: the property needs several scenes, and the worlds are on a device and of one variant: make the
+                batch from two scenes or more then.
         """
-        self._check_not_on_device("their values can't vary")
         plain = [recipe.plain() for recipe in self._recipes]
         bases = [plain[self._next_variants.get(i, variant)] for i, variant in enumerate(self._core.variants())]
-        self._variation.set(name, values, bases)
+        self._variation.set(name, values, bases, shares_scene=self._core.device_crowd is not None)
 
     def _check_not_on_device(self, why: str) -> None:
         """Raises StageError if the arrays of the worlds are on a device, which has one scene for all of them."""
@@ -707,9 +720,11 @@ def _unpickle_batch(cls: type[Batch], recipes: list[Recipe], seeds: list[int], v
     prototypes = [World._from_recipe(recipe._replace(options={**recipe.options, "threads": 1}))
                   for recipe in recipes]
     batch = cls.__new__(cls)
-    core = _core.Batch([prototype._core for prototype in prototypes], seeds,
-                       [0 if recipes[number].columns else number for number in variants], threads, ids,
-                       device_choice(device), list(things[1]))
+    # Worlds that share a scene on a device are made from the first variant.
+    made = 1 if device is not None and scenes.count_fixed == 1 else len(recipes)
+    core = _core.Batch([prototype._core for prototype in prototypes[:made]], seeds,
+                       [0 if made == 1 or recipes[number].columns else number for number in variants], threads,
+                       ids[:made], device_choice(device), list(things[1]))
     for number, recipe in enumerate(recipes):
         if recipe.columns:
             core.set_prototype(number, prototypes[number]._core, ids[number], *_columns_of(recipe))

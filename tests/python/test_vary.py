@@ -494,22 +494,6 @@ def test_values_that_do_not_go_together_are_told_by_the_reset() -> None:
     check(batch, [made()] * 3)
 
 
-def test_worlds_on_a_device_vary() -> None:
-    def flat(mass: float = 4.0) -> Scene:
-        return made(lambda _: {"mass": mass}, lambda _: {"noise": (0, 0, 0)}, {"pushable": False}, contacts="cells")
-
-    try:
-        single = st.Batch.of(flat(), 1, device="opencl")
-    except st.StageError as error:
-        pytest.skip(str(error))
-    with pytest.raises(st.StageError, match="on a device and of one variant, so their values can't vary; make it from two"):
-        single.vary("r*.mass", [1.])
-    there = st.Batch.of([flat(), flat()], 4, device="opencl")
-    there.vary("r*.mass", [1., 2, 3, 4])
-    there.reset(3)
-    check(there, [flat(mass) for mass in (1., 2, 3, 4)])
-
-
 def test_forks_have_values_of_which_the_file_has_none() -> None:
     """Rangers of arena.world have no noise, and only one of its numbers is given."""
     batch = st.Batch("arena.world", 3)
