@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <memory>
 
 #include "random/random.hh"
@@ -186,21 +187,40 @@ void WorldStates::Check(const uint64_t* state, size_t width, Format* format, Tar
     throw StateError{"it was made by another version of Stage"};
 }
 
-/// Makes worlds those of the variants of their new states.
-void WorldStates::ChangeVariants(const Ids& ids, const std::vector<Target>& targets) {
-  Ids changed;
-  std::vector<uint32_t> variants;
-  std::vector<uint64_t> seeds;
-  for (size_t i = 0; i < ids.size(); i++) {
-    if (targets[i].variant == pool_.Variant(ids[i])) continue;
-    changed.push_back(ids[i]);
-    variants.push_back(targets[i].variant);
-    seeds.push_back(pool_.seeds()[ids[i]]);
-  }
-  if (!changed.empty()) pool_.Reset(changed, seeds, variants);
+/// Throws StateError if all worlds would not share a scene with their new states.
+void WorldStates::CheckSharedScene(const Ids& ids, const std::vector<Target>& targets) {
+  if (ids.empty()) return;
+  const auto differs = [&](const Target& target) {
+    return target.subscriptions != targets[0].subscriptions;
+  };
+  const bool others_differ =
+      ids.size() < pool_.size() && std::ranges::any_of(pool_.All(), [&](uint32_t id) {
+        return PoolAccess::SubscriptionsOf(pool_, id) != targets[0].subscriptions;
+      });
+  if (others_differ || std::ranges::any_of(targets, differs))
+    throw StateError{
+        "worlds on a device have the same sensors in use and the same properties that vary: load "
+        "states that have these in common in all worlds at once"};
 }
 
-void WorldStates::Load(const Ids& ids, size_t width, const uint64_t* from) {
+/// Makes worlds those of the variants of their new states. They get places there in their order.
+void WorldStates::ChangeVariants(const Ids& ids, const std::vector<Target>& targets) {
+  std::map<uint32_t, uint32_t> changed;
+  for (size_t i = 0; i < ids.size(); i++)
+    if (targets[i].variant != pool_.Variant(ids[i])) changed[ids[i]] = targets[i].variant;
+  if (changed.empty()) return;
+  Ids worlds;
+  std::vector<uint32_t> variants;
+  std::vector<uint64_t> seeds;
+  for (const auto& [id, variant] : changed) {
+    worlds.push_back(id);
+    variants.push_back(variant);
+    seeds.push_back(pool_.seeds()[id]);
+  }
+  pool_.Reset(worlds, seeds, variants);
+}
+
+void WorldStates::Load(const Ids& ids, size_t width, const uint64_t* from, bool shares_scene) {
   std::vector<Target> targets(ids.size());
   ForEachBlock(ids.size(), [&](size_t begin, size_t end) {
     Format format;
@@ -216,6 +236,7 @@ void WorldStates::Load(const Ids& ids, size_t width, const uint64_t* from) {
                          pool_.WhyNotClosed(ids[i]) + "; use restore()"};
     }
   });
+  if (shares_scene) CheckSharedScene(ids, targets);
   ChangeVariants(ids, targets);
   ForEachBlock(ids.size(), [&](size_t begin, size_t end) {
     Format format;

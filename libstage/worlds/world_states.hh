@@ -47,8 +47,9 @@ class WorldStates {
   /// Writes `width` words for each of these worlds; they follow CountWords().
   void Save(const Ids& ids, size_t width, uint64_t* to);
   /// Puts worlds into states of `width` words each, and makes them worlds of the variants of these.
-  /// Throws StateError, and changes nothing, if a state does not fit.
-  void Load(const Ids& ids, size_t width, const uint64_t* from);
+  /// Throws StateError, and changes nothing, if a state does not fit. `shares_scene`: all worlds
+  /// must have the same variant and subscriptions afterwards, as their arrays are on a device.
+  void Load(const Ids& ids, size_t width, const uint64_t* from, bool shares_scene = false);
 
  private:
   class Format;
@@ -63,6 +64,7 @@ class WorldStates {
   uint64_t KeyOf(uint32_t variant);
   uint32_t FindVariant(uint64_t key, uint32_t first);
   void Check(const uint64_t* state, size_t width, Format* format, Target* target);
+  void CheckSharedScene(const Ids& ids, const std::vector<Target>& targets);
   void ChangeVariants(const Ids& ids, const std::vector<Target>& targets);
 
   WorldPool& pool_;

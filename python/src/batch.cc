@@ -332,7 +332,8 @@ void Batch::LoadStates(const Indices& which, const std::vector<uint64_t>& keys, 
                        const uint64_t* from) {
   const Use use(this);
   const GilRelease no_gil;
-  WithStates([&] { WorldStates(pool_.get(), keys).Load(which, width, from); });
+  WithStates(
+      [&] { WorldStates(pool_.get(), keys).Load(which, width, from, device_crowd_ != nullptr); });
   Gather(which);
 }
 

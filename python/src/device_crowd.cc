@@ -19,7 +19,8 @@ struct DeviceCrowd::Member {
   bool flags;  // bytes, otherwise doubles
   std::vector<size_t> shape;
   std::shared_ptr<rows::RowMemory> memory;
-  Array host;  // without CUDA
+  bool lacks_models = false;  // that must run, so that elements have no values
+  Array host;                 // without CUDA
 
   nb::dlpack::dtype Dtype() const { return flags ? nb::dtype<bool>() : nb::dtype<double>(); }
   bool IsCommands() const { return name == "cmd"; }
@@ -105,12 +106,16 @@ void DeviceCrowd::Subscribe(const Planner& plan) {
                   "the first step, or after a reset of all worlds"};
   pool_.ForEach(pool_.All(), [&](uint32_t id) { PoolAccess::Subscribe(pool_, id, needs); });
   Rows();
-  PlanAgain();
+  PlanIfNew();
   Gather(members_);
 }
 
-/// Plans all arrays for a new scene.
-void DeviceCrowd::PlanAgain() {
+/// Plans all arrays again if the worlds have another scene.
+void DeviceCrowd::PlanIfNew() {
+  if (members_.empty()) return;
+  Rows();
+  const rows::Scene* const scene = PoolAccess::SceneOf(pool_, 0);
+  if (std::exchange(planned_, scene) == scene) return;
   for (const auto& member : members_) SetParts(member.get(), false);
 }
 
@@ -118,6 +123,7 @@ void DeviceCrowd::PlanAgain() {
 /// memory.
 void DeviceCrowd::SetParts(Member* member, bool is_new) {
   const DevicePlan plan = member->plan(Robots());
+  member->lacks_models = !plan.needs.empty();
   WithDevice([&] {
     rows::RowDevice& device = Rows()->device();
     const std::vector<std::byte> bytes = BytesOf(plan, pool_.size(), member->flags);
@@ -230,6 +236,7 @@ void DeviceCrowd::Gather(std::span<const std::shared_ptr<Member>> members,
 
 void DeviceCrowd::Update() {
   has_stepped_ = true;
+  PlanIfNew();
   Gather(members_);
 }
 
@@ -290,13 +297,15 @@ void DeviceCrowd::Reset(std::span<const uint32_t> worlds, const std::vector<uint
   if ((variants && std::ranges::any_of(*variants, is_other)) ||
       (is_another && worlds.size() < pool_.size()))
     throw Failure{Kind::kStage, "all worlds on a device must be of the same variant"};
-  Rows();
+  const bool is_all = worlds.size() == pool_.size();
   WithDevice([&] {
-    if (is_another)
+    if (is_another || (is_all && !PoolAccess::OnDevice(pool_))) {
       PoolAccess::ResetToVariant(pool_, variant, {worlds.begin(), worlds.end()}, seeds, own);
-    else
+    } else {
+      Rows();
       PoolAccess::ResetOnDevice(pool_, worlds, seeds, own);
-    if (is_another) PlanAgain();
+    }
+    PlanIfNew();
     rows::RowDevice& device = Rows()->device();
     if (Member* const commands = Commands()) {
       WaitForClients();
@@ -307,7 +316,9 @@ void DeviceCrowd::Reset(std::span<const uint32_t> worlds, const std::vector<uint
           std::fill_n(static_cast<double*>(commands->host.data()) + world * words, words, 0.0);
     }
   });
-  if (worlds.size() == pool_.size()) has_stepped_ = false;
+  if (is_all) has_stepped_ = false;
+  for (const auto& member : members_)
+    if (is_all && member->lacks_models && !member->IsCommands()) Subscribe(member->plan);
   Gather(members_, ChoiceOf(worlds));
 }
 

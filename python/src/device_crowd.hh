@@ -85,7 +85,7 @@ class DeviceCrowd : public std::enable_shared_from_this<DeviceCrowd> {
   Member* Commands();
   void WaitForClients();
   void SetParts(Member* member, bool is_new);
-  void PlanAgain();
+  void PlanIfNew();
   rows::RowChoice ChoiceOf(std::span<const uint32_t> worlds) const;
   void Gather(std::span<const std::shared_ptr<Member>> members,
               const rows::RowChoice& worlds = rows::RowChoice());
@@ -97,8 +97,9 @@ class DeviceCrowd : public std::enable_shared_from_this<DeviceCrowd> {
   const std::shared_ptr<Crowd> crowd_;
   std::vector<std::shared_ptr<Member>> members_;
   bool waits_ = true;
-  bool has_stepped_ = false;  // some worlds may have
-  double step_seconds_ = 0;   // recent time of a step of all worlds; 0: unknown
+  bool has_stepped_ = false;              // some worlds may have
+  const rows::Scene* planned_ = nullptr;  // for which arrays are planned
+  double step_seconds_ = 0;               // recent time of a step of all worlds; 0: unknown
 };
 
 /// An array in CUDA's memory.

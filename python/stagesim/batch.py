@@ -585,7 +585,9 @@ class Batch(Crowd):
             ids: which worlds, in the order of the rows; None: all.
 
         Raises:
-            StageError: a row belongs to another scene or was changed, or a world can't take it. No world is changed.
+            StageError: a row belongs to another scene or was changed, or a world can't take it. Or the worlds are on a
+                device and of one variant, and would not have the same sensors in use and the same properties that vary.
+                No world is changed.
             ValueError: the shape is wrong.
         """
         chosen, before = self._chosen(ids), np.array(self._core.variants())

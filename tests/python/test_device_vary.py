@@ -36,7 +36,7 @@ def test_all_columns_and_states_are_those_of_the_host(contacts: str, n: int, dev
             for batch in batches:
                 columns.vary(batch)
             both.check("values that wait")
-            both.do("reset", random.integers(0, 99, n), ids=None if moment == 0 else np.arange(n)[::-1])
+            both.do("reset", random.integers(0, 99, n), ids=random.permutation(n))
         what = both.act(random)
         both.check(f"{moment}: {what}")
         if moment % 8 == 5:  # some worlds get other values, the others keep theirs
@@ -156,3 +156,28 @@ def test_environments_vary_on_a_device(action_delay: int, device: str) -> None:
             mine, their = host.step(actions), other.step(actions)
             assert mine[1].tobytes() == their[1].tobytes()
             first, second = mine[0], their[0]
+
+
+def test_states_that_would_need_several_scenes_are_refused_before_any_change(device: str) -> None:
+    batch = pair(3, device)[1]
+    plain = batch.state()
+    assert batch.ranges.shape == (3, 3, 9)
+    batch.step()
+    with_rangers, hashes, ranges = batch.state(), batch.state_hashes(), np.array(batch.ranges)
+    batch.vary("r*.mass", [1., 2, 3])
+    batch.reset(5)
+    drive(batch)
+    batch.step(2)
+    before = batch.state_hashes()
+    for states in (plain, with_rangers):
+        with pytest.raises(st.StageError, match="^worlds on a device have the same sensors in use and the same properties that"):
+            batch.load(states[[1, 2]], [2, 0])
+        assert batch.state_hashes() == before
+    batch.step(2)
+    batch.load(with_rangers[::-1], [2, 1, 0])
+    assert batch.state_hashes() == hashes and np.array_equal(batch.ranges, ranges) and np.isfinite(ranges).all()
+    batch.load(plain)
+    assert batch.variant.tolist() == [0] * 3 and np.isnan(batch.ranges).all()
+    batch.reset(8)
+    check(batch, [made(lambda k, mass=mass: {**kind(k), "mass": mass}) for mass in (1., 2., 3.)], 6)
+    assert np.isfinite(batch.ranges).all()
