@@ -143,14 +143,20 @@ def push(seen: Any, random: np.random.Generator) -> Any:
     seen, actions = seen.astype(float), np.zeros((*seen.shape[:2], 2))
     taken = None
     for robot in range(2):
-        block, target, turn, error = (seen[:, robot, i:i + 2] for i in (0, 2, 6, 8))
-        actions[:, robot], taken = _push(4 * block, 4 * (target - block), turn, np.arctan2(error[:, 1], error[:, 0]), taken)
+        target, place, error = seen[:, robot, 0:2], seen[:, robot, 2:4], seen[:, robot, 6:8]
+        actions[:, robot], taken = _push(-1.5 * place, 1.5 * target, -np.arctan2(error[:, 1], error[:, 0]), taken)
     return actions
 
 
-def _push(block: Any, wanted: Any, turn: Any, error: Any, taken: Any) -> tuple[Any, Any]:
-    """The action of one robot, and the place where it pushes, relative to the block."""
-    places, normals = (_turned(contacts()[:, i:i + 2], turn) for i in (0, 2))
+def _push(block: Any, wanted: Any, error: Any, taken: Any) -> tuple[Any, Any]:
+    """The action of one robot, and the place where it pushes, in the frame of the block.
+
+    Args:
+        block, wanted: the block's place relative to the robot, and the target's relative to the block, metres.
+        error: heading of the block relative to that of the target, radians.
+        taken: where another robot pushes.
+    """
+    places, normals = (np.tile(contacts()[:, i:i + 2], (len(block), 1, 1)) for i in (0, 2))
     arms = places[..., 1] * normals[..., 0] - places[..., 0] * normals[..., 1]
     gains = -(normals * wanted[:, None]).sum(-1) - arms * error[:, None]
     starts = places + 0.17 * normals
@@ -403,7 +409,7 @@ def test_pushers_observe_the_block_and_are_paid_for_its_overlap() -> None:
     env = stage_env.StageArrayEnv(2, task="PushT")
     env.reset(4)
     scene = env._episodes.scene
-    before, first = scene.notes["overlap"].copy(), scene.notes["distance"].copy()
+    before, first = scene.notes["overlap"].copy(), scene.notes["missing"].copy()
     random, rewards = np.random.default_rng(1), np.zeros((2, 2))
     seen = env.reset(4)
     for _ in range(60):
@@ -412,9 +418,18 @@ def test_pushers_observe_the_block_and_are_paid_for_its_overlap() -> None:
         seen = step.observations
         if step.over.any():
             break
-    block, pose = env.batch.placed_pose[0, 0], env.batch.pose[0]
-    assert 4 * seen[0, :, :2] == pytest.approx(block[:2] - pose[:, :2], abs=1e-5)
-    assert 4 * seen[0, :, 4:6] == pytest.approx((pose[::-1] - pose)[:, :2], abs=1e-5)
-    assert seen[0, :, 6:8] == pytest.approx(np.array([[math.cos(block[2]), math.sin(block[2])]] * 2), abs=1e-5)
-    gained = scene.notes["overlap"] - before + 0.5 * (first - scene.notes["distance"])
-    assert rewards == pytest.approx(np.stack([gained, gained], 1)) and np.abs(gained).max() > 0.1
+    x, y, heading = env.batch.placed_pose[0, 0]
+    turn = np.array([[math.cos(-heading), math.sin(-heading)]] * 2)
+    target, places = np.array(env.task.target), env.batch.pose[0, :, :2] - [x, y]
+    error = (target[2] - heading + math.pi) % math.tau - math.pi
+    seen = seen.astype(float)[0]
+    assert 1.5 * seen[:, :2] == pytest.approx(_turned((target[:2] - [x, y])[None], turn)[:, 0], abs=1e-5)
+    assert 1.5 * seen[:, 2:4] == pytest.approx(_turned(places, turn)[0], abs=1e-5)
+    assert seen[:, 4:6] == pytest.approx(seen[::-1, 2:4], abs=1e-6)
+    assert seen[:, 6:8] == pytest.approx(np.array([[math.cos(error), math.sin(error)]] * 2), abs=1e-6)
+    assert seen[:, 8:10] == pytest.approx(np.clip(5 * seen[:, :2], -1, 1), abs=1e-6)
+    assert seen[:, 10] == pytest.approx(np.clip([error / 0.3] * 2, -1, 1), abs=1e-6)
+    gained = 5 * (scene.notes["overlap"] - before) + first - scene.notes["missing"]
+    assert rewards == pytest.approx(np.stack([gained, gained], 1)) and np.abs(gained).max() > 0.5
+    missing = 5 * step.info["distance"][0, 0] + 2.5 * abs(error)
+    assert scene.notes["missing"][0] == pytest.approx(missing)

@@ -27,12 +27,14 @@ class PushT(Task):
     The overlap is the share of the target's area that the block covers. It is exact to seven digits. The block starts at a
     random pose up to `away` from the target, and the robots around it.
 
-    Reward of each robot: the growth of the overlap, 0.5 per metre of progress of the block's centre of area towards the
-    target, and 1 when the overlap is at least `enough`, which terminates the episode. Actions are speeds along x and y of
-    the world, whatever the robot's heading. Observation: x and y of the block, of the target, and of each other robot from
-    the next number on; cosine and sine of the block's heading, and of its heading relative to the target's. Positions are
-    relative to the robot, along the axes of the world, in units of `far` (-1 to 1). Info: `overlap` (0 to 1), `distance` of
-    the block to the target (metres), `is_success`.
+    Reward of each robot: 5 times the growth of the overlap, 5 per metre of progress of the block's centre of area towards
+    the target, and 2.5 per radian of progress of its heading. An overlap of at least `enough` brings 5 more and terminates
+    the episode. Actions are speeds along the axes of the block, so that no movement must be learnt once per heading.
+
+    Observation, all of it in the frame of the block: x and y of the target, of the robot, and of each other robot from the
+    next number on, in units of `far` (-1 to 1); cosine and sine of the target's heading. For the last centimetres, x, y and
+    heading of the target follow once more, in units of `near` metres and radians (-1 to 1). Info: `overlap` (0 to 1),
+    `distance` of the block to the target (metres), `is_success`.
 
     It differs from the benchmark Push-T (Florence et al., *Implicit behavioral cloning*, 2021; Chi et al., *Diffusion
     policy*, 2023), so results are not comparable with published ones. That has one pusher, a disc whose actions are the
@@ -48,13 +50,15 @@ class PushT(Task):
         enough: overlap at which the task is done, 0 to 1.
         away: the block starts up to this far from the target along x and y, metres.
         far: distances along x and y are clipped to this, metres.
+        near: those and the heading of the target are clipped to this as well, metres and radians.
         steps, limit, top_speed: see Task.
     """
 
     target: tuple[float, float, float] = (0.0, 0.0, -math.pi / 4)
     enough: float = 0.9
     away: float = 1.0
-    far: float = 4.0
+    far: float = 1.5
+    near: float = 0.3
     steps: int = 2
     limit: int = 400
     top_speed: tuple[float, float, float] = (0.5, 0.5, 0.0)
@@ -66,7 +70,7 @@ class PushT(Task):
         self.world = pushing_room(self.target)
 
     def size(self, scene: Scene) -> int:
-        return 8 + 2 * (scene.robots - 1)
+        return 9 + 2 * (scene.robots - 1)
 
     def begin(self, scene: Scene, randoms: Randoms) -> Array | None:
         block = randoms.uniform(3, -1.0, 1.0)
@@ -76,20 +80,28 @@ class PushT(Task):
         starts = scene.scatter(randoms, scene.robots, 0.5, around)
         scene.notes["block"] = block
         scene.notes["overlap"] = self._overlap(scene, block)
-        scene.notes["distance"] = self._distance(scene, block)
+        scene.notes["missing"] = self._missing(scene, block, self._distance(scene, block))
         return with_headings(starts, 0 * starts[..., 0])
 
     def command(self, scene: Scene, actions: Array) -> Array:
         xp = scene.xp
-        heading = scene.pose[..., 2] + 0.0
-        cosine, sine = xp.cos(heading), xp.sin(heading)
+        turn = scene.placed_pose[..., 2] - scene.pose[..., 2]
+        cosine, sine = xp.cos(turn), xp.sin(turn)
         x, y = actions[..., 0] * self.top_speed[0], actions[..., 1] * self.top_speed[1]
-        return xp.stack([x * cosine + y * sine, y * cosine - x * sine, xp.zeros_like(x)], axis=-1)
+        return xp.stack([x * cosine - y * sine, y * cosine + x * sine, xp.zeros_like(x)], axis=-1)
 
     def _distance(self, scene: Scene, block: Array) -> Array:
         """How far the block is from the target, metres: shape (n,)."""
         x, y = block[:, 0] - self.target[0], block[:, 1] - self.target[1]
         return scene.xp.sqrt(x * x + y * y)
+
+    def _missing(self, scene: Scene, block: Array, distance: Array) -> Array:
+        """The reward for progress that blocks with these poses, shape (n, 3), have not had yet: shape (n,)."""
+        return 5 * distance + 2.5 * scene.xp.abs(self._error(scene, block))
+
+    def _error(self, scene: Scene, block: Array) -> Array:
+        """How far blocks with these poses, shape (..., 3), must turn to the target, -pi to pi: shape (...)."""
+        return math.pi - scene.xp.remainder(block[..., 2] - self.target[2] + math.pi, math.tau)
 
     def _overlap(self, scene: Scene, block: Array) -> Array:
         """The share of the target that blocks with these poses, shape (n, 3), cover: shape (n,)."""
@@ -126,23 +138,25 @@ class PushT(Task):
     def observe(self, scene: Scene) -> Array:
         xp, pose, block = scene.xp, scene.pose, scene.placed_pose
         heading = block[..., 2] + 0.0
-        error = heading - self.target[2]
-        shape = (scene.n, scene.robots)
-        turns = [xp.broadcast_to(each, shape) for each in (xp.cos(heading), xp.sin(heading), xp.cos(error), xp.sin(error))]
+        cosine, sine = xp.cos(heading), xp.sin(heading)
         others = pose[:, _others(scene.arrays, scene.robots)]
-        points = [block[..., axis] - pose[..., axis] for axis in (0, 1)]
-        points += [self.target[axis] - pose[..., axis] for axis in (0, 1)]
-        points += [others[:, :, k, axis] - pose[..., axis] for k in range(scene.robots - 1) for axis in (0, 1)]
-        near = xp.clip(xp.stack(points, axis=-1) * (1 / self.far), min=-1.0, max=1.0)
-        return joined(near, *turns)
+        places: list[Any] = [self.target, (pose[..., 0], pose[..., 1])]
+        places += [(others[:, :, k, 0], others[:, :, k, 1]) for k in range(scene.robots - 1)]
+        seen: list[Array] = []
+        for place in places:
+            x, y = (place[axis] - block[..., axis] for axis in (0, 1))
+            seen += [x * cosine + y * sine, y * cosine - x * sine]
+        error = self._error(scene, block)
+        turned = [xp.cos(error), xp.sin(error)]
+        return joined(_limited(scene, seen, self.far), _limited(scene, turned, 1), _limited(scene, [*seen[:2], error], self.near))
 
     def judge(self, scene: Scene) -> Outcome:
         xp, block = scene.xp, scene.placed_pose[:, 0]
         before, distance = scene.notes["overlap"] + 0.0, self._distance(scene, block)
-        overlap = self._note_overlap(scene, block)
+        overlap, missing = self._note_overlap(scene, block), self._missing(scene, block, distance)
         done = overlap >= self.enough
-        reward = (overlap - before) + 0.5 * (scene.notes["distance"] - distance) + done
-        scene.notes["distance"] = distance
+        reward = 5 * (overlap - before) + (scene.notes["missing"] - missing) + 5 * done
+        scene.notes["missing"] = missing
         shape = (scene.n, scene.robots)
         of_all = [xp.broadcast_to(values[:, None], shape) for values in (reward, done, overlap, distance)]
         return Outcome(of_all[0], of_all[1], {"overlap": of_all[2], "distance": of_all[3], "is_success": of_all[1]})
@@ -189,6 +203,12 @@ def _inside(xp: Any, x: Array, y: Array, to_x: Array, to_y: Array, bounds: tuple
     first = xp.maximum(xp.maximum(xp.minimum(one, other), xp.minimum(below, above)), begin)
     last = xp.minimum(xp.minimum(xp.maximum(one, other), xp.maximum(below, above)), end)
     return xp.clip(last - first, min=0.0)
+
+
+def _limited(scene: Scene, values: list[Array], most: float) -> Array:
+    """Values of all robots of worlds, in units of the most that is seen: shape (n, robots, len(values))."""
+    stacked = scene.xp.stack([scene.xp.broadcast_to(each, (scene.n, scene.robots)) for each in values], axis=-1)
+    return scene.xp.clip(stacked * (1 / most), min=-1.0, max=1.0)
 
 
 @lru_cache(maxsize=8)
