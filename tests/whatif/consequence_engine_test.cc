@@ -125,6 +125,101 @@ TEST_F(Engine, IsReplayedWithoutAClock) {
   EXPECT_GT(decisions[0].scenario_steps, 300u);
 }
 
+/// Draws the score of a sample from its number: candidate 2 is better by 1 in each sample, which
+/// differ by much more; candidates 3 and 4 are as good, but for a hundredth in each sample.
+class Drawn : public Judge {
+ public:
+  bool NeedsWorld() const override { return false; }
+  bool WatchSample(const Sighting*, const Sample& sample, SampleResult* result) override {
+    RandomStream random(MixSeeds(7, sample.number));
+    result->score = 20 * random.Uniform() + (sample.candidate >= 2 ? gain : 0);
+    if (sample.candidate > 2)
+      result->score += sample.number % 2 == sample.candidate % 2 ? 0.01 : -0.01;
+    result->collided = sample.candidate == 1 && sample.number % 4 == 0;
+    return result->collided;
+  }
+  double gain = 1;
+};
+
+ConsequenceEngine::Options GrowingOptions(const World& world) {
+  ConsequenceEngine::Options options;
+  options.samples = 4;
+  options.most_samples = 64;
+  options.watched = {world.GetModel("r")->GetId()};
+  return options;
+}
+
+TEST_F(Engine, AddsSamplesUntilCandidatesAreToldApart) {
+  ConsequenceEngine::Options options = GrowingOptions(*world_);
+  question_.horizon = 500000;
+  Drawn judge;
+  const Decision all = ConsequenceEngine(*world_, options).Choose(question_, Budget(), &judge);
+  EXPECT_EQ(all.reason, Decision::kHorizon) << "candidates that differ by nothing stay";
+  EXPECT_EQ(all.samples, 64u);
+  EXPECT_EQ(all.outcomes[0].scores.size(), 4u) << "one that is worse in each sample gets no more";
+  EXPECT_EQ(all.outcomes[3].scores.size(), 64u);
+  EXPECT_DOUBLE_EQ(all.outcomes[1].CollisionRisk(), 0.25);
+
+  options.indifference = 0.05;
+  const Decision decision = ConsequenceEngine(*world_, options).Choose(question_, Budget(), &judge);
+  EXPECT_EQ(decision.reason, Decision::kToldApart);
+  EXPECT_GE(decision.best, 2u);
+  EXPECT_EQ(decision.samples, 4u);
+  judge.gain = 0;
+  EXPECT_EQ(ConsequenceEngine(*world_, options).Choose(question_, Budget(), &judge).samples, 4u);
+}
+
+TEST_F(Engine, KeepsWholeSamplesIfTheBudgetEndsBetweenThem) {
+  const ConsequenceEngine::Options options = GrowingOptions(*world_);
+  question_.horizon = 1000000;
+  Drawn judge;
+  for (const unsigned threads : {1u, 3u}) {
+    ConsequenceEngine::Options with_threads = options;
+    with_threads.threads = threads;
+    ConsequenceEngine engine(*world_, with_threads);
+    Budget budget;
+    budget.scenario_steps = 5 * 4 * 10 + 30;
+    const Decision decision = engine.Choose(question_, budget, &judge);
+    EXPECT_EQ(decision.reason, Decision::kBudget);
+    EXPECT_TRUE(decision.complete);
+    EXPECT_LE(decision.scenario_steps, budget.scenario_steps);
+    EXPECT_EQ(decision.samples, 4u);
+    EXPECT_EQ(decision.outcomes[2].scores.size(), 4u);
+    const Decision replayed = engine.Replay(question_, decision, &judge);
+    ExpectSame(replayed, decision);
+    EXPECT_EQ(replayed.outcomes[2].scores, decision.outcomes[2].scores);
+    budget.scenario_steps = 10;
+    EXPECT_FALSE(engine.Choose(question_, budget, &judge).complete);
+  }
+}
+
+TEST_F(Engine, AvoidsCandidatesThatOftenCollide) {
+  ConsequenceEngine::Options options = GrowingOptions(*world_);
+  options.most_samples = options.samples = 8;
+  question_.horizon = 500000;
+  question_.candidates.resize(2);
+  class Risky : public Judge {
+    bool NeedsWorld() const override { return false; }
+    bool WatchSample(const Sighting*, const Sample& sample, SampleResult* result) override {
+      result->score = sample.candidate == 1 ? 10 : 1;
+      result->collided = sample.candidate == 1 ? sample.number < 2 : sample.number < least;
+      return false;
+    }
+
+   public:
+    uint32_t least = 0;
+  } judge;
+  const auto best = [&](double max_risk) {
+    options.preference.max_risk = max_risk;
+    return ConsequenceEngine(*world_, options).Choose(question_, Budget(), &judge).best;
+  };
+  EXPECT_EQ(best(1), 1u);
+  EXPECT_EQ(best(0.25), 1u);
+  EXPECT_EQ(best(0.2), 0u);
+  judge.least = 3;
+  EXPECT_EQ(best(0.2), 1u) << "both are too risky: the one with the lower risk wins";
+}
+
 TEST_F(Engine, PrunesLosingActions) {
   ConsequenceEngine engine(*world_);
   Eastward all, bounded;

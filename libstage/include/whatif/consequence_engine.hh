@@ -30,9 +30,26 @@ struct Candidate {
   std::vector<Command> commands;
 };
 
+/// A sample of a candidate: one possible future after its commands.
+struct Sample {
+  size_t candidate;
+  uint32_t number;  ///< 0, 1, ...: samples with the same number have the same random numbers
+};
+
+/// The result of a sample so far.
+struct SampleResult {
+  double score;   ///< higher is better
+  bool collided;  ///< Outcome::CollisionRisk() is the share of these samples
+
+  SampleResult() : score(0), collided(false) {}
+};
+
 /// Scores the consequences of candidates. Several threads call its functions at once, each with a
 /// world of its own. A judge that overrides Watch() instead of Score(), and NeedsWorld() to return
 /// false, makes decisions about closed worlds several times as fast; see Scenario.
+///
+/// Override either the functions with the number of a candidate, or those with a Sample, which can
+/// also tell samples apart and report collisions.
 class Judge {
  public:
   virtual ~Judge() {}
@@ -45,6 +62,10 @@ class Judge {
   /// Called after each step and Score(), with the sightings of the step: one for each of
   /// ConsequenceEngine::Options::watched. Changes the score, and returns true to end the sample.
   virtual bool Watch(const Sighting* watched, size_t candidate, double* score);
+  /// These are called instead of the functions above, which they call by default.
+  virtual void BeginSample(World& world, const Sample& sample);
+  virtual bool ScoreSample(World& world, const Sample& sample, SampleResult* result);
+  virtual bool WatchSample(const Sighting* watched, const Sample& sample, SampleResult* result);
   /// Bounds of what `steps` more steps can add to a score. Tight bounds allow candidates that
   /// cannot win to be dropped early. The default is unbounded.
   virtual Bounds Outlook(uint64_t steps) const;
@@ -62,7 +83,12 @@ struct Budget {
       : seconds(for_seconds), joules(0), scenario_steps(0), watts(0) {}
 };
 
-/// The result of a candidate.
+/// An interval that contains a quantity with the wanted confidence.
+struct Interval {
+  double low, high;
+};
+
+/// The result of a candidate: the distribution of its samples.
 struct Outcome {
   double score;                     ///< mean over its samples
   uint64_t steps;                   ///< of its longest sample
@@ -70,13 +96,58 @@ struct Outcome {
   bool dominated;                   ///< dropped early because it could not win any more
   std::string error;                ///< of a failed sample; such a candidate is not chosen
   std::vector<Sighting> sightings;  ///< of the first sample: see Branch
+  std::vector<double> scores;       ///< by sample
+  std::vector<uint8_t> collided;    ///< by sample: see SampleResult
 
   Outcome() : score(0), steps(0), ended(false), dominated(false) {}
+
+  /// Least score of a sample.
+  double Worst() const;
+  /// The score that a share `q` (0 to 1) of the samples does not exceed: the least score for 0, the
+  /// greatest for 1, and linear in between. NaN without samples.
+  double Quantile(double q) const;
+  /// Standard deviation of the scores, with n - 1; 0 for one sample.
+  double Deviation() const;
+  /// Share of the samples that collided, 0 to 1.
+  double CollisionRisk() const;
+  /// Wilson's score interval of the probability of a collision, `errors` standard errors wide on
+  /// either side: 1.96 for a confidence of 95 %. (Wilson: Probable Inference, the Law of
+  /// Succession, and Statistical Inference, JASA 1927.)
+  Interval CollisionInterval(double errors = 1.96) const;
+};
+
+/// How candidates are compared.
+struct Preference {
+  enum Kind {
+    kMean,     ///< of the scores
+    kWorst,    ///< least score
+    kQuantile  ///< see Outcome::Quantile()
+  };
+
+  Kind kind;
+  double quantile;  ///< for kQuantile, 0 to 1
+  /// Candidates with a greater share of collisions are chosen only if all have one; then the one
+  /// with the least share is. 1: no limit.
+  double max_risk;
+
+  Preference(Kind by = kMean, double q = 0.1) : kind(by), quantile(q), max_risk(1) {}
+
+  /// The number that is compared; greater is better.
+  double ValueOf(const Outcome& outcome) const;
 };
 
 struct Decision {
-  size_t best;              ///< index of the best candidate; the first if several are equal
-  bool complete;            ///< the whole horizon was simulated
+  /// Why the decision has ended.
+  enum Reason {
+    kHorizon,    ///< all samples that were asked for have reached the horizon
+    kToldApart,  ///< so have enough samples to tell the best candidate from the others
+    kBudget      ///< the budget did not suffice for that
+  };
+
+  size_t best;    ///< index of the best candidate; the first if several are equal
+  bool complete;  ///< the whole horizon was simulated
+  Reason reason;
+  uint32_t samples;         ///< of the best candidate
   uint64_t rounds;          ///< in a round, all remaining candidates make equally many steps
   uint64_t steps;           ///< per sample, unless it ended earlier
   uint64_t scenario_steps;  ///< summed over all samples
@@ -84,7 +155,15 @@ struct Decision {
   std::vector<Outcome> outcomes;
 
   Decision()
-      : best(0), complete(false), rounds(0), steps(0), scenario_steps(0), seconds(0), joules(0) {}
+      : best(0),
+        complete(false),
+        reason(kHorizon),
+        samples(0),
+        rounds(0),
+        steps(0),
+        scenario_steps(0),
+        seconds(0),
+        joules(0) {}
 };
 
 /// A decision to be made.
@@ -102,8 +181,18 @@ struct Question {
 class ConsequenceEngine {
  public:
   struct Options {
-    unsigned threads;               ///< see BranchOptions
-    uint32_t samples;               ///< samples per candidate, with different random numbers
+    unsigned threads;  ///< see BranchOptions
+    uint32_t samples;  ///< samples per candidate, with different random numbers
+    /// If greater than `samples`: their number is doubled, up to this, until the best candidate can
+    /// be told apart from the others, or the budget is spent.
+    uint32_t most_samples;
+    /// The best candidate is told apart from another one if the mean difference of samples with the
+    /// same numbers is greater than `errors` standard errors (Student's correction for few samples
+    /// is added), less `indifference`: a difference of scores that does not matter. If Preference
+    /// is kQuantile, the order statistics that many standard errors away are compared instead; with
+    /// kWorst, nothing is told apart.
+    double errors, indifference;
+    Preference preference;
     uint64_t round;                 ///< steps per round; the budget is checked between rounds
     std::vector<uint32_t> watched;  ///< see BranchOptions
     /// See BranchOptions. With kFull, readings of rangers are made in each step; otherwise only if
@@ -116,6 +205,9 @@ class ConsequenceEngine {
     Options()
         : threads(1),
           samples(1),
+          most_samples(0),
+          errors(2),
+          indifference(0),
           round(5),
           keep(Snapshot::kLean),
           rows(true),
