@@ -5,6 +5,8 @@
 #define STAGE_PICTURES_TRACE_HH
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,6 +27,50 @@ inline constexpr std::size_t kMaxCorners = 500'000;
 /// on, takes the one to the smaller corner. Unit steps in one direction are merged, except the
 /// first two and the last two. Throws LoadError (exit status 255) beyond kMaxCorners.
 std::vector<std::vector<point_t>> Trace(const Bitmap& bitmap);
+
+/// Traces one picture after the other. Its memory is kept, so nothing is allocated for a picture
+/// with no more corners than one before.
+class Tracer {
+ public:
+  /// A corner between pixels. Rows are counted from the top.
+  struct Corner {
+    int x, row;
+  };
+  /// See picture::Trace().
+  void Trace(const Bitmap& bitmap);
+  /// The corners of all polygons, and for each polygon the end of its corners.
+  std::span<const Corner> corners() const { return corners_; }
+  std::span<const std::uint32_t> ends() const { return ends_; }
+
+  /// 64 corners between two rows of pixels, one bit each.
+  struct CornerWords {
+    std::uint64_t edges[4];   ///< by direction
+    std::uint64_t turns;      ///< outline changes its direction
+    std::uint64_t crossings;  ///< two outlines, or two parts of one, touch
+  };
+
+ private:
+  /// A corner where outlines turn. An edge from one runs straight to the next one in its row or
+  /// column. Turns are numbered row by row.
+  struct Turn {
+    std::uint16_t x, row;
+    std::uint32_t column_place;  ///< index in by_column_
+    std::uint8_t edges;          ///< edges not yet in a polygon, one bit per direction
+  };
+  void AddRow(std::size_t row, const std::uint64_t* above, const std::uint64_t* below,
+              std::size_t width);
+  void AddCorners(std::size_t x, std::size_t row, const CornerWords& words);
+  void SortByColumn(std::size_t width);
+  void ExtractPolygon(std::uint32_t start);
+  unsigned ExtractEdge(std::uint32_t* at);
+
+  std::vector<Turn> turns_;
+  std::vector<std::uint32_t> by_column_;  // indices of turns, sorted by x, then by row
+  std::vector<std::uint32_t> next_;
+  std::vector<Corner> corners_;
+  std::vector<std::uint32_t> ends_;
+  std::size_t count_ = 0;  // corners of all polygons
+};
 
 /// The outlines of a picture, and its size.
 struct Outlines {

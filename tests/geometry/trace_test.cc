@@ -53,6 +53,27 @@ TEST(Outlines, ThresholdIs127) {
   EXPECT_EQ(trace(std::uint8_t{255}).size(), 1U);
 }
 
+TEST(Outlines, ATracerForgetsThePictureBefore) {
+  Stg::picture::Tracer tracer;
+  std::mt19937 random(1);
+  for (int round = 0; round < 100; ++round) {
+    Bitmap bitmap(1 + int(random() % 90), 1 + int(random() % 20));
+    for (int i = int(random() % 200); i > 0; --i)
+      bitmap.MakeSolid(random() % unsigned(bitmap.width()), random() % unsigned(bitmap.height()));
+    tracer.Trace(bitmap);
+    const Polygons expected = Trace(bitmap);
+    ASSERT_EQ(tracer.ends().size(), expected.size());
+    std::size_t corner = 0;
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      for (const point_t& point : expected[i]) {
+        const Stg::picture::Tracer::Corner at = tracer.corners()[corner++];
+        ASSERT_EQ(point, point_t(at.x, -at.row)) << round;
+      }
+      ASSERT_EQ(corner, tracer.ends()[i]);
+    }
+  }
+}
+
 TEST(Outlines, NothingSolid) {
   EXPECT_TRUE(Trace(Drawing({"....", "...."})).empty());
   EXPECT_TRUE(Trace(Bitmap()).empty());
