@@ -2,6 +2,8 @@
 
 #include "motion/walls.hh"
 
+#include "messages/assert.hh"
+
 namespace Stg::motion {
 namespace {
 
@@ -17,15 +19,41 @@ Vector Direction(Vector from, Vector to) {
 
 uint32_t Walls::Add(std::span<const Vector> corners, bool closed, Interval height, double friction,
                     uint32_t group) {
-  const size_t n = corners.size(), count = closed ? n : n - 1;
+  const size_t n = corners.size(), first = edges_.size();
+  const size_t count = closed ? n : n - 1;
   for (size_t i = 0; i < count; i++) {
-    const Vector from = corners[i], to = corners[(i + 1) % n];
-    WallEdge edge{{from, to}, {{}, {}}, height, friction, group, outline_count_};
-    if (closed || i > 0) edge.beyond[0] = Direction(from, corners[(i + n - 1) % n]);
-    if (closed || i + 1 < count) edge.beyond[1] = Direction(to, corners[(i + 2) % n]);
-    edges_.push_back(edge);
+    const Vector from = corners[i], to = corners[i + 1 < n ? i + 1 : 0];
+    edges_.push_back(
+        {{from, to}, {Direction(from, to), {}}, height, friction, group, outline_count_});
   }
+  if (count > 0) FindBeyond(std::span(edges_).subspan(first), closed);
   return outline_count_++;
+}
+
+/// Finds the directions beyond the ends of the edges, which hold their own ones in `beyond[0]`.
+void Walls::FindBeyond(std::span<WallEdge> outline, bool closed) {
+  // Subtracted, so that zeros stay positive.
+  const auto back = [](Vector direction) { return Vector{} - direction; };
+  const Vector first = closed ? outline.front().beyond[0] : Vector{};
+  Vector before = closed ? back(outline.back().beyond[0]) : Vector{};
+  for (size_t i = 0; i < outline.size(); i++) {
+    const Vector own = outline[i].beyond[0];
+    outline[i].beyond[0] = before;
+    outline[i].beyond[1] = i + 1 < outline.size() ? outline[i + 1].beyond[0] : first;
+    before = back(own);
+  }
+}
+
+Walls Walls::Part(size_t first, size_t last) const {
+  STAGE_ASSERT(first <= last && last <= edges_.size());
+  Walls part;
+  if (first == last) return part;
+  part.edges_.assign(edges_.begin() + static_cast<std::ptrdiff_t>(first),
+                     edges_.begin() + static_cast<std::ptrdiff_t>(last));
+  const uint32_t before = part.edges_.front().outline;
+  for (WallEdge& edge : part.edges_) edge.outline -= before;
+  part.outline_count_ = part.edges_.back().outline + 1;
+  return part;
 }
 
 void Walls::Append(const Walls& others) {
@@ -40,10 +68,8 @@ void Walls::Clear() {
   outline_count_ = 0;
 }
 
-void Walls::Index() {
-  starts_.clear();
-  entries_.clear();
-  if (edges_.empty()) return;
+/// Chooses the size and the number of the cells of the index.
+void Walls::ChooseCells() {
   bounds_ = BoxOf(edges_[0]);
   double length = 0.0;
   for (const WallEdge& edge : edges_) {
@@ -57,20 +83,28 @@ void Walls::Index() {
   while ((width / cell_ + 1.0) * (height / cell_ + 1.0) > kMaxIndexCells) cell_ *= 2.0;
   columns_ = static_cast<int64_t>(width / cell_) + 1;
   rows_ = static_cast<int64_t>(height / cell_) + 1;
+}
 
+void Walls::Index() {
+  starts_.clear();
+  entries_.clear();
+  if (edges_.empty()) return;
+  ChooseCells();
   // A counting sort: count, sum up, and fill in from the back.
   starts_.assign(static_cast<size_t>(columns_ * rows_) + 1, 0);
-  const auto for_each_cell = [&](const WallEdge& edge, auto f) {
-    const Cells cells = CellsOf(BoxOf(edge));
-    for (int64_t y = cells.y0; y <= cells.y1; y++)
-      for (int64_t x = cells.x0; x <= cells.x1; x++) f(static_cast<size_t>(y * columns_ + x));
+  boxes_.resize(edges_.size());
+  for (size_t i = 0; i < edges_.size(); i++) boxes_[i] = CellsOf(BoxOf(edges_[i]));
+  const auto for_each_cell = [&](const Cells& cells, auto f) {
+    for (int32_t y = cells.y0; y <= cells.y1; y++)
+      for (int32_t x = cells.x0; x <= cells.x1; x++)
+        f(static_cast<size_t>(y) * static_cast<size_t>(columns_) + static_cast<size_t>(x));
   };
-  for (const WallEdge& edge : edges_) for_each_cell(edge, [&](size_t cell) { starts_[cell]++; });
+  for (const Cells& cells : boxes_) for_each_cell(cells, [&](size_t cell) { starts_[cell]++; });
   uint32_t sum = 0;
   for (uint32_t& start : starts_) start = sum += start;
   entries_.resize(sum);
   for (size_t i = edges_.size(); i-- > 0;)
-    for_each_cell(edges_[i],
+    for_each_cell(boxes_[i],
                   [&](size_t cell) { entries_[--starts_[cell]] = static_cast<uint32_t>(i); });
 }
 

@@ -36,12 +36,15 @@ class Walls {
 
   /// Adds all outlines of others. Index() must be called afterwards.
   void Append(const Walls& others);
+  /// The edges from number `first` on, before `last`: whole outlines, which are numbered from 0.
+  Walls Part(size_t first, size_t last) const;
   void Clear();
 
   /// Sorts the edges into cells.
   void Index();
 
   const std::vector<WallEdge>& edges() const { return edges_; }
+  uint32_t outlines() const { return outline_count_; }
 
   /// The index, for devices.
   struct IndexContent {
@@ -58,11 +61,13 @@ class Walls {
 
  private:
   struct Cells {
-    int64_t x0, y0, x1, y1;
+    int32_t x0, y0, x1, y1;
   };
+  static void FindBeyond(std::span<WallEdge> outline, bool closed);
+  void ChooseCells();
   static Box BoxOf(const WallEdge& edge);
   Cells CellsOf(const Box& box) const;
-  int64_t CellOf(double position, double origin, int64_t count) const;
+  int32_t CellOf(double position, double origin, int64_t count) const;
 
   std::vector<WallEdge> edges_;
   uint32_t outline_count_ = 0;
@@ -70,6 +75,7 @@ class Walls {
   double cell_ = 1.0;
   int64_t columns_ = 0, rows_ = 0;
   std::vector<uint32_t> starts_, entries_;  // entries of cell c: starts_[c] to starts_[c + 1]
+  std::vector<Cells> boxes_;                // of the edges, while they are sorted
 };
 
 inline Box Walls::BoxOf(const WallEdge& edge) {
@@ -77,10 +83,11 @@ inline Box Walls::BoxOf(const WallEdge& edge) {
   return {Least(a.x, b.x), Least(a.y, b.y), Most(a.x, b.x), Most(a.y, b.y)};
 }
 
-inline int64_t Walls::CellOf(double position, double origin, int64_t count) const {
+inline int32_t Walls::CellOf(double position, double origin, int64_t count) const {
   const double cell = (position - origin) / cell_;
   if (!(cell > 0.0)) return 0;
-  return cell < static_cast<double>(count) ? static_cast<int64_t>(cell) : count - 1;
+  return static_cast<int32_t>(cell < static_cast<double>(count) ? static_cast<int64_t>(cell)
+                                                                : count - 1);
 }
 
 inline Walls::Cells Walls::CellsOf(const Box& box) const {
@@ -94,14 +101,14 @@ void Walls::ForEachNear(const Box& box, F f) const {
   const Cells near = CellsOf(box);
   for (int64_t y = near.y0; y <= near.y1; y++)
     for (int64_t x = near.x0; x <= near.x1; x++) {
-      const size_t cell = static_cast<size_t>(y * columns_ + x);
+      const auto cell = static_cast<size_t>(y * columns_ + x);
       for (uint32_t k = starts_[cell]; k < starts_[cell + 1]; k++) {
         const Box edge_box = BoxOf(edges_[entries_[k]]);
         if (!Overlap(box, edge_box)) continue;
         // Told in the first cell that both boxes cover, so that it is told once.
         const Cells own = CellsOf(edge_box);
-        const int64_t first_x = own.x0 < near.x0 ? near.x0 : own.x0;
-        const int64_t first_y = own.y0 < near.y0 ? near.y0 : own.y0;
+        const int32_t first_x = own.x0 < near.x0 ? near.x0 : own.x0;
+        const int32_t first_y = own.y0 < near.y0 ? near.y0 : own.y0;
         if (first_x == x && first_y == y) f(entries_[k]);
       }
     }
