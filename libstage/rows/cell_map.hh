@@ -26,6 +26,19 @@ class CellMap {
   /// around the cells is too large.
   bool Make(std::span<const internal::grid::CellSet> cells, bool with_cells);
 
+  /// Makes a map whose box contains `tiles`, too, and may have cells there that come and go.
+  bool MakeChangeable(const internal::grid::CellBox& tiles,
+                      std::span<const internal::grid::CellSet> cells, bool with_cells);
+  /// The cells of a tile in the box. The map has cells.
+  uint64_t Tile(int32_t x, int32_t y) const;
+  /// Sets the cells of a tile in the box, by its coordinates. MeasureDistances() must follow.
+  void SetTile(int32_t x, int32_t y, uint64_t cells);
+  /// By tile of the box, row by row: 0 if it has cells, any other number if not. Once all are set,
+  /// MeasureDistances() must follow.
+  std::span<uint8_t> distances() { return distances_; }
+  /// Measures the distances of tiles without cells. All others are 0.
+  void MeasureDistances();
+
   /// True if surely no occupied cell is within `cells` columns and rows of the cell.
   bool IsClear(int32_t x, int32_t y, int32_t cells) const {
     if (width_ == 0) return true;
@@ -45,7 +58,13 @@ class CellMap {
   Content content() const { return {x_, y_, width_, height_, distances_, bits_, words_}; }
 
  private:
-  void MeasureDistances();
+  bool MakeBox(int64_t min_x, int64_t min_y, int64_t max_x, int64_t max_y, bool with_cells);
+  void AddCells(std::span<const internal::grid::CellSet> cells, bool with_cells);
+  size_t PlaceOf(int32_t tile_x, int32_t tile_y) const {
+    STAGE_ASSERT(tile_x >= x_ && tile_x < x_ + width_ && tile_y >= y_ && tile_y < y_ + height_);
+    return static_cast<size_t>(tile_y - y_) * static_cast<size_t>(width_) +
+           static_cast<size_t>(tile_x - x_);
+  }
   /// A lower bound of the distance in tiles to the nearest occupied tile, columns or rows.
   int32_t DistanceOf(int32_t tile_x, int32_t tile_y) const;
   uint64_t WordAt(int64_t x, int64_t y) const;
