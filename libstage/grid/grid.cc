@@ -392,6 +392,25 @@ void Grid::Restamp(BodyId id, uint64_t stamp, std::span<const CellSet> sets) {
     });
 }
 
+void Grid::ChangeTile(BodyId id, uint32_t slot, uint64_t from, uint64_t to) {
+  STAGE_ASSERT(id < bodies_.size() && !bodies_[id].exact() && IsInRegion(slot));
+  const TileCells& tile = tiles_[slot];
+  const uint64_t added = to & ~from;
+  if (tile.bodies != 0 && tile.bodies != id + 1) {  // others are in the tile
+    lists_.ReserveFree(1);
+    nodes_.ReserveFree(2 * kTilesPerRegion);
+  }
+  if (added != 0) {
+    const uint64_t stamp = stamps_[id];
+    stamps_[id] = serial_edit_.last_stamp + 1;  // the body is appended to lists
+    AddToTile(slot, added, id, &serial_edit_);
+    stamps_[id] = stamp;
+    ForEachBit(added & tile.crowded,
+               [&](uint32_t bit) { SortIn(&lists_[tile.bodies & ~kListFlag][bit], id); });
+  }
+  RemoveFromTile(slot, from & ~to, id, &serial_edit_);
+}
+
 /// Moves a body to the place that its stamp demands. The rest of the list is sorted already.
 void Grid::SortIn(BodyList* list, BodyId id) {
   STAGE_ASSERT((*list & kListFlag) != 0);

@@ -165,6 +165,11 @@ class Grid {
   void Rasterize(BodyId id, std::span<const CellSet> from, std::span<CellSet> to,
                  Edit* edit = nullptr);
 
+  /// Changes the cells of a thin body in one tile, whose region exists, from `from` to `to`,
+  /// without a new stamp. Nothing is allocated for tiles that no other body is in. The extent may
+  /// grow.
+  void ChangeTile(BodyId id, uint32_t slot, uint64_t from, uint64_t to);
+
   /// Sequence number of the body's last rasterization. The lists of cells are sorted by it.
   uint64_t Stamp(BodyId id) const {
     STAGE_ASSERT(id < stamps_.size());
