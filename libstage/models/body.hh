@@ -40,6 +40,8 @@ class BlockGroup {
   /// Sets a rectangle that counts as part of the body in fitting but is not rasterized, such as the
   /// margins of a picture.
   void SetFrame(Bounds x, Bounds y);
+  const Bounds& frame_x() const { return frame_x_; }
+  const Bounds& frame_y() const { return frame_y_; }
   bool has_frame() const { return frame_x_.max > frame_x_.min; }
   /// Changes a block made by AddRectangle(). Rasterize the group again afterwards.
   void ChangeRectangle(size_t index, const bounds3d_t& box);

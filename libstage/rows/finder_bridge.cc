@@ -16,6 +16,7 @@
 #include "rows/in_mover.hh"
 #include "rows/model_kinds.hh"
 #include "rows/row_bridge.hh"
+#include "rows/shown.hh"
 #include "world/engine.hh"
 
 namespace Stg {
@@ -28,12 +29,6 @@ namespace {
 bool StopsAtAnything(Model*, const Model*, const void*) { return true; }
 bool StopsAtBlobs(Model* candidate, const Model*, const void*) {
   return candidate->vis.blob_return;
-}
-
-/// True if a model of that height stops the rays of a fan.
-bool Stops(const sensing::Fan& fan, const Bounds& height, const Model& model) {
-  return !(fan.z_test && (fan.z < height.min || fan.z > height.max)) &&
-         fan.predicate(const_cast<Model*>(&model), nullptr, nullptr);
 }
 
 double ReachOf(const Model& model) {
@@ -164,7 +159,7 @@ bool RowBridge::FinishFinders(World* prototype, rows::Scene* scene) {
     finder.fan.layer = scene->grid.EverythingLayer(finder.fan.exact);
     for (uint32_t k = 0; k < scene->bodies.size(); k++) {
       const rows::Body& body = scene->bodies[k];
-      if (body.mover != finder.mover && Stops(finder.fan, body.height, *body.model))
+      if (body.mover != finder.mover && rows::Stops(finder.fan, body.height, *body.model))
         finder.others.push_back(k);
     }
   });
@@ -191,7 +186,7 @@ bool RowBridge::MakeFinderMaps(const World& prototype, rows::Scene* scene) {
       if (rows::IsOfMover(*model)) continue;
       model->body().ForEachBody([&](grid::BodyId id, const std::vector<grid::CellSet>& cells) {
         const grid::Body& body = engine.scene.grid.body(id);
-        if (Stops(fan, Bounds(body.z_min, body.z_max), *model))
+        if (rows::Stops(fan, Bounds(body.z_min, body.z_max), *model))
           all.insert(all.end(), cells.begin(), cells.end());
       });
     }

@@ -12,6 +12,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "models/fiducial.hh"
@@ -19,6 +20,10 @@
 #include "rows/scene.hh"
 
 namespace Stg {
+
+namespace rows {
+struct StandingMap;
+}
 
 class RowBridge {
  public:
@@ -30,7 +35,16 @@ class RowBridge {
   /// `varied`: numbers that differ between worlds, for each of which CanVary() is true.
   static std::shared_ptr<const rows::Scene> MakeScene(
       std::unique_ptr<World> prototype, std::string* reason,
-      std::span<const rows::VariedNumber> varied = {});
+      std::span<const rows::VariedNumber> varied = {}) {
+    return MakeOwnScene(std::move(prototype), reason, varied);
+  }
+  /// Like MakeScene(), for a scene that its only owner changes.
+  static std::shared_ptr<rows::Scene> MakeOwnScene(std::unique_ptr<World> prototype,
+                                                   std::string* reason,
+                                                   std::span<const rows::VariedNumber> varied);
+  /// Finds the map of rows::ChangingMap in a world that has just been loaded. Returns what keeps
+  /// the model from being one, in words that follow "because"; empty if nothing does.
+  static std::string FindMap(World* world, const std::string& name, rows::StandingMap* map);
 
   // The following functions are in varied_bridge.cc.
   /// The property of world files with this name; kNone: rows cannot vary it.

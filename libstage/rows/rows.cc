@@ -116,6 +116,7 @@ void Rows::Reset(size_t world, uint64_t seed, std::span<const double> given) {
   STAGE_ASSERT(start_ && world < size());
   Copy(world, *start_, 0);
   columns.seed[world] = seed;
+  columns.extent[world] = scene_->grid.extent();  // what stands may have changed
   if (scene_->populations) PlacePopulations(world);
   if (!columns.error.empty() || !columns.random.empty()) DrawErrors(world);
   if (!columns.noise.empty()) SeedNoise(world);

@@ -196,6 +196,7 @@ struct Scene {
   motion::Walls walls;
   std::vector<WallPart> wall_parts;  ///< if worlds place walls: all walls, in their order
   motion::Columns columns;           ///< of the robots
+  uint64_t map_version = 0;          ///< number of changes of what stands, see ChangingMap
 
   /// A seed with which the members of populations fit.
   uint64_t SomeSeed() const { return prototype->seed(); }

@@ -18,6 +18,7 @@
 #include "rows/in_mover.hh"
 #include "rows/model_kinds.hh"
 #include "rows/row_bridge.hh"
+#include "rows/shown.hh"
 #include "rows/stepper.hh"
 #include "world/engine.hh"
 #include "world/initial_state.hh"
@@ -411,9 +412,7 @@ void RowBridge::SceneMaker::MakeMaps() {
     body.blocked = place->second;
     if (!is_new) continue;
     ForEachStandingBody([&](const Model& model, const grid::Body& other, const auto& cells) {
-      if (!other.exact() && model.vis.obstacle_return && other.z_min <= body.height.max &&
-          other.z_max >= body.height.min)
-        append(cells);
+      if (rows::Blocks(model, other, body.height)) append(cells);
     });
     make(&scene_.blocked, true);
   }
@@ -423,7 +422,7 @@ void RowBridge::SceneMaker::MakeMaps() {
     sensor.seen = place->second;
     if (!is_new) continue;
     ForEachStandingBody([&](const Model&, const grid::Body& other, const auto& cells) {
-      if (other.ranger_visible && other.z_min <= sensor.z && sensor.z <= other.z_max) append(cells);
+      if (rows::IsSeenAt(other, sensor.z)) append(cells);
     });
     make(&scene_.seen, false);
   }
@@ -488,9 +487,9 @@ void RowBridge::SceneMaker::CopyWalls() {
   }
 }
 
-std::shared_ptr<const rows::Scene> RowBridge::MakeScene(
-    std::unique_ptr<World> prototype, std::string* reason,
-    std::span<const rows::VariedNumber> varied) {
+std::shared_ptr<rows::Scene> RowBridge::MakeOwnScene(std::unique_ptr<World> prototype,
+                                                     std::string* reason,
+                                                     std::span<const rows::VariedNumber> varied) {
   *reason = WhyNotClosed(*prototype);
   if (!reason->empty()) return nullptr;
   auto scene = std::make_shared<rows::Scene>();

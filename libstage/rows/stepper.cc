@@ -412,7 +412,8 @@ void Rows::Stepper::SetContactProperties() {
 const motion::Walls& Rows::Stepper::WallsNow() {
   const std::vector<WallPart>& parts = scene_.wall_parts;
   if (parts.empty()) return scene_.walls;
-  bool known = s_.walls_at.size() == parts.size();
+  bool known = s_.walls_at.size() == parts.size() && s_.walls_version == scene_.map_version;
+  s_.walls_version = scene_.map_version;
   s_.walls_at.resize(parts.size());
   for (size_t i = 0; i + 1 < parts.size(); i++) {
     const Planar& pose = c_.pose[mover_ + parts[i].mover];

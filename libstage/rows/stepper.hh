@@ -102,6 +102,7 @@ class Rows::Scratch {
   // If worlds place walls: those of the last world, and where it had placed them.
   motion::Walls walls;
   std::vector<Planar> walls_at;  // by part
+  uint64_t walls_version = 0;    // Scene::map_version
   ContactOutline outline;
 };
 
