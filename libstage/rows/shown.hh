@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// Which bodies that stand are in the maps of cells: those that block a mover, and those that a sensor
-// may see.
+// Conditions for the maps of cells of what stands: a body is there if it blocks a mover, or if a
+// sensor may see it.
 
 #ifndef STAGE_ROWS_SHOWN_HH
 #define STAGE_ROWS_SHOWN_HH

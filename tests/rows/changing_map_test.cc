@@ -177,7 +177,7 @@ struct Stepped {
   }
 };
 
-/// Counts events in the rows, which show that the worlds exercise the code.
+/// Events in rows, which show that the worlds exercise the code.
 struct Events {
   size_t worlds = 0, hits = 0, stalls = 0, contacts = 0, bumps = 0, equal_hashes = 0;
 
