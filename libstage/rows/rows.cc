@@ -120,7 +120,7 @@ void Rows::Reset(size_t world, uint64_t seed, std::span<const double> given) {
   if (scene_->populations) PlacePopulations(world);
   if (!columns.error.empty() || !columns.random.empty()) DrawErrors(world);
   if (!columns.noise.empty()) SeedNoise(world);
-  if (!given.empty()) Vary(world, given);
+  if (!scene_->varied.empty()) Vary(world, given);
 }
 
 /// Draws the outline of a body; without corners it is not in the grid.

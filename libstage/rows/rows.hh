@@ -167,10 +167,13 @@ class Rows {
   void Resize(size_t worlds);
   /// Resets a world to its state after loading with that seed. Throws LoadError if the members of
   /// its populations do not fit with this seed. `given`: the numbers of Scene::varied, in the units
-  /// of the world file; none: those of the prototype.
+  /// of the world file. NaN, or none at all: that of the prototype.
   void Reset(size_t world, uint64_t seed, std::span<const double> given = {});
   /// Copies the state of a world of rows of the same scene.
   void Copy(size_t to, const Rows& other, size_t from);
+  /// Copies the state of a world of rows of the same file, with the same subscriptions, in whose
+  /// scene fewer numbers vary.
+  void CopyAcross(size_t to, const Rows& other, size_t from);
   /// Copies only what a new seed changes, and what that depends on; see RowBridge::Reseed().
   void CopyRandomNumbers(size_t to, const Rows& other, size_t from);
   /// Copies the state of a world, which has made no step, of rows with fewer subscriptions. Robots
@@ -213,6 +216,7 @@ class Rows {
   void SeedNoise(size_t world);
   // The following functions are in varied.cc.
   void Vary(size_t world, std::span<const double> given);
+  double UsualNumber(size_t world, size_t k);
   void ApplyVaried(size_t world);
   void Apply(size_t world, const Varied& varied, double number);
   double* Find(size_t world, const Varied& varied);

@@ -6,22 +6,61 @@
 #include "rows/varied.hh"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 #include "messages/assert.hh"
 #include "models/floor_friction.hh"
+#include "rows/each_column.hh"
 #include "rows/rows.hh"
 #include "world/phases/contact_phase.hh"
 
 namespace Stg::rows {
 
-/// Gives a world the numbers of Scene::varied, in the units of the world file.
+/// Gives a world, which has just been reset, the numbers of Scene::varied.
 void Rows::Vary(size_t world, std::span<const double> given) {
   const std::vector<Varied>& varied = scene_->varied;
-  STAGE_ASSERT(given.size() == varied.size());
+  STAGE_ASSERT(given.empty() || given.size() == varied.size());
   double* const numbers = columns.varied.data() + world * varied.size();
-  for (size_t k = 0; k < varied.size(); k++) numbers[k] = given[k] * varied[k].unit;
+  for (size_t k = 0; k < varied.size(); k++) {
+    if (!given.empty() && !std::isnan(given[k]))
+      numbers[k] = given[k] * varied[k].unit;
+    else
+      numbers[k] = UsualNumber(world, k);
+  }
   ApplyVaried(world);
+}
+
+/// The number that a world has if nothing else is given: that of the prototype, or an error of
+/// odometry that was drawn.
+double Rows::UsualNumber(size_t world, size_t k) {
+  const Varied& varied = scene_->varied[k];
+  const double* const drawn =
+      varied.number.property == VariedProperty::kOdomError ? Find(world, varied) : nullptr;
+  return drawn ? *drawn : start_->columns.varied[k];
+}
+
+void Rows::CopyAcross(size_t to, const Rows& other, size_t from) {
+  Reset(to, other.columns.seed[from]);  // also what the other scene lacks
+  std::vector<size_t> counts;
+  ForEachColumn(
+      other.scene(), [&](size_t count, const auto*) { counts.push_back(count); }, &other.columns);
+  size_t next = 0;
+  const auto copy = [&](size_t count, auto* into, const auto* source) {
+    if (counts[next++] == count) CopyElements(count, *source, from, into, to);
+  };
+  ForEachColumn(scene(), copy, &columns, &other.columns);
+  const std::vector<Varied>& of_other = other.scene().varied;
+  for (size_t k = 0; k < scene_->varied.size(); k++) {
+    const auto same = std::ranges::find(of_other, scene_->varied[k].number, &Varied::number);
+    const auto place = from * of_other.size() + static_cast<size_t>(same - of_other.begin());
+    columns.varied[to * scene_->varied.size() + k] =
+        same == of_other.end() ? UsualNumber(to, k) : other.columns.varied[place];
+  }
+  ApplyVaried(to);
+  if (!other.columns.noisy_odometry.empty())  // ApplyVaried() begins its sums anew
+    CopyElements(scene().movers.size(), other.columns.noisy_odometry, from, &columns.noisy_odometry,
+                 to);
 }
 
 /// Sets what steps read to the properties of the scene, except for the numbers that vary.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <memory>
 #include <string>
 
@@ -145,7 +146,8 @@ void RowBridge::Vary(std::span<const VariedNumber> numbers, std::span<const doub
                      World* world) {
   STAGE_ASSERT(numbers.size() == given.size());
   for (size_t k = 0; k < numbers.size(); k++)
-    WriteNumber(numbers[k], given[k] * UnitOf(*world, numbers[k]), world);
+    if (!std::isnan(given[k]))
+      WriteNumber(numbers[k], given[k] * UnitOf(*world, numbers[k]), world);
 }
 
 /// Lists the numbers that vary, and notes what follows from that for movers and sensors.
@@ -158,7 +160,6 @@ void RowBridge::AddVaried(std::span<const VariedNumber> varied, const World& pro
       if (mover.model->GetId() != number.model) continue;
       entry.mover = k;
       scene->varies_movers = true;
-      if (number.property == VariedProperty::kOdomError) mover.errors_given = true;
       if (number.property == VariedProperty::kOdomNoise && mover.runs)
         mover.has_noisy_odometry = true;
     }

@@ -64,7 +64,8 @@ class PoolAccess {
   static void Reset(WorldPool& pool, const std::vector<uint32_t>& ids,
                     const std::vector<uint64_t>& seeds, const std::vector<uint32_t>& variants,
                     const double* values, size_t most);
-  /// The numbers of a world, in the units of the world file; empty: those of the prototype.
+  /// The numbers of a world, in the units of the world file. NaN, or none at all: that of the
+  /// prototype.
   static const std::vector<double>& Values(const WorldPool& pool, uint32_t id);
   /// See World::Reseed(). The world is a row.
   static void Reseed(WorldPool& pool, uint32_t id, uint64_t seed);
@@ -166,6 +167,10 @@ class PoolAccess {
   /// had no worlds.
   static void ResetToVariant(WorldPool& pool, uint32_t variant, const std::vector<uint32_t>& ids,
                              const std::vector<uint64_t>& seeds, OwnValues values);
+  /// Makes all worlds those of a variant of the same file in which more numbers vary. They keep
+  /// their states. `values`: those that they get in later resets. Returns why it can't be done, and
+  /// "" after it has been done. Only if OnDevice() is not null.
+  static std::string CarryToVariant(WorldPool& pool, uint32_t variant, OwnValues values);
 
  private:
   static void SetValues(WorldPool& pool, uint32_t id, const double* values, size_t most);

@@ -245,4 +245,28 @@ void PoolAccess::ResetToVariant(WorldPool& pool, uint32_t variant, const std::ve
   pool.ForEach(ids, [&](uint32_t id) { Subscribe(pool, id, running); });
 }
 
+std::string PoolAccess::CarryToVariant(WorldPool& pool, uint32_t variant, OwnValues values) {
+  WorldPool::Impl& impl = *pool.impl_;
+  PoolVariant* const to = impl.variants[variant].get();
+  std::string reason;
+  Subscriptions* const running =
+      FindSubscriptions(pool, variant, impl.slots[0].subscriptions->models(), &reason);
+  if (!running) return reason;
+  const rows::Rows* const before = impl.NewestRows(impl.slots[0]);
+  std::vector<uint32_t> places;
+  for (uint32_t id = 0; id < pool.size(); id++) places.push_back(to->AddWorld());
+  to->Grow();
+  rows::Rows* const after = impl.ToChange(to->RowsOf(running));
+  impl.ForEach(pool.All(), [&](uint32_t id, WorldPool::Impl::Thread*) {
+    after->CopyAcross(places[id], *before, impl.slots[id].place);
+  });
+  for (uint32_t id = 0; id < pool.size(); id++) {
+    impl.SetVariantOfRow(id, to, places[id], running, after);
+    SetValues(pool, id, values.data + id * values.most, values.most);
+  }
+  for (const auto& each : impl.variants) each->Grow();
+  impl.NoteForm();
+  return "";
+}
+
 }  // namespace Stg

@@ -105,6 +105,8 @@ struct WorldPool::Impl {
   void SetScene(uint32_t variant, std::shared_ptr<PoolScene> scene);
   void SetVariant(uint32_t id, uint32_t variant);
   void SetVariants(const Ids& ids, const std::vector<uint32_t>& to);
+  void SetVariantOfRow(uint32_t id, PoolVariant* to, uint32_t place, Subscriptions* with,
+                       rows::Rows* in);
 
   // Forms.
   /// Call it after each change of the form of a world, or of whether it has failed.

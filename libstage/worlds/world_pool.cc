@@ -100,6 +100,19 @@ void WorldPool::Impl::SetVariant(uint32_t id, uint32_t variant) {
   slot.subscriptions = slot.scene()->loaded();
 }
 
+/// Makes a world, which is a row, one of another variant, where it has been copied to a row.
+void WorldPool::Impl::SetVariantOfRow(uint32_t id, PoolVariant* to, uint32_t place,
+                                      Subscriptions* with, rows::Rows* in) {
+  Slot& slot = slots[id];
+  slot.variant->RemoveWorld(slot.place);
+  delete slot.world.get();
+  slot.world = WorldHandle();
+  slot.variant = to;
+  slot.place = place;
+  slot.subscriptions = with;
+  slot.rows = in;
+}
+
 /// Makes worlds those of other variants, in the state after loading.
 void WorldPool::Impl::SetVariants(const Ids& ids, const std::vector<uint32_t>& to) {
   STAGE_ASSERT(ids.size() == to.size());

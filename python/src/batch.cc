@@ -245,6 +245,12 @@ void Batch::Reset(const Indices& which, const std::optional<std::vector<uint64_t
   });
 }
 
+void Batch::CarryToVariant(uint32_t variant, const PoolAccess::OwnValues& values) {
+  const Use use(this);
+  const GilRelease no_gil;
+  device_crowd_->CarryToVariant(variant, values);
+}
+
 std::vector<std::vector<double>> Batch::ValuesOfAll() {
   const Use use(this);
   std::vector<std::vector<double>> values;

@@ -77,6 +77,9 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   void Reset(const Indices& which, const std::optional<std::vector<uint64_t>>& seeds,
              const std::optional<std::vector<uint32_t>>& variants,
              const std::optional<PoolAccess::OwnValues>& values);
+  /// Makes all worlds, which are on a device, those of a variant in which more numbers vary; see
+  /// PoolAccess::CarryToVariant().
+  void CarryToVariant(uint32_t variant, const PoolAccess::OwnValues& values);
   /// The values of each world, and of one.
   std::vector<std::vector<double>> ValuesOfAll();
   std::vector<double> ValuesOf(uint32_t index);

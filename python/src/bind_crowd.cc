@@ -197,6 +197,19 @@ void Reset(Batch& batch, const Numbers& which, const std::optional<Seeds>& seeds
   Logged([&] { batch.Reset(IndicesOf(which), new_seeds, new_variants, given); });
 }
 
+/// Makes worlds on a device, whose variants must be the same, those of other variants in which more
+/// numbers vary, with these values.
+void CarryToVariants(Batch& batch, const Numbers& variants, const Values& values) {
+  const Batch::Indices to = IndicesOf(variants);
+  const auto is_other = [&](uint32_t variant) { return variant != to[0]; };
+  if (!batch.device_crowd()) throw Failure{Kind::kStage, "the worlds are not on a device"};
+  if (to.size() != batch.size() || values.shape(0) != batch.size())
+    throw nb::value_error("found variants or values for another number of worlds");
+  if (std::ranges::any_of(to, is_other) || to[0] >= batch.pool()->CountVariants())
+    throw nb::value_error("found several variants, or one that does not exist");
+  Logged([&] { batch.CarryToVariant(to[0], {values.data(), values.shape(1)}); });
+}
+
 using CastPoses = nb::ndarray<const double, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
 using Ranges = nb::ndarray<double, nb::shape<-1, -1, -1>, nb::c_contig, nb::device::cpu>;
 
@@ -314,6 +327,8 @@ void BindBatch(nb::module_& module) {
       .def("reset", &Reset, nb::arg("which").noconvert(), nb::arg("seeds").none().noconvert(),
            nb::arg("variants").none().noconvert(),
            nb::arg("values").none().noconvert() = nb::none())
+      .def("carry_to_variants", &CarryToVariants, nb::arg("variants").noconvert(),
+           nb::arg("values").noconvert())
       .def("values", &Batch::ValuesOfAll)
       .def("values_of", &Batch::ValuesOf, nb::arg("index"))
       .def(

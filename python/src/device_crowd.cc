@@ -114,8 +114,7 @@ void DeviceCrowd::Subscribe(const Planner& plan) {
 void DeviceCrowd::PlanIfNew() {
   if (members_.empty()) return;
   Rows();
-  const rows::Scene* const scene = PoolAccess::SceneOf(pool_, 0);
-  if (std::exchange(planned_, scene) == scene) return;
+  if (planned_ == PoolAccess::SceneOf(pool_, 0)) return;
   for (const auto& member : members_) SetParts(member.get(), false);
 }
 
@@ -123,6 +122,7 @@ void DeviceCrowd::PlanIfNew() {
 /// memory.
 void DeviceCrowd::SetParts(Member* member, bool is_new) {
   const DevicePlan plan = member->plan(Robots());
+  planned_ = PoolAccess::SceneOf(pool_, 0);
   member->lacks_models = !plan.needs.empty();
   WithDevice([&] {
     rows::RowDevice& device = Rows()->device();
@@ -320,6 +320,15 @@ void DeviceCrowd::Reset(std::span<const uint32_t> worlds, const std::vector<uint
   for (const auto& member : members_)
     if (is_all && member->lacks_models && !member->IsCommands()) Subscribe(member->plan);
   Gather(members_, ChoiceOf(worlds));
+}
+
+void DeviceCrowd::CarryToVariant(uint32_t variant, const PoolAccess::OwnValues& values) {
+  Rows();
+  const std::string why =
+      WithDevice([&] { return PoolAccess::CarryToVariant(pool_, variant, values); });
+  if (!why.empty()) throw Failure{Kind::kStage, "other properties can't vary, because " + why};
+  PlanIfNew();
+  Gather(members_);
 }
 
 void DeviceCrowd::ResetFlagged(const rows::RowInput& flags) {

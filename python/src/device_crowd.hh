@@ -58,6 +58,8 @@ class DeviceCrowd : public std::enable_shared_from_this<DeviceCrowd> {
   void Reset(std::span<const uint32_t> worlds, const std::vector<uint64_t>& seeds,
              const std::optional<std::vector<uint32_t>>& variants,
              const std::optional<PoolAccess::OwnValues>& values);
+  /// See PoolAccess::CarryToVariant().
+  void CarryToVariant(uint32_t variant, const PoolAccess::OwnValues& values);
   /// Resets the worlds that have a flag, which keep their seeds, like Reset(). Only if
   /// CanResetFlagged().
   void ResetFlagged(const rows::RowInput& flags);

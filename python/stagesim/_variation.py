@@ -160,6 +160,18 @@ class Variation:
                 values[rows, column] = source.varied.values[ids[rows], source.target, source.number]
         return values
 
+    def values_in(self, ids: npt.NDArray[np.uint32], recipe: Recipe) -> Values:
+        """The values of the columns of a recipe, some of which may not vary any more: shape (ids, columns).
+
+        NaN stands for the value of the file.
+        """
+        plan = self._plan(recipe)
+        places = {column: place for place, column in enumerate(recipe.columns)}
+        values = np.full((len(ids), len(places)), np.nan)
+        for column, source in zip(plan.recipe.columns, plan.sources):
+            values[:, places[column]] = source.varied.values[ids, source.target, source.number]
+        return values
+
     def _settings(self, i: int, base: Recipe, whole: bool) -> tuple[str, ...]:
         """The values of world `i` as settings; not `whole`: without those that are columns."""
         if not self.all:
@@ -285,9 +297,11 @@ def key_of(recipe: Recipe) -> str:
 
 
 def recipe_with(values: Sequence[float], recipe: Recipe, sections: Sections) -> Recipe:
-    """The recipe of a world alone that has these values of the columns of `recipe`."""
+    """The recipe of a world alone that has these values of the columns of `recipe`; NaN: those of the file."""
     texts: dict[tuple[int, str], list[str]] = {}
     for column, value in zip(recipe.columns, values):
+        if math.isnan(value):
+            continue
         place = column.section, column.property
         if place not in texts:
             count = sum((each.section, each.property) == place for each in recipe.columns)

@@ -21,7 +21,7 @@ from .device_array import checked_tensor, is_on_card, on_host
 from .errors import StageError, WorldError
 from .fleet import Bools, Crowd, Floats
 from .pictures import Pixels
-from .world import Recipe, World, rendered
+from .world import Column, Recipe, World, rendered
 
 if TYPE_CHECKING:
     from .scenes import Scene
@@ -255,10 +255,6 @@ class Batch(Crowd):
             ids: which worlds; None: all. For a batch on a CUDA device, a mask there of shape (n,) as well: if the
                 worlds have no populations and no noise, it stays there.
             variant: one variant per selected world, or one for all; None: those that they have.
-
-        Raises:
-            StageError: the worlds are on a device and of one variant, and only some are reset when a property begins or
-                ceases to vary.
         """
         if is_on_card(ids):
             flags = checked_tensor(ids, "a mask", "bool", (self.n,))
@@ -279,7 +275,9 @@ class Batch(Crowd):
         given = None if variant is None else variant_numbers(variant, len(chosen), len(self._recipes))
         variants = self._take_next_variants(chosen, given)
         values = None
-        if variants is not None:
+        if variants is not None and self._core.device_crowd:
+            variants, values = self._shared_scene(chosen, variants)
+        elif variants is not None:
             values = self._variation.values(chosen, [self._recipes[number] for number in variants.tolist()])
         self._core.reset(chosen, new, variants, values)
 
@@ -296,17 +294,36 @@ class Batch(Crowd):
         if not self._variation.is_idle():
             following.update(self._varied({i: following.get(i, present[i]) for i in ids
                                            if i in following or self._variation.waits(i)}, present))
-        self._check_shared_scene(following, present)
-        self._variation.note_reset(chosen)
+            self._variation.note_reset(chosen)
         for i in ids:
             self._next_variants.pop(i, None)
         return np.array([following.get(i, present[i]) for i in ids], np.uint32) if following else None
 
-    def _check_shared_scene(self, following: Mapping[int, int], present: list[int]) -> None:
-        """Raises StageError if the worlds of a device would not share a scene any more."""
-        if self._core.device_crowd and len({following.get(i, variant) for i, variant in enumerate(present)}) > 1:
-            raise StageError("the worlds of this batch are on a device, so a property begins or ceases to vary in all of "
-                             "them together: reset all worlds")
+    def _shared_scene(self, chosen: Numbers, following: Numbers) -> tuple[Numbers, npt.NDArray[Any] | None]:
+        """The variants and values of worlds that are reset on a device, where all worlds share a scene.
+
+        It has the columns of all of them. If it must be another one, the worlds that are not reset are carried there.
+        """
+        present = self._core.variants()
+        others = present[:1] if len(chosen) < self.n else []
+        recipes = [self._recipes[number] for number in {*following.tolist(), *others}]
+        columns = tuple(sorted({column for recipe in recipes for column in recipe.columns}))
+        recipe = recipes[0]._replace(columns=columns)
+        variant = self._variants_of([recipe], present)[key_of(recipe)]
+        variants = np.full(self.n, variant, np.uint32)
+        if others and variant != present[0]:
+            self._core.carry_to_variants(variants, self._values_in(columns, self._recipes[present[0]].columns))
+        values = self._variation.values_in(chosen, self._recipes[variant]) if columns else None
+        return variants[:len(chosen)], values
+
+    def _values_in(self, columns: Sequence[Column], before: Sequence[Column]) -> npt.NDArray[Any]:
+        """The values of all worlds in other columns than those of before; NaN: that of the file."""
+        values = np.full((self.n, len(columns)), np.nan)
+        places = [columns.index(column) for column in before]
+        for i, own in enumerate(self._core.values()):
+            if own:
+                values[i, places] = own
+        return values
 
     def _varied(self, before: Mapping[int, int], present: list[int]) -> dict[int, int]:
         """The variants of worlds with their values of vary(), by the variants that they would have without."""
@@ -332,8 +349,7 @@ class Batch(Crowd):
         velocity_bounds, acceleration_bounds, wheel_slip, odom_error, odom_noise, wheelbase, steering_limit and
         steering_rate of robots, and of the noise of rangers. For all other properties, worlds with equal values share a
         scene; a new one takes about a millisecond and 0.8 MB, and a batch may have 1024 different combinations of such
-        values. Worlds of one variant on a device differ only in the former, and reset() must reset all of them when a
-        property begins or ceases to differ.
+        values. Worlds of one variant on a device differ only in the former.
 
         Args:
             name: PATTERN.PROPERTY, or PATTERN.PROPERTY[INDEX] for one number of several: "robot*.mass",
@@ -709,7 +725,7 @@ def _set_values(core: _core.Batch, variants: list[int], values: list[list[float]
     """Gives all worlds of a new batch the variants and values of another one."""
     most = max(map(len, values))
     if most > 0:
-        padded = np.array([[*own, *[0.0] * (most - len(own))] for own in values])
+        padded = np.array([[*own, *[np.nan] * (most - len(own))] for own in values])
         core.reset(np.arange(len(values), dtype=np.uint32), None, np.array(variants, np.uint32), padded)
 
 
