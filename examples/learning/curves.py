@@ -26,6 +26,7 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 EIGHT = ["--world", str(HERE / "eight.world")]
 OTHERS = ("Navigate8", "Navigate32", "Swap", "Cover", "Pursue", "PushT", "Disperse")
+PUSH = ["--task", "PushT", "--until", "0.9", "--minibatches", "8"]
 #: Options of ppo.py for each training. It stops above 0.9, so that other episodes give 0.9 as well.
 RUNS = {
     "navigate": ["--until", "0.94", "--steps", "300000"],
@@ -35,6 +36,9 @@ RUNS = {
     **{task.lower(): ["--task", task, "--until", "0.9", "--envs", "64", "--steps", "2000000"] for task in OTHERS},
     **{f"{task.lower()}_cuda": ["--task", task, "--until", "0.9", "--envs", "2048", "--minibatches", "16",
                                 "--device", "cuda", "--steps", "200000000"] for task in OTHERS},
+    "pusht": [*PUSH, "--envs", "512", "--steps", "10000000"],
+    # A block's pose goes through the host in each action, so worlds on the card take three times as long.
+    "pusht_cuda": [*PUSH, "--envs", "1024", "--device", "cuda", "--worlds", "cpu", "--steps", "100000000"],
 }
 Row = dict[str, str]
 

@@ -5,6 +5,7 @@
   ppo.py --task Navigate --until 0.9 --save policy.pt           # one robot drives to goals in a room
   ppo.py --task Navigate --world arena.world --envs 64          # five robots share a policy
   ppo.py --task Navigate --envs 16384 --device cuda             # worlds and learning on the card, without copies
+  ppo.py --task PushT --device cuda --worlds cpu                # worlds on the host, learning on the card
   ppo.py --task Navigate --load policy.pt --steps 0             # only evaluates a policy
 
 Each robot of each world is a row: it has its own observation and reward, and all share one policy. Rows of robots whose
@@ -45,7 +46,7 @@ def tensor(array: Any, policy: Policy) -> Tensor:
 def as_given(action: Tensor, env: StageArrayEnv) -> Any:
     """The actions as the environment takes them: limited to -1 to 1, shape (worlds, robots, numbers)."""
     action = action.clamp(-1, 1).view(env.num_envs, len(env.agents), -1)
-    return action if action.is_cuda else action.numpy()
+    return action if env.batch.device else action.cpu().numpy()
 
 
 class Clock:
@@ -203,10 +204,10 @@ def score(means: dict[str, float], robots: int = 1) -> float:
 
 
 def make(options: argparse.Namespace, envs: int, task: AnyTask = None) -> StageArrayEnv:
-    """Makes an environment where the policy is: on the host, or on the card."""
+    """Makes an environment where the worlds shall be: on the host, or on the card."""
     chosen = Cover(image=False) if options.task == "Cover" else options.task
     env = StageArrayEnv(envs, options.world, task or chosen, maps=options.maps,
-                        device="opencl:gpu" if options.device == "cuda" else None)
+                        device="opencl:gpu" if (options.worlds or options.device) == "cuda" else None)
     for name, (low, high) in options.vary.items():
         random = np.random.default_rng([options.seed, *name.encode()])
         env.vary(name, random.uniform(low, high, envs))
@@ -261,7 +262,8 @@ def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name, default, meaning in (
             ("task", "Navigate", "name of a shipped task"), ("world", None, "another world than that of the task"),
-            ("device", "cpu", "where the worlds and the policy are: cpu or cuda"), ("envs", 128, "number of worlds"),
+            ("device", "cpu", "where the worlds and the policy are: cpu or cuda"),
+            ("worlds", None, "cpu: the worlds stay on the host, whatever the device"), ("envs", 128, "number of worlds"),
             ("seed", 1, "of all random numbers"), ("steps", 2_000_000, "max number of actions of robots"),
             ("until", None, "success at which training stops, or mean return if the task has no success"),
             ("save", None, "file to write the policy to"), ("load", None, "policy to begin with"),

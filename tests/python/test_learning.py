@@ -125,6 +125,14 @@ def test_robots_of_the_world_see_each_other(learning: Path) -> None:
 # ---- learning -----------------------------------------------------------------------------------
 
 
+def test_worlds_can_stay_on_the_host(ppo: Any) -> None:
+    """With a policy on a card, worlds on the host get actions as arrays of NumPy."""
+    env = ppo.make(ppo.parsed(["--device", "cuda", "--worlds", "cpu"]), 2)
+    assert env.batch.device is None and env.reset(1).shape[:2] == (2, 1)
+    actions = ppo.as_given(ppo.torch.full((2, 2), 3.0), env)
+    assert isinstance(actions, np.ndarray) and actions.tolist() == [[[1, 1]], [[1, 1]]]
+
+
 def test_success_improves(ppo: Any, capsys: pytest.CaptureFixture[str]) -> None:
     """A short training has finite losses, and its policy succeeds more often than the first one."""
     options = ppo.parsed(["--envs", "64", "--steps", "50000", "--report", "5"])

@@ -172,11 +172,11 @@ def _push(block: Any, wanted: Any, error: Any, taken: Any) -> tuple[Any, Any]:
     far = np.hypot(*block.T)[:, None]
     out = -block / far
     circle = np.stack([-out[:, 1], out[:, 0]], -1) * np.sign(around)[:, None] + 3 * (0.95 - far) * out
-    move = np.where(np.abs(around)[:, None] < 0.3, 5 * (away + normal * np.clip(3 * beside, 0, 0.3)[:, None]),
+    move = np.where(np.abs(around)[:, None] < 0.3, 3 * (away + normal * np.clip(3 * beside, 0, 0.3)[:, None]),
                     np.where(far < 0.88, out, circle))
-    speed = np.where(gains[each, best] > 0.01, np.clip(0.2 + 1.5 * np.hypot(*wanted.T) + 0.3 * np.abs(error), 0, 1), 0)
+    speed = np.where(gains[each, best] > 0.01, np.clip(0.15 + 1.2 * np.hypot(*wanted.T) + 0.3 * np.abs(error), 0, 1), 0)
     pushes = (beside < 0.12) & (along > -0.03) & (along < 0.04)
-    move = np.where(pushes[:, None], 3 * (away + normal * along[:, None]) - normal * speed[:, None], move)
+    move = np.where(pushes[:, None], 2 * (away + normal * along[:, None]) - normal * speed[:, None], move)
     return move / np.maximum(np.abs(move).max(1), 1)[:, None], places[each, best]
 
 

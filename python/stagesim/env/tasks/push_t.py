@@ -59,8 +59,8 @@ class PushT(Task):
     away: float = 1.0
     far: float = 1.5
     near: float = 0.3
-    steps: int = 2
-    limit: int = 400
+    steps: int = 4
+    limit: int = 200
     top_speed: tuple[float, float, float] = (0.5, 0.5, 0.0)
     placed = "block"
 
