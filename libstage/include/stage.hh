@@ -59,6 +59,7 @@
 #include "pictures/color.hh"
 #include "pictures/image_polygons.hh"
 #include "random/random.hh"
+#include "whatif/belief.hh"
 #include "whatif/branches.hh"
 #include "whatif/consequence_engine.hh"
 #include "world/controllers.hh"

@@ -142,7 +142,7 @@ void Rows::PlacePopulations(size_t world) {
   });
 }
 
-/// Puts a mover where its world starts. See ModelPosition::StartLocalization().
+/// See ModelPosition::StartLocalization().
 void Rows::PlaceMover(size_t world, uint32_t number, const Pose& pose) {
   const Mover& mover = scene_->movers[number];
   const size_t i = world * scene_->movers.size() + number;
@@ -160,6 +160,19 @@ void Rows::PlaceMover(size_t world, uint32_t number, const Pose& pose) {
   if (!mover.has_odometry) return;
   const Pose estimate = EstimateIn(mover.has_origin ? mover.origin : pose, pose);
   columns.estimate[i] = PlanarOf(estimate + Pose());
+}
+
+bool Rows::IsInObstacle(size_t world, uint32_t number) {
+  const Mover& mover = scene_->movers[number];
+  for (uint32_t b = mover.first_body; b < mover.first_body + mover.body_count; b++) {
+    const Body& body = scene_->bodies[b];
+    const OutlineBox& box = columns.box[world * scene_->bodies.size() + b];
+    const CellMap& map = scene_->blocked[body.blocked];
+    if (body.obstacle && (scene_->narrow ? map.Meets(box, BitsOf<NarrowWord>(world, b))
+                                         : map.Meets(box, BitsOf<WideWord>(world, b))))
+      return true;
+  }
+  return false;
 }
 
 /// Draws the errors of odometry in the order in which loading draws them.

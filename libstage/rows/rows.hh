@@ -184,6 +184,10 @@ class Rows {
   std::shared_ptr<Scratch> MakeScratch() const;
   /// Moves a robot to a pose, without a collision test. See Model::SetPose().
   void Place(size_t world, size_t mover, const Planar& pose, Scratch* scratch);
+  /// Puts a mover where its world starts, as if loading had put it there.
+  void PlaceMover(size_t world, uint32_t mover, const Pose& pose);
+  /// True if a mover is in something that stands and is an obstacle.
+  bool IsInObstacle(size_t world, uint32_t mover);
   /// Makes steps. Several threads may step different worlds, each with its own scratch. Nobody
   /// looks at the readings of rangers before `unseen` further steps have been made, so rays are
   /// cast only for readings that are not replaced by then.
@@ -211,7 +215,6 @@ class Rows {
   explicit Rows(std::shared_ptr<const Scene> scene);
   void SetOutline(size_t world, size_t body, const CornerCells& corners, uint32_t count);
   void PlacePopulations(size_t world);
-  void PlaceMover(size_t world, uint32_t mover, const Pose& pose);
   void DrawErrors(size_t world);
   void SeedNoise(size_t world);
   // The following functions are in varied.cc.

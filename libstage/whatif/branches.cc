@@ -199,8 +199,9 @@ bool Branches::Impl::ReadOrigin(Row* row) {
   if (!options.rows || !row->can_be_row) return false;
   if (!row->origin) row->origin = std::make_shared<Origin>(row->state);
   Origin& origin = *row->origin;
-  std::call_once(origin.once,
-                 [&] { origin.row = PoolAccess::ReadSnapshot(pool, origin.snapshot); });
+  std::call_once(origin.once, [&] {
+    if (!origin.row) origin.row = PoolAccess::ReadSnapshot(pool, origin.snapshot);
+  });
   return row->can_be_row = bool(origin.row);
 }
 
@@ -267,6 +268,7 @@ uint64_t Branches::Impl::StepRow(Row* row, uint32_t branch, uint64_t steps, Scen
     left--;
     PoolAccess::StepRow(pool, IdOf(branch), (scenario ? 0 : left) + omitted);
     row->seen.steps++;
+    BeginSightings(row);
     row->models->Watch(*at.rows, at.row, &row->seen.sightings);
     if (scenario && scenario->Watch(LatestOf(*row), branch, &row->seen.score))
       row->seen.state = Branch::kEnded;
@@ -315,24 +317,40 @@ uint64_t Branches::steps_on_device() const { return impl_->steps_on_device; }
 
 const Branch& Branches::operator[](uint32_t branch) const { return impl_->rows[branch].seen; }
 
-void Branches::Restore(uint32_t branch, const Snapshot& from) {
-  Impl::Row& row = impl_->rows[branch];
+void Branches::Impl::Start(uint32_t branch, std::shared_ptr<Origin> from) {
+  Row& row = rows[branch];
   Branch& seen = row.seen;
-  seen.state = from.empty() || !impl_->ready ? Branch::kFailed : Branch::kAlive;
-  seen.error = !impl_->ready  ? "there is no world to branch from"
-               : from.empty() ? "the snapshot was never taken"
-                              : "";
   seen.steps = 0;
   seen.score = 0;
   seen.commands.clear();
   seen.sightings.clear();
   row.models = nullptr;
-  row.state = from;
-  row.origin = impl_->ready && !from.empty() ? impl_->OriginOf(from) : nullptr;
+  row.state = from ? from->snapshot : Snapshot();
+  row.origin = std::move(from);
   row.can_be_row = true;
+  row.records = true;
   row.reseed = false;
   row.applied = 0;
   row.latest = nullptr;
+}
+
+void Branches::Restore(uint32_t branch, const Snapshot& from) {
+  const bool can_start = impl_->ready && !from.empty();
+  impl_->Start(branch, can_start ? impl_->OriginOf(from) : nullptr);
+  Branch& seen = impl_->rows[branch].seen;
+  seen.state = can_start ? Branch::kAlive : Branch::kFailed;
+  seen.error = !impl_->ready  ? "there is no world to branch from"
+               : from.empty() ? "the snapshot was never taken"
+                              : "";
+}
+
+void BranchAccess::Restore(Branches& branches, uint32_t branch, std::shared_ptr<Origin> from,
+                           bool records) {
+  branches.impl_->Start(branch, std::move(from));
+  branches.impl_->rows[branch].records = records;
+  Branch& seen = branches.impl_->rows[branch].seen;
+  seen.state = Branch::kAlive;
+  seen.error.clear();
 }
 
 void Branches::Restore(uint32_t branch, const Snapshot& from, uint64_t seed) {

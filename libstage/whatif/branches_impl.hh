@@ -30,9 +30,11 @@ using whatif::RowModels;
 
 struct Branches::Impl {
   struct Copy;
-  /// A snapshot that branches start from. The first of them that becomes a row reads it.
+  /// A state that branches start from: a row, or a snapshot, which the first branch that becomes a
+  /// row reads.
   struct Origin {
     explicit Origin(const Snapshot& from) : snapshot(from) {}
+    explicit Origin(SnapshotRow given) : row(std::move(given)) {}
     const Snapshot snapshot;
     std::once_flag once;
     SnapshotRow row;
@@ -43,6 +45,7 @@ struct Branches::Impl {
     Snapshot state;                     // if it is not
     std::shared_ptr<Origin> origin;     // of `state`, if known; on the device, that of the row
     bool can_be_row = true;             // as far as is known
+    bool records = true;                // otherwise only the latest sightings are kept
     uint64_t seed = 0;
     bool reseed = false;     // reseed before the branch's next step
     size_t applied = 0;      // number of commands carried out so far
@@ -106,6 +109,10 @@ struct Branches::Impl {
   // Branches that are rows.
   uint32_t IdOf(uint32_t branch) const { return static_cast<uint32_t>(copies.size()) + branch; }
   std::shared_ptr<Origin> OriginOf(const Snapshot& from);
+  void Start(uint32_t branch, std::shared_ptr<Origin> from);
+  void BeginSightings(Row* row) const {
+    if (!row->records) row->seen.sightings.clear();
+  }
   const RowModels* ModelsOf(const rows::Scene& scene);
   bool ReadOrigin(Row* row);
   bool BecomeRow(Row* row, uint32_t branch);
@@ -167,6 +174,18 @@ void Branches::Impl::ForEach(const std::vector<uint32_t>& branches, F f) {
     }
   });
 }
+
+/// Branches that start from rows, for code of this module.
+class BranchAccess {
+ public:
+  using Origin = Branches::Impl::Origin;
+
+  static WorldPool& PoolOf(Branches& branches) { return branches.impl_->pool; }
+  /// Starts a branch from a row, which must not change while branches are stepped. `records`: the
+  /// sightings of all steps are kept, otherwise only those of the last one.
+  static void Restore(Branches& branches, uint32_t branch, std::shared_ptr<Origin> from,
+                      bool records);
+};
 
 }  // namespace Stg
 

@@ -81,7 +81,8 @@ Branches::Impl::DeviceRun::DeviceRun(Impl* of, rows::Rows* in,
     Row* const row = &of_.rows[branch];
     members_.push_back({branch, static_cast<uint32_t>(row->at.row), row});
     std::vector<Sighting>& sightings = row->seen.sightings;
-    const size_t needed = sightings.size() + steps * of_.options.watched.size();
+    const size_t needed =
+        sightings.size() + (row->records ? steps : 1) * of_.options.watched.size();
     if (Watches() && needed > sightings.capacity())
       sightings.reserve(std::max(needed, 2 * sightings.capacity()));
   }
@@ -213,6 +214,7 @@ void Branches::Impl::DeviceRun::Watch(const Member& member, const double* number
   if (seen.state != Branch::kAlive) return;
   seen.steps++;
   try {
+    of_.BeginSightings(member.row);
     models_.Watch(numbers, &seen.sightings);
     if (scenario_ && scenario_->Watch(of_.LatestOf(*member.row), member.branch, &seen.score))
       seen.state = Branch::kEnded;

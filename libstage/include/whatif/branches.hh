@@ -153,6 +153,7 @@ class Branches {
   Snapshot StateOf(uint32_t branch) const;
 
  private:
+  friend class BranchAccess;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -153,6 +153,7 @@ struct Decision {
   uint64_t scenario_steps;  ///< summed over all samples
   double seconds, joules;   ///< spent; the only results that Replay() does not reproduce
   std::vector<Outcome> outcomes;
+  std::string error;  ///< why there was no decision: one line; see BeliefEngine
 
   Decision()
       : best(0),

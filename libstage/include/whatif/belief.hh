@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// Belief: what a robot knows of the world around it, which is not a simulation. BeliefEngine:
+// chooses what to do next by simulating futures that agree with the belief. Part of <stage.hh>.
+
+#ifndef STAGE_WHATIF_BELIEF_HH
+#define STAGE_WHATIF_BELIEF_HH
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "geometry/geometry.hh"
+#include "whatif/consequence_engine.hh"
+
+namespace Stg {
+
+/// Covariance of x, y (metres or m/s) and heading or turn rate (radians or rad/s), by row.
+struct Covariance {
+  double values[9];
+
+  /// Independent errors with these standard deviations.
+  explicit Covariance(double x = 0, double y = 0, double a = 0);
+};
+
+/// A way in which somebody may behave.
+struct Behaviour {
+  enum Kind {
+    kStand,
+    kGoOn  ///< with its present velocity
+  };
+
+  Kind kind;
+  double weight;  ///< of its probability, above 0; those of all behaviours need not add up to 1
+
+  Behaviour(Kind of = kGoOn, double w = 1) : kind(of), weight(w) {}
+};
+
+/// Somebody or something that moves and is tracked: a disc.
+struct TrackedOther {
+  uint64_t id;  ///< as the tracker numbers it
+  Pose pose;    ///< in the frame of the world file
+  Covariance pose_covariance;
+  Velocity velocity;  ///< in the frame of the world file, not of the other
+  Covariance velocity_covariance;
+  std::vector<Behaviour> behaviours;  ///< hypotheses; none: it goes on
+
+  explicit TrackedOther(uint64_t number = 0) : id(number) {}
+};
+
+/// The belief of a robot: a world file for what is known for sure, and measurements, which are
+/// changed in place 10 to 50 times a second. No change reads a file, and none allocates memory but
+/// to make room for more others than ever before. Only one thread may use a belief at a time.
+///
+/// Functions return false, after a message, and change nothing if a number makes no sense.
+class Belief {
+ public:
+  struct Options {
+    double other_radius;  ///< m, of the discs
+    double other_height;  ///< m
+    uint32_t room;        ///< for others from the start; doubled when there are more
+
+    Options() : other_radius(0.25), other_height(1.7), room(8) {}
+  };
+
+  /// Reads a world file with a position model of this name, the robot that will decide.
+  Belief(const std::string& world_file, const std::string& robot,
+         const Options& options = Options());
+  ~Belief();
+  Belief(const Belief&) = delete;
+  Belief& operator=(const Belief&) = delete;
+
+  /// False if the file cannot be loaded or has no such robot; a message gives the reason.
+  bool IsReady() const;
+
+  /// The robot's pose in the frame of the world file, and its velocity in its own frame.
+  bool SetRobot(const Pose& pose, const Velocity& velocity = Velocity(),
+                const Covariance& pose_covariance = Covariance(),
+                const Covariance& velocity_covariance = Covariance());
+  /// Seconds until the robot obeys a command: it goes on with its present velocity before.
+  bool SetDelay(double seconds);
+  /// Adds somebody, or changes what is known of the one with this id.
+  bool SetOther(const TrackedOther& other);
+  /// Forgets somebody. Returns false, without a message, if there is no such id.
+  bool RemoveOther(uint64_t id);
+  void ClearOthers();
+
+  const Pose& robot_pose() const;
+  const Velocity& robot_velocity() const;
+  double delay() const;
+  const std::vector<TrackedOther>& others() const;
+  const Options& options() const;
+
+ private:
+  friend class BeliefEngine;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Something that the robot can do: a sequence of velocities in its own frame.
+struct Plan {
+  std::string name;
+  std::vector<Velocity> commands;  ///< each is held for BeliefQuestion::hold, the last one for good
+
+  Plan() {}
+  explicit Plan(const std::string& called, const Velocity& velocity = Velocity())
+      : name(called), commands(1, velocity) {}
+};
+
+/// A decision to be made. Put the plan that is chosen if nothing is known first.
+struct BeliefQuestion {
+  std::vector<Plan> plans;
+  usec_t horizon;  ///< simulated time to look ahead, with the delay
+  usec_t hold;     ///< duration of a command; 0: a step of the world
+  uint64_t seed;   ///< equal seeds and beliefs have equal samples
+
+  BeliefQuestion() : horizon(5000000), hold(0), seed(1) {}
+};
+
+/// Scores a sample by the mean distance of the robot to a goal during the horizon, in metres and
+/// negative, and ends it at the goal, or when the robot touches somebody or something, which costs
+/// `penalty`.
+class GoalJudge : public Judge {
+ public:
+  /// `radius`: that of the robot, m, for contacts with others that run into it.
+  GoalJudge(double x, double y, double radius, double penalty = 100, double tolerance = 0.2);
+
+  bool NeedsWorld() const override { return false; }
+  bool WatchSample(const Sighting* watched, const Sample& sample, SampleResult* result) override;
+
+ private:
+  friend class BeliefEngine;
+  double x_, y_, radius_, penalty_, tolerance_;
+  // Set by the engine before each decision.
+  double share_ = 0;   // of the horizon, that a step is
+  size_t others_ = 0;  // watched after the robot
+  double other_radius_ = 0;
+};
+
+/// Chooses among plans by their consequences in samples of a belief: each sample draws all poses,
+/// velocities and behaviours, and is the same for all plans. What is simulated are closed worlds in
+/// rows, on the host or on a device, with equal results.
+class BeliefEngine {
+ public:
+  typedef ConsequenceEngine::Options Options;  ///< `watched` and `keep` are those of the engine
+
+  /// The belief must outlive the engine.
+  explicit BeliefEngine(Belief* belief, const Options& options = Options());
+  ~BeliefEngine();
+  BeliefEngine(const BeliefEngine&) = delete;
+  BeliefEngine& operator=(const BeliefEngine&) = delete;
+
+  /// False if the belief is not ready, or there is no device as wanted; a message gives the reason.
+  bool IsReady() const;
+  /// The best plan found within the budget. Judges get the sightings of the robot, followed by
+  /// those of all others in the order of their ids; none of them may need a World. Decision::error
+  /// says why no decision was possible; the first plan is named then.
+  Decision Choose(const BeliefQuestion& question, const Budget& budget, Judge* judge);
+  /// Repeats a decision about the same belief without a budget, exactly.
+  Decision Replay(const BeliefQuestion& question, const Decision& decision, Judge* judge);
+  /// Name of the device that makes whole steps; empty if there is none.
+  std::string StepDevice() const;
+  /// Number of steps that were made on the device.
+  uint64_t steps_on_device() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace Stg
+
+#endif

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "whatif/belief.hh"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "messages/report.hh"
+#include "models/position.hh"
+#include "whatif/belief_impl.hh"
+
+namespace Stg {
+
+namespace {
+
+bool Refuse(const std::string& line) {
+  messages::Report(LogLevel::kError, "stage: " + line);
+  return false;
+}
+
+bool IsFinite(const Pose& pose) {
+  return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.a);
+}
+
+std::string NumberOf(double value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
+}  // namespace
+
+Covariance::Covariance(double x, double y, double a) : values() {
+  values[0] = x * x;
+  values[4] = y * y;
+  values[8] = a * a;
+}
+
+/// The algorithm of Cholesky. A row of zeros, for a number that is known exactly, stays one.
+bool whatif::CovarianceFactor::Set(const Covariance& covariance) {
+  constexpr double kRounding = 1e-9;
+  const double* const m = covariance.values;
+  double scale = 0;
+  for (int i = 0; i < 9; i++) {
+    if (!std::isfinite(m[i])) return false;
+    scale = std::max(scale, std::fabs(m[i]));
+  }
+  const double slack = kRounding * scale;
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < i; j++)
+      if (std::fabs(m[3 * i + j] - m[3 * j + i]) > slack) return false;
+  double l[3][3] = {};
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j <= i; j++) {
+      double rest = m[3 * i + j];
+      for (int k = 0; k < j; k++) rest -= l[i][k] * l[j][k];
+      if (i == j) {
+        if (rest < -slack) return false;
+        l[i][i] = std::sqrt(std::max(0.0, rest));
+      } else if (l[j][j] > 0) {
+        l[i][j] = rest / l[j][j];
+      } else if (std::fabs(rest) > slack) {
+        return false;
+      }
+    }
+  const double found[] = {l[0][0], l[1][0], l[1][1], l[2][0], l[2][1], l[2][2]};
+  std::ranges::copy(found, values);
+  return true;
+}
+
+bool whatif::BeliefContent::Moving::Set(const Pose& new_pose, const Covariance& pose_covariance,
+                                        const Velocity& new_velocity,
+                                        const Covariance& velocity_covariance,
+                                        const std::string& whose) {
+  if (!IsFinite(new_pose) || !IsFinite(new_velocity))
+    return Refuse("found a pose or a velocity of " + whose +
+                  " that is not finite, expected metres, radians, and these per second");
+  Moving changed{new_pose, new_velocity, {}, {}};
+  if (!changed.pose_errors.Set(pose_covariance) ||
+      !changed.velocity_errors.Set(velocity_covariance))
+    return Refuse("found a covariance of " + whose +
+                  " that is not symmetric and positive semidefinite");
+  *this = changed;
+  return true;
+}
+
+std::unique_ptr<World> whatif::BeliefContent::MakeWorld(uint32_t count) const {
+  constexpr double kFarAway = -10000;  // m: beyond the reach of sensors
+  std::ostringstream all;
+  all << text << "\n";
+  const double width = 2 * options.other_radius;
+  for (uint32_t i = 0; i < count; i++)
+    all << "position( name \"" << NameOf(i) << "\" alwayson 1 pose [ " << kFarAway << " "
+        << i * (width + 1) << " 0 0 ] size [ " << width << " " << width << " "
+        << options.other_height
+        << " ] round 1 drive \"omni\" localization \"gps\" mass 70\n"
+           "  velocity_bounds [ -10 10 -10 10 0 0 -10 10 ] )\n";
+  RunOptions run;
+  run.listed = false;
+  run.threads = 1;
+  auto world = std::make_unique<World>(run);
+  std::istringstream content(all.str());
+  return world->Load(content, file) ? std::move(world) : nullptr;
+}
+
+Belief::Belief(const std::string& world_file, const std::string& robot, const Options& options)
+    : impl_(new Impl) {
+  impl_->options = options;
+  impl_->file = world_file;
+  impl_->robot_name = robot;
+  impl_->room = std::max(1u, options.room);
+  std::ifstream input(world_file, std::ios::binary);
+  std::ostringstream content;
+  content << input.rdbuf();
+  if (!input) {
+    Refuse(messages::Quoted(world_file) + " cannot be read, expected a world file");
+    return;
+  }
+  impl_->text = content.str();
+  const std::unique_ptr<World> world = impl_->MakeWorld(impl_->room);
+  if (!world) return;
+  const Model* const model = world->GetModel(robot);
+  if (!dynamic_cast<const ModelPosition*>(model)) {
+    Refuse(messages::Quoted(world_file) + " has no position model " + messages::Quoted(robot) +
+           ", expected the robot that decides");
+    return;
+  }
+  impl_->robot.pose = model->GetGlobalPose();
+  impl_->robot.Set(impl_->robot.pose, Covariance(), Velocity(), Covariance(), "the robot");
+  impl_->ready = true;
+}
+
+Belief::~Belief() = default;
+
+bool Belief::IsReady() const { return impl_->ready; }
+
+bool Belief::SetRobot(const Pose& pose, const Velocity& velocity, const Covariance& pose_covariance,
+                      const Covariance& velocity_covariance) {
+  return impl_->robot.Set(pose, pose_covariance, velocity, velocity_covariance, "the robot");
+}
+
+bool Belief::SetDelay(double seconds) {
+  constexpr double kMost = 10;
+  if (!(seconds >= 0 && seconds <= kMost))
+    return Refuse("found a delay of " + NumberOf(seconds) + " s, expected 0 to 10");
+  impl_->delay = seconds;
+  return true;
+}
+
+bool Belief::SetOther(const TrackedOther& other) {
+  const std::string whose = "other " + std::to_string(other.id);
+  for (const Behaviour& behaviour : other.behaviours)
+    if (!(behaviour.weight > 0 && std::isfinite(behaviour.weight)))
+      return Refuse("found a weight of " + NumberOf(behaviour.weight) + " for a behaviour of " +
+                    whose + ", expected a number above 0");
+  Impl::Moving moving;
+  if (!moving.Set(other.pose, other.pose_covariance, other.velocity, other.velocity_covariance,
+                  whose))
+    return false;
+  std::vector<TrackedOther>& others = impl_->others;
+  const auto place = std::ranges::lower_bound(others, other.id, {}, &TrackedOther::id);
+  const auto moving_place = impl_->moving.begin() + (place - others.begin());
+  if (place != others.end() && place->id == other.id) {
+    *place = other;
+    *moving_place = moving;
+    return true;
+  }
+  others.insert(place, other);
+  impl_->moving.insert(moving_place, moving);
+  while (impl_->room < others.size()) impl_->room *= 2;
+  return true;
+}
+
+bool Belief::RemoveOther(uint64_t id) {
+  std::vector<TrackedOther>& others = impl_->others;
+  const auto place = std::ranges::lower_bound(others, id, {}, &TrackedOther::id);
+  if (place == others.end() || place->id != id) return false;
+  impl_->moving.erase(impl_->moving.begin() + (place - others.begin()));
+  others.erase(place);
+  return true;
+}
+
+void Belief::ClearOthers() {
+  impl_->others.clear();
+  impl_->moving.clear();
+}
+
+const Pose& Belief::robot_pose() const { return impl_->robot.pose; }
+
+const Velocity& Belief::robot_velocity() const { return impl_->robot.velocity; }
+
+double Belief::delay() const { return impl_->delay; }
+
+const std::vector<TrackedOther>& Belief::others() const { return impl_->others; }
+
+const Belief::Options& Belief::options() const { return impl_->options; }
+
+}  // namespace Stg

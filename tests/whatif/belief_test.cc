@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+
+#include "whatif/belief.hh"
+
+#include <gtest/gtest.h>
+#include <malloc.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "stage.hh"
+#include "support/device.hh"
+#include "support/own_worlds.hh"
+
+namespace Stg {
+namespace {
+
+constexpr char kRobot[] =
+    "resolution 0.05\n"
+    "position( name \"r\" alwayson 1 size [0.4 0.4 0.4] round 1 drive \"diff\" localization "
+    "\"gps\" )\n";
+constexpr char kWall[] = "model( name \"wall\" size [0.2 4 1] pose [2 0 0 0] )\n";
+
+class BeliefTest : public testing::Test {
+ protected:
+  BeliefTest() {
+    Init(nullptr, nullptr);
+    file_ = testing::TempDir() + "belief_" +
+            testing::UnitTest::GetInstance()->current_test_info()->name() + ".world";
+    Write(kRobot);
+    question_.horizon = 4000000;
+    question_.plans = {Plan("stand"), Plan("ahead", Velocity(0.5, 0, 0, 0)),
+                       Plan("left", Velocity(0.5, 0, 0, 0.5))};
+  }
+  ~BeliefTest() override { std::filesystem::remove(file_); }
+
+  void Write(const std::string& text) const { std::ofstream(file_) << text; }
+  static BeliefEngine::Options OptionsWith(uint32_t samples, unsigned threads = 1) {
+    BeliefEngine::Options options;
+    options.samples = samples;
+    options.threads = threads;
+    return options;
+  }
+  Decision Choose(Belief* belief, const BeliefEngine::Options& options) const {
+    BeliefEngine engine(belief, options);
+    EXPECT_TRUE(engine.IsReady());
+    GoalJudge judge(5, 0, 0.2);
+    return engine.Choose(question_, Budget(), &judge);
+  }
+
+  std::string file_;
+  BeliefQuestion question_;
+};
+
+TrackedOther OtherAt(uint64_t id, const Pose& pose, const Velocity& velocity = Velocity()) {
+  TrackedOther other(id);
+  other.pose = pose;
+  other.velocity = velocity;
+  return other;
+}
+
+void ExpectSame(const Decision& a, const Decision& b) {
+  EXPECT_EQ(a.best, b.best);
+  EXPECT_EQ(a.error, b.error);
+  EXPECT_EQ(a.scenario_steps, b.scenario_steps);
+  ASSERT_EQ(a.outcomes.size(), b.outcomes.size());
+  for (size_t i = 0; i < a.outcomes.size(); i++) {
+    EXPECT_EQ(a.outcomes[i].scores, b.outcomes[i].scores) << i;
+    EXPECT_EQ(a.outcomes[i].collided, b.outcomes[i].collided) << i;
+  }
+}
+
+TEST_F(BeliefTest, WithoutOthersTheStraightWayIsBest) {
+  Belief belief(file_, "r");
+  ASSERT_TRUE(belief.IsReady());
+  const Decision decision = Choose(&belief, OptionsWith(1));
+  EXPECT_EQ(decision.error, "");
+  EXPECT_EQ(question_.plans[decision.best].name, "ahead");
+  // The distance is 5 - 0.05 k after k of 40 steps.
+  EXPECT_NEAR(decision.outcomes[1].score, -(5 - 0.05 * 20.5), 1e-9);
+  EXPECT_NEAR(decision.outcomes[0].score, -5, 1e-9);
+}
+
+TEST_F(BeliefTest, SomebodyInTheWayIsAvoided) {
+  Belief belief(file_, "r");
+  ASSERT_TRUE(belief.SetOther(OtherAt(3, Pose(1.2, 0, 0, 0))));
+  const Decision decision = Choose(&belief, OptionsWith(1));
+  EXPECT_EQ(question_.plans[decision.best].name, "left");
+  EXPECT_EQ(decision.outcomes[1].CollisionRisk(), 1);
+  ASSERT_TRUE(belief.RemoveOther(3));
+  EXPECT_FALSE(belief.RemoveOther(3));
+  EXPECT_EQ(question_.plans[Choose(&belief, OptionsWith(1)).best].name, "ahead");
+}
+
+TEST_F(BeliefTest, SomebodyWhoRunsIntoTheStandingRobotCollides) {
+  Belief belief(file_, "r");
+  ASSERT_TRUE(belief.SetOther(OtherAt(1, Pose(-2, 0, 0, 0), Velocity(1, 0, 0, 0))));
+  EXPECT_EQ(Choose(&belief, OptionsWith(1)).outcomes[0].CollisionRisk(), 1);
+  ASSERT_TRUE(belief.SetOther(OtherAt(1, Pose(-2, 0.7, 0, 0), Velocity(1, 0, 0, 0))));
+  EXPECT_EQ(Choose(&belief, OptionsWith(1)).outcomes[0].CollisionRisk(), 0) << "he passes by";
+}
+
+class Onlooker : public Judge {
+  bool NeedsWorld() const override { return false; }
+};
+
+/// A future without errors is what a World with the same robots does, bit for bit.
+TEST_F(BeliefTest, FuturesAreThoseOfAWorld) {
+  Write(std::string(kRobot) + kWall);
+  Belief belief(file_, "r");
+  belief.SetRobot(Pose(0.1, 0.2, 0, 0.3), Velocity(0.5, 0, 0, 0.5));
+  belief.SetOther(OtherAt(1, Pose(0.7, 0.9, 0, 0), Velocity(-0.2, -0.2, 0, 0)));
+  belief.SetOther(OtherAt(2, Pose(1.2, -0.9, 0, 0), Velocity(0.1, 0.4, 0, 0)));
+  Onlooker judge;
+  const Decision decision =
+      BeliefEngine(&belief, OptionsWith(1)).Choose(question_, Budget(), &judge);
+  const std::vector<Sighting>& seen = decision.outcomes[2].sightings;
+
+  const char others[] =
+      "define other position( alwayson 1 size [0.5 0.5 1.7] round 1 drive \"omni\" localization "
+      "\"gps\" mass 70 velocity_bounds [-10 10 -10 10 0 0 -10 10] )\n"
+      "other( name \"a\" pose [0.7 0.9 0 0] ) other( name \"b\" pose [1.2 -0.9 0 0] )\n";
+  const auto world = LoadText(std::string(kRobot) + kWall + others, 1);
+  world->GetModel("r")->SetPose(Pose(0.1, 0.2, 0, 0.3));
+  const auto drive = [&](const char* name, double x, double y, double a) {
+    dynamic_cast<ModelPosition*>(world->GetModel(name))->SetSpeed(x, y, a);
+  };
+  drive("r", 0.5, 0, 0.5);
+  drive("a", -0.2, -0.2, 0);
+  drive("b", 0.1, 0.4, 0);
+  const size_t watched = 1 + belief.options().room;
+  ASSERT_EQ(seen.size(), 40 * watched);
+  bool stalled = false;
+  for (size_t step = 0; step < seen.size() / watched; step++) {
+    world->Update();
+    const Pose pose = world->GetModel("r")->GetGlobalPose();
+    const Pose b = world->GetModel("b")->GetGlobalPose();
+    EXPECT_EQ(seen[step * watched].pose.x, pose.x) << step;
+    EXPECT_EQ(seen[step * watched].pose.y, pose.y) << step;
+    EXPECT_EQ(seen[step * watched].pose.a, pose.a) << step;
+    EXPECT_EQ(seen[step * watched + 2].pose.y, b.y) << step;
+    stalled |= world->GetModel("r")->Stalled() || world->GetModel("a")->Stalled();
+  }
+  EXPECT_TRUE(stalled) << "the test should see contacts";
+}
+
+/// The robot passes a standing disc whose lateral place is known with an error of 0.2 m. They touch
+/// if it is less than the sum of the radii aside: the probability follows from the normal
+/// distribution.
+TEST_F(BeliefTest, RisksAreThoseOfTheErrors) {
+  Belief belief(file_, "r");
+  question_.plans = {Plan("ahead", Velocity(0.5, 0, 0, 0))};
+  for (const double aside : {0.0, 0.4, 0.6, 0.9}) {
+    TrackedOther other = OtherAt(1, Pose(1.5, aside, 0, 0));
+    other.pose_covariance = Covariance(0, 0.2, 0);
+    other.behaviours = {Behaviour(Behaviour::kStand)};
+    ASSERT_TRUE(belief.SetOther(other));
+    const auto below = [&](double y) { return 0.5 * std::erfc(-(y - aside) / 0.2 / M_SQRT2); };
+    const double wanted = below(0.45) - below(-0.45);
+    const Decision decision = Choose(&belief, OptionsWith(1000, 2));
+    const Interval found = decision.outcomes[0].CollisionInterval(3);
+    EXPECT_LE(found.low, wanted) << aside;
+    EXPECT_GE(found.high, wanted) << aside;
+  }
+}
+
+TEST_F(BeliefTest, BehavioursAreDrawnByTheirWeights) {
+  Belief belief(file_, "r");
+  question_.plans = {Plan("stand")};
+  TrackedOther other = OtherAt(1, Pose(-2, 0, 0, 0), Velocity(1, 0, 0, 0));
+  other.behaviours = {Behaviour(Behaviour::kStand, 3), Behaviour(Behaviour::kGoOn, 1)};
+  ASSERT_TRUE(belief.SetOther(other));
+  const Interval found = Choose(&belief, OptionsWith(1000)).outcomes[0].CollisionInterval(3);
+  EXPECT_LT(found.low, 0.25);
+  EXPECT_GT(found.high, 0.25);
+}
+
+TEST_F(BeliefTest, TheRobotObeysAfterItsDelay) {
+  Belief belief(file_, "r");
+  ASSERT_TRUE(belief.SetDelay(0.25));
+  belief.SetRobot(Pose(), Velocity(0.2, 0, 0, 0));
+  const size_t watched = 1 + belief.options().room;
+  const Decision decision = Choose(&belief, OptionsWith(1));
+  const std::vector<Sighting>& ahead = decision.outcomes[1].sightings;
+  EXPECT_NEAR(ahead[2 * watched].pose.x, 0.06, 1e-9) << "0.25 s are three steps";
+  EXPECT_NEAR(ahead[4 * watched].pose.x, 0.16, 1e-9);
+}
+
+/// All plans meet the same futures of the others, and nobody's errors depend on how many others
+/// there are, or in which order they were told.
+TEST_F(BeliefTest, RandomNumbersBelongToSamplesAndOthers) {
+  const auto noisy = [](uint64_t id, double x) {
+    TrackedOther other = OtherAt(id, Pose(x, 1, 0, 0));
+    other.pose_covariance = Covariance(0.3, 0.3, 0.1);
+    return other;
+  };
+  Belief one(file_, "r"), two(file_, "r");
+  one.SetOther(noisy(7, 1));
+  one.SetOther(noisy(5, 30));
+  two.SetOther(noisy(5, 30));
+  two.SetOther(noisy(7, 1));
+  two.SetOther(noisy(6, 40));
+  const auto options = OptionsWith(5);
+  const Decision first = Choose(&one, options), second = Choose(&two, options);
+  for (size_t plan = 0; plan < 3; plan++)
+    EXPECT_EQ(first.outcomes[plan].scores, second.outcomes[plan].scores);
+  const size_t watched = 1 + one.options().room;
+  const auto place = [&](size_t plan) { return first.outcomes[plan].sightings[2 + watched].pose; };
+  EXPECT_EQ(place(0).x, place(1).x);
+  EXPECT_NE(place(0).x, 1);
+}
+
+Belief& MakeCrowd(Belief* belief, uint64_t count) {
+  belief->SetRobot(Pose(0, 0, 0, 0.1), Velocity(0.2, 0, 0, 0), Covariance(0.05, 0.05, 0.02),
+                   Covariance(0.02, 0, 0.02));
+  for (uint64_t id = 0; id < count; id++) {
+    const SineCosine turn = SinCos(static_cast<double>(id));
+    TrackedOther other = OtherAt(id, Pose(2 * turn.cosine, 2 * turn.sine, 0, 0),
+                                 Velocity(-0.6 * turn.cosine, -0.5 * turn.sine, 0, 0));
+    other.pose_covariance = Covariance(0.1, 0.1, 0.1);
+    other.velocity_covariance = Covariance(0.1, 0.1, 0);
+    other.behaviours = {Behaviour(Behaviour::kStand), Behaviour(Behaviour::kGoOn)};
+    belief->SetOther(other);
+  }
+  return *belief;
+}
+
+TEST_F(BeliefTest, DecisionsAreTheSameOnAnyNumberOfThreadsAndOnDevices) {
+  Write(std::string(kRobot) + kWall);
+  Belief belief(file_, "r");
+  const Decision wanted = Choose(&MakeCrowd(&belief, 5), OptionsWith(20));
+  EXPECT_GT(wanted.outcomes[1].CollisionRisk(), 0);
+  EXPECT_LT(wanted.outcomes[0].CollisionRisk(), 1);
+  for (const unsigned threads : {2u, 5u})
+    ExpectSame(Choose(&belief, OptionsWith(20, threads)), wanted);
+  if (!device::WhyNone().empty()) GTEST_SKIP() << device::WhyNone();
+  BeliefEngine::Options options = OptionsWith(20);
+  options.device_steps = true;
+  BeliefEngine engine(&belief, options);
+  ASSERT_TRUE(engine.IsReady());
+  ASSERT_FALSE(engine.StepDevice().empty());
+  GoalJudge judge(5, 0, 0.2);
+  for (int again = 0; again < 2; again++)
+    ExpectSame(engine.Choose(question_, Budget(), &judge), wanted);
+  EXPECT_EQ(engine.steps_on_device(), 2 * wanted.scenario_steps);
+}
+
+TEST_F(BeliefTest, DecisionsAreReplayed) {
+  Belief belief(file_, "r");
+  MakeCrowd(&belief, 5);
+  BeliefEngine::Options options = OptionsWith(4, 2);
+  options.most_samples = 32;
+  BeliefEngine engine(&belief, options);
+  GoalJudge judge(5, 0, 0.2);
+  for (const uint64_t steps : {0, 200, 2000}) {
+    Budget budget;
+    budget.scenario_steps = steps;
+    const Decision decision = engine.Choose(question_, budget, &judge);
+    ExpectSame(engine.Replay(question_, decision, &judge), decision);
+    EXPECT_TRUE(steps == 0 || decision.scenario_steps <= steps);
+  }
+}
+
+TEST_F(BeliefTest, ManyChangesOfTheNumberOfOthersTakeNoMoreMemory) {
+  Belief belief(file_, "r");
+  BeliefEngine engine(&belief, OptionsWith(2));
+  GoalJudge judge(5, 0, 0.2);
+  question_.horizon = 200000;
+  size_t used = 0, before = 0;
+  const auto run = [&](uint64_t rounds) {
+    for (uint64_t round = 0; round < rounds; round++) {
+      belief.ClearOthers();
+      MakeCrowd(&belief, (round * 7) % 20);
+      ASSERT_EQ(engine.Choose(question_, Budget(), &judge).error, "");
+    }
+    const struct mallinfo2 now = mallinfo2();
+    before = used;
+    used = now.uordblks + now.hblkhd;
+  };
+  run(40);
+  run(1000);
+  EXPECT_LT(used, before + 20000);
+}
+
+TEST_F(BeliefTest, NumbersThatMakeNoSenseChangeNothing) {
+  Belief belief(file_, "r");
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(belief.SetRobot(Pose(nan, 0, 0, 0)));
+  EXPECT_FALSE(belief.SetRobot(Pose(), Velocity(0, INFINITY, 0, 0)));
+  EXPECT_EQ(belief.robot_pose().x, 0);
+  Covariance wrong(0.1, 0.1, 0.1);
+  wrong.values[1] = wrong.values[3] = 0.5;
+  EXPECT_FALSE(belief.SetRobot(Pose(), Velocity(), wrong)) << "not positive";
+  wrong.values[1] = 0.001;
+  wrong.values[3] = -0.001;
+  EXPECT_FALSE(belief.SetRobot(Pose(), Velocity(), wrong)) << "not symmetric";
+  wrong.values[3] = 0.001;
+  EXPECT_TRUE(belief.SetRobot(Pose(), Velocity(), wrong));
+  TrackedOther other(1);
+  other.behaviours = {Behaviour(Behaviour::kStand, 0)};
+  EXPECT_FALSE(belief.SetOther(other));
+  EXPECT_TRUE(belief.others().empty());
+  EXPECT_FALSE(belief.SetDelay(-1));
+  EXPECT_FALSE(belief.SetDelay(nan));
+}
+
+TEST_F(BeliefTest, WhatCannotBeDecidedIsSaid) {
+  EXPECT_FALSE(Belief(file_ + ".none", "r").IsReady());
+  Belief none(file_, "s");
+  EXPECT_FALSE(none.IsReady());
+  GoalJudge judge(5, 0, 0.2);
+  BeliefEngine unready(&none);
+  EXPECT_FALSE(unready.IsReady());
+  EXPECT_EQ(unready.Choose(question_, Budget(), &judge).error, "the belief is not ready");
+
+  Write(std::string(kRobot) + kWall);
+  Belief belief(file_, "r");
+  BeliefEngine engine(&belief);
+  belief.SetRobot(Pose(2, 1, 0, 0));
+  EXPECT_NE(engine.Choose(question_, Budget(), &judge).error.find("in an obstacle"),
+            std::string::npos);
+  belief.SetRobot(Pose());
+  question_.plans.push_back(Plan("aside", Velocity(0, 0.1, 0, 0)));
+  EXPECT_NE(engine.Choose(question_, Budget(), &judge).error.find("sideways in the plan \"aside\""),
+            std::string::npos);
+  question_.plans.back() = Plan("mad", Velocity(NAN, 0, 0, 0));
+  EXPECT_NE(engine.Choose(question_, Budget(), &judge).error.find("not finite"), std::string::npos);
+  question_.plans.clear();
+  EXPECT_EQ(engine.Choose(question_, Budget(), &judge).error, "there are no plans");
+}
+
+}  // namespace
+}  // namespace Stg
