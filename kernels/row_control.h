@@ -14,7 +14,7 @@ namespace Stg {
 
 /* ---- records ------------------------------------------------------------------------------ */
 
-enum { ROW_GOAL, ROW_WANDER, ROW_DISPERSE, ROW_PEDESTRIAN };
+enum { ROW_GOAL, ROW_WANDER, ROW_DISPERSE, ROW_PEDESTRIAN, ROW_ORCA, ROW_BEHAVIOUR };
 
 /* Drives to a place, and turns to a heading if that is finite. */
 typedef struct {
@@ -33,14 +33,39 @@ typedef struct {
   double cosines, sines;                     /* of the sectors into which rays look: sums */
 } row_disperse_t;
 
-/* Lengths in m, times in s. */
+/* How pedestrians walk. Lengths in m, times in s. */
 typedef struct {
-  double x, y, tolerance, speed, time, turn;
+  double tolerance, time, turn;
   double repulsion, reach; /* of other robots: m/s^2 at touch, and the decay */
   double wall, wall_reach; /* of other things */
   double behind;           /* the weight of what is not in sight */
   double radius;           /* of each robot */
+} row_walker_t;
+
+typedef struct {
+  double x, y, speed;
+  row_walker_t walker;
 } row_pedestrian_t;
+
+/* Whom robots evade by reciprocal collision avoidance, see row_orca.h. */
+typedef struct {
+  double time, wall_time; /* s: they avoid collisions with robots and things for so long */
+  double range;           /* m: of others, from centre to centre */
+  double most;            /* number of the nearest others and things that count */
+} row_evader_t;
+
+typedef struct {
+  double x, y, speed, tolerance, turn, radius;
+  double interval; /* s, between updates */
+  row_evader_t evader;
+} row_orca_t;
+
+/* Parameters of stage/behaviour. The memory of a robot has the rest, see row_behaviour.h. */
+typedef struct {
+  row_walker_t walker;
+  row_evader_t evader;
+  double interval; /* s, between updates */
+} row_behaviour_t;
 
 /* Rays are numbered from the first one of a robot on. */
 
@@ -91,6 +116,8 @@ typedef struct RAY_ALIGNED(16) {
     row_wander_t wander;
     row_disperse_t disperse;
     row_pedestrian_t pedestrian;
+    row_orca_t orca;
+    row_behaviour_t behaviour;
   } rule;
 } row_control_t;
 
@@ -98,6 +125,23 @@ typedef struct RAY_ALIGNED(16) {
 typedef struct {
   ray_uint first_control, end_control;
 } row_driven_t;
+
+/* All robots of a world, and the one that is driven. */
+typedef struct {
+  RAY_GLOBAL const row_planar_t* poses;
+  RAY_GLOBAL const row_planar_t* velocities; /* global; null unless they are needed */
+  ray_uint count, own;
+} row_company_t;
+
+/* The global velocity of a robot. It has that of its frame, unless it stands. */
+RAY_FUNCTION row_planar_t row_global_velocity(double heading, row_planar_t velocity, int stands) {
+  row_turn_t turn;
+  if (stands) return row_planar(0, 0, 0);
+  if (velocity.x == 0 && velocity.y == 0) return row_planar(0, 0, velocity.a);
+  turn = row_turn(heading);
+  return row_planar(velocity.x * turn.cosine - velocity.y * turn.sine,
+                    velocity.x * turn.sine + velocity.y * turn.cosine, velocity.a);
+}
 
 /* ---- goal --------------------------------------------------------------------------------- */
 
@@ -328,129 +372,8 @@ RAY_FUNCTION void row_disperse(RAY_GLOBAL const row_layout_t* layout,
       row_constrain(rule->gain * urge * row_arc_tangent(goal.y, goal.x), -rule->turn, rule->turn);
 }
 
-/* ---- pedestrian --------------------------------------------------------------------------- */
-
-#define ROW_MAX_SPEED 1.3 /* as a multiple of the wanted speed */
-#define ROW_SIGHT_LIMIT                                                    \
-  -0.17364817766693033 /* cosine of half of a field of view of 200 degrees \
-                        */
-#define ROW_FAR 10.0   /* repulsion ends at this multiple of its decay */
-
-/* exp(x) for x from -20 to 20 from sums and products alone, so that it has the same bits
- * everywhere; relative error below 1e-8. */
-RAY_FUNCTION double row_exponential(double x) {
-  const double y = row_constrain(x, -20.0, 20.0) / 1024;
-  double power = 1 + y * (1 + y / 2 * (1 + y / 3 * (1 + y / 4 * (1 + y / 5))));
-  int i;
-  for (i = 0; i < 10; i++) power *= power;
-  return power;
-}
-
-/* The wanted direction, the force so far, and where the pedestrian is. */
-typedef struct {
-  row_point_t at, towards, force;
-} row_social_t;
-
-/* Adds the repulsion of something in direction (dx, dy), seen from the pedestrian. */
-RAY_FUNCTION void row_repel(RAY_GLOBAL const row_pedestrian_t* rule, double dx, double dy,
-                            double touch, double strength, double reach, row_social_t* social) {
-  const double distance = sqrt(dx * dx + dy * dy);
-  double force;
-  if (!(distance > 0) || distance > touch + ROW_FAR * reach) return;
-  force = strength * row_exponential((touch - distance) / reach);
-  if (social->towards.x * dx + social->towards.y * dy < ROW_SIGHT_LIMIT * distance)
-    force *= rule->behind;
-  social->force.x -= force * (dx / distance);
-  social->force.y -= force * (dy / distance);
-}
-
-/* True if a point lies on one of the other robots. */
-RAY_FUNCTION int row_is_of_robot(RAY_GLOBAL const row_pedestrian_t* rule,
-                                 RAY_GLOBAL const row_planar_t* poses, ray_uint count, ray_uint own,
-                                 double x, double y) {
-  const double radius = 1.5 * rule->radius;
-  ray_uint i;
-  for (i = 0; i < count; i++) {
-    const double dx = poses[i].x - x, dy = poses[i].y - y;
-    if (i != own && dx * dx + dy * dy < radius * radius) return 1;
-  }
-  return 0;
-}
-
-/* Adds the repulsion of the nearest points that a sensor sees, except for those of robots: of rays
- * with a smaller range than their neighbours. */
-RAY_FUNCTION void row_repel_by_walls(RAY_GLOBAL const row_pedestrian_t* rule,
-                                     RAY_GLOBAL const row_layout_t* layout, ray_uint index,
-                                     RAY_GLOBAL const double* ranges,
-                                     RAY_GLOBAL const row_planar_t* poses, ray_uint count,
-                                     ray_uint own, row_turn_t heading, row_social_t* social) {
-  const row_eye_t eye = ROW_OF_LAYOUT(layout, row_eye_t, eyes)[index];
-  ray_uint i;
-  for (i = eye.begin; i < eye.end; i++) {
-    const double range = ranges[i];
-    const row_turn_t direction = ROW_OF_LAYOUT(layout, row_turn_t, turns)[i];
-    double x, y, dx, dy;
-    if (!(range < eye.cap) || (i > eye.begin && !(range < ranges[i - 1])) ||
-        (i + 1 < eye.end && !(range <= ranges[i + 1])))
-      continue;
-    x = eye.x + range * direction.cosine;
-    y = eye.y + range * direction.sine;
-    dx = x * heading.cosine - y * heading.sine;
-    dy = x * heading.sine + y * heading.cosine;
-    if (row_is_of_robot(rule, poses, count, own, social->at.x + dx, social->at.y + dy)) continue;
-    row_repel(rule, dx, dy, rule->radius, rule->wall, rule->wall_reach, social);
-  }
-}
-
-/* memory: the velocity that the forces have given it, m/s, and when they did, s. */
-RAY_FUNCTION void row_walk_by(RAY_GLOBAL const row_pedestrian_t* rule, const row_social_t* social,
-                              double time, int stalled, RAY_GLOBAL double* memory,
-                              row_turn_t heading, row_planar_t* command) {
-  const double dt = time - memory[2];
-  double vx = stalled ? 0 : memory[0], vy = stalled ? 0 : memory[1], speed;
-  vx += dt * ((social->towards.x * rule->speed - vx) / rule->time + social->force.x);
-  vy += dt * ((social->towards.y * rule->speed - vy) / rule->time + social->force.y);
-  speed = sqrt(vx * vx + vy * vy);
-  if (speed > ROW_MAX_SPEED * rule->speed) {
-    vx *= ROW_MAX_SPEED * rule->speed / speed;
-    vy *= ROW_MAX_SPEED * rule->speed / speed;
-  }
-  memory[0] = vx;
-  memory[1] = vy;
-  memory[2] = time;
-  command->x = vx * heading.cosine + vy * heading.sine;
-  command->y = vy * heading.cosine - vx * heading.sine;
-  command->a = row_constrain(2 * row_arc_tangent(command->y, command->x), -rule->turn, rule->turn);
-}
-
-/* poses: of all robots; `own` is the index of this one. */
-RAY_FUNCTION void row_walk(RAY_GLOBAL const row_pedestrian_t* rule,
-                           RAY_GLOBAL const row_layout_t* layout, RAY_GLOBAL const double* ranges,
-                           RAY_GLOBAL const row_planar_t* poses, ray_uint count, ray_uint own,
-                           double time, int stalled, RAY_GLOBAL double* memory,
-                           row_planar_t* command) {
-  const row_planar_t at = poses[own];
-  const double dx = rule->x - at.x, dy = rule->y - at.y;
-  const double distance = sqrt(dx * dx + dy * dy);
-  const row_turn_t heading = row_turn(at.a);
-  row_social_t social;
-  ray_uint i;
-  social.at.x = at.x;
-  social.at.y = at.y;
-  social.towards.x = distance > rule->tolerance ? dx / distance : 0;
-  social.towards.y = distance > rule->tolerance ? dy / distance : 0;
-  social.force.x = social.force.y = 0;
-  for (i = 0; i < count; i++)
-    if (i != own)
-      row_repel(rule, poses[i].x - at.x, poses[i].y - at.y, 2 * rule->radius, rule->repulsion,
-                rule->reach, &social);
-  for (i = 0; i < layout->eye_count; i++)
-    row_repel_by_walls(rule, layout, i, ranges, poses, count, own, heading, &social);
-  row_walk_by(rule, &social, time, stalled, memory, heading, command);
-}
-
 /* OpenCL C 1.1 has no static assertions. */
-typedef char row_control_has_128_bytes[sizeof(row_control_t) == 128 ? 1 : -1];
+typedef char row_control_has_144_bytes[sizeof(row_control_t) == 144 ? 1 : -1];
 typedef char row_layout_has_96_bytes[sizeof(row_layout_t) == 96 ? 1 : -1];
 typedef char row_eye_has_32_bytes[sizeof(row_eye_t) == 32 ? 1 : -1];
 typedef char row_run_has_24_bytes[sizeof(row_run_t) == 24 ? 1 : -1];

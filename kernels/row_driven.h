@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later
  *
  * Calls of the built-in controllers for the robots of a world: Rows::Stepper::RunControls().
- * Compiled after row_control.h.
+ * Compiled after row_behaviour.h.
  */
 #ifndef STAGE_KERNELS_ROW_DRIVEN_H
 #define STAGE_KERNELS_ROW_DRIVEN_H
 
 #ifndef RAY_IN_OPENCL
-#include "kernels/row_control.h"
+#include "kernels/row_behaviour.h"
 namespace Stg {
 #endif
 
@@ -36,6 +36,16 @@ RAY_FUNCTION void row_do_look(const row_world_t* w, ray_uint number, int finds_p
              looks);
 }
 
+/* All robots, if a controller needs their poses. */
+RAY_FUNCTION row_company_t row_company_of(const row_world_t* w, ray_uint own) {
+  row_company_t all;
+  all.poses = ROW_SCRATCH(w, row_planar_t, ROW_ALL_POSES);
+  all.velocities = ROW_SCRATCH(w, row_planar_t, ROW_ALL_VELOCITIES);
+  all.count = w->scene->positions;
+  all.own = own;
+  return all;
+}
+
 /* Calls one controller of a robot. */
 RAY_FUNCTION void row_call_controller(const row_world_t* w, RAY_GLOBAL const row_control_t* control,
                                       double time, row_planar_t* command) {
@@ -44,6 +54,7 @@ RAY_FUNCTION void row_call_controller(const row_world_t* w, RAY_GLOBAL const row
   RAY_GLOBAL const double* const ranges = ROW_COLUMN(w, double, ROW_RANGES) + control->first_ray;
   RAY_GLOBAL double* const memory = ROW_COLUMN(w, double, ROW_MEMORY) + control->memory;
   RAY_GLOBAL const row_layout_t* const layout = row_layout_of(w, control);
+  const row_company_t all = row_company_of(w, control->own);
   row_random_t random;
   switch (control->kind) {
     case ROW_GOAL:
@@ -58,10 +69,14 @@ RAY_FUNCTION void row_call_controller(const row_world_t* w, RAY_GLOBAL const row
       if (!row_back_off(&control->rule.disperse, stalled, memory, command))
         row_disperse(layout, &control->rule.disperse, row_looks_of(w, control), command);
       break;
+    case ROW_PEDESTRIAN:
+      row_walk(&control->rule.pedestrian, layout, ranges, &all, time, stalled, memory, command);
+      break;
+    case ROW_ORCA:
+      row_go_reciprocally(&control->rule.orca, layout, ranges, &all, command);
+      break;
     default:
-      row_walk(&control->rule.pedestrian, layout, ranges,
-               ROW_SCRATCH(w, row_planar_t, ROW_ALL_POSES), w->scene->positions, control->own, time,
-               stalled, memory, command);
+      row_behave(&control->rule.behaviour, layout, ranges, &all, stalled, memory, command);
   }
 }
 
@@ -80,6 +95,17 @@ RAY_FUNCTION void row_call_controllers(const row_world_t* w, ray_uint index, dou
   }
 }
 
+/* Finds the pose of a robot, and its velocity if a controller needs those. */
+RAY_FUNCTION void row_gather_robot(const row_world_t* w, ray_uint index) {
+  const ray_uint mover = ROW_PART(w, ray_uint, ROW_POSITIONS)[index];
+  const int runs = ROW_PART(w, row_mover_t, ROW_MOVERS)[mover].drive != ROW_NO_DRIVE;
+  const row_planar_t pose = ROW_COLUMN(w, row_planar_t, runs ? ROW_SENSED : ROW_POSE)[mover];
+  ROW_SCRATCH(w, row_planar_t, ROW_ALL_POSES)[index] = pose;
+  if (w->scene->needs_velocities) ROW_SCRATCH(w, row_planar_t, ROW_ALL_VELOCITIES)
+  [index] = row_global_velocity(pose.a, ROW_COLUMN(w, row_planar_t, ROW_VELOCITY)[mover],
+                                !runs || ROW_COLUMN(w, row_byte, ROW_STALLED)[mover] != 0);
+}
+
 /* Calls all controllers of a world, if its models are due. It comes to its barriers in any case,
  * because PoCL 3 crashes in kernels with barriers that depend on a condition. */
 RAY_FUNCTION void row_run_controls(const row_world_t* w, int is_due, double time) {
@@ -87,12 +113,7 @@ RAY_FUNCTION void row_run_controls(const row_world_t* w, int is_due, double time
   const ray_uint positions = is_due ? scene->positions : 0, looks = is_due ? scene->looks : 0;
   const ray_uint driven = is_due ? scene->driven : 0;
   ray_uint i;
-  for (i = ROW_ITEM; i < positions; i += ROW_ITEMS) {
-    const ray_uint mover = ROW_PART(w, ray_uint, ROW_POSITIONS)[i];
-    const int runs = ROW_PART(w, row_mover_t, ROW_MOVERS)[mover].drive != ROW_NO_DRIVE;
-    ROW_SCRATCH(w, row_planar_t, ROW_ALL_POSES)
-    [i] = ROW_COLUMN(w, row_planar_t, runs ? ROW_SENSED : ROW_POSE)[mover];
-  }
+  for (i = ROW_ITEM; i < positions; i += ROW_ITEMS) row_gather_robot(w, i);
   for (i = ROW_ITEM; i < looks; i += ROW_ITEMS) row_do_look(w, i, 0);
   ROW_BARRIER();
   for (i = ROW_ITEM; i < looks; i += ROW_ITEMS) row_do_look(w, i, 1);

@@ -114,21 +114,22 @@ enum {
 
 /* Memory of one world during a step, which holds nothing between steps. */
 enum {
-  ROW_FANS,       /* row_fan_t by sensor */
-  ROW_OWN_RAYS,   /* row_own_ray_t by ray, if a sensor turns noisily */
-  ROW_POINTS,     /* row_point_t of all bodies, closed, m, if a sensor is exact */
-  ROW_WANTED,     /* row_wanted_t by mover */
-  ROW_CELLS,      /* row_cell_t by corner: the outlines at the wanted places */
-  ROW_DRAWN,      /* row_drawn_t by body */
-  ROW_OVERLAPS,   /* row_overlaps_t by group of rivals */
-  ROW_DRAWN_BITS, /* as ROW_BITS */
-  ROW_LOOKS,      /* row_look_t of controls */
-  ROW_ALL_POSES,  /* row_planar_t by robot */
-  ROW_CONTACTS,   /* row_contact_t by toucher */
-  ROW_NEAR_BITS,  /* by toucher: a bit for each toucher after it that it may touch */
-  ROW_MEMBERS,    /* touchers, by island */
-  ROW_ISLANDS,    /* row_island_t */
-  ROW_SCRATCHES   /* their number */
+  ROW_FANS,           /* row_fan_t by sensor */
+  ROW_OWN_RAYS,       /* row_own_ray_t by ray, if a sensor turns noisily */
+  ROW_POINTS,         /* row_point_t of all bodies, closed, m, if a sensor is exact */
+  ROW_WANTED,         /* row_wanted_t by mover */
+  ROW_CELLS,          /* row_cell_t by corner: the outlines at the wanted places */
+  ROW_DRAWN,          /* row_drawn_t by body */
+  ROW_OVERLAPS,       /* row_overlaps_t by group of rivals */
+  ROW_DRAWN_BITS,     /* as ROW_BITS */
+  ROW_LOOKS,          /* row_look_t of controls */
+  ROW_ALL_POSES,      /* row_planar_t by robot */
+  ROW_ALL_VELOCITIES, /* row_planar_t by robot, global, if controllers need them */
+  ROW_CONTACTS,       /* row_contact_t by toucher */
+  ROW_NEAR_BITS,      /* by toucher: a bit for each toucher after it that it may touch */
+  ROW_MEMBERS,        /* touchers, by island */
+  ROW_ISLANDS,        /* row_island_t */
+  ROW_SCRATCHES       /* their number */
 };
 
 typedef struct {
@@ -392,9 +393,9 @@ typedef struct RAY_ALIGNED(16) {
   ray_uint any_noise;  /* of ranges */
   ray_uint needs_rays; /* readings change a step: they have noise, or a controller reads them */
   ray_uint directory_mask;
-  ray_uint varies_movers; /* properties differ between worlds, see ROW_PROPERTIES */
-  ray_uint varies_noise;  /* noise of ranges does, see ROW_RANGE_NOISE */
-  ray_uint unused;
+  ray_uint varies_movers;         /* properties differ between worlds, see ROW_PROPERTIES */
+  ray_uint varies_noise;          /* noise of ranges does, see ROW_RANGE_NOISE */
+  ray_uint needs_velocities;      /* controllers need those of all robots */
   int min_x, min_y, max_x, max_y; /* box of what stands */
   /* Contacts of outlines. */
   ray_ulong first_room;            /* offset of the worlds' rooms in the scratch memory */
@@ -406,7 +407,7 @@ typedef struct RAY_ALIGNED(16) {
   ray_uint outlines;               /* contacts are those of outlines, otherwise of cells */
   ray_uint touchers, most_corners; /* corners: of a toucher */
   ray_uint most_moved;             /* corners of a piece, if they are moved on trial */
-  ray_uint unused_too[3];
+  ray_uint unused;
 } row_scene_t;
 
 /* The fan of a sensor in a step. */

@@ -58,11 +58,12 @@ std::vector<const char*> PartsOf(Kernels kernels) {
       return {kRayWalkSource, kRecordsSource,   kPrefilterSource, kRowRecordsSource,
               kRowMathSource, kRowRangesSource, kRangesSource};
     case Kernels::kRows:
-      return {kRayWalkSource,     kRecordsSource,    kRowRecordsSource, kRowMathSource,
-              kRowVectorSource,   kRowAccessSource,  kRowDriveSource,   kRowOdometrySource,
-              kRowMoveSource,     kRowRangesSource,  kRowWallsSource,   kRowExactSource,
-              kRowRaysSource,     kRowControlSource, kRowDrivenSource,  kRowCrowdSource,
-              kRowOutlinesSource, kRowStepSource,    kRowArraysSource,  kRowKernelsSource};
+      return {kRayWalkSource,      kRecordsSource,    kRowRecordsSource,    kRowMathSource,
+              kRowVectorSource,    kRowAccessSource,  kRowDriveSource,      kRowOdometrySource,
+              kRowMoveSource,      kRowRangesSource,  kRowWallsSource,      kRowExactSource,
+              kRowRaysSource,      kRowControlSource, kRowPedestrianSource, kRowOrcaSource,
+              kRowBehaviourSource, kRowDrivenSource,  kRowCrowdSource,      kRowOutlinesSource,
+              kRowStepSource,      kRowArraysSource,  kRowKernelsSource};
     case Kernels::kSmallIslands:
     case Kernels::kLargeIslands:
       break;

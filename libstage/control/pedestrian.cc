@@ -6,11 +6,10 @@
 #include <limits>
 #include <memory>
 
+#include "control/company_setup.hh"
 #include "control/stock_batch.hh"
 #include "control/stock_list.hh"
-#include "geometry/trigonometry.hh"
-#include "models/position.hh"
-#include "models/ranger.hh"
+#include "kernels/row_pedestrian.h"
 
 namespace Stg::control {
 
@@ -19,39 +18,18 @@ namespace {
 class Pedestrian : public BatchController {
  public:
   std::shared_ptr<const ControllerParameters> Prepare(ControllerSetup* setup) const override {
-    constexpr double kFar = 1e9, kRequired = std::numeric_limits<double>::quiet_NaN();
-    constexpr double kLeast = 1e-3;  // of what the rule divides by
-    const Geom geom = setup->robot().GetGeom();
+    constexpr double kRequired = std::numeric_limits<double>::quiet_NaN();
     auto parameters = std::make_shared<StockParameters>();
     parameters->record.kind = ROW_PEDESTRIAN;
     row_pedestrian_t& rule = parameters->record.rule.pedestrian;
-    rule = {.x = kRequired,
-            .y = kRequired,
-            .tolerance = 0.2,
-            .speed = 0.7,
-            .time = 0.5,
-            .turn = 3.0,
-            .repulsion = 3.0,
-            .reach = 0.3,
-            .wall = 10.0,
-            .wall_reach = 0.2,
-            .behind = 0.5,
-            .radius = Hypotenuse(geom.size.x, geom.size.y) / 2};
-    setup->ReadNumbers({{"x", &rule.x, -kFar, kFar},
-                        {"y", &rule.y, -kFar, kFar},
-                        {"tolerance", &rule.tolerance, kLeast, 1000},
-                        {"speed", &rule.speed, 0, 1000},
-                        {"time", &rule.time, kLeast, 1000},
-                        {"turn", &rule.turn, 0, 1000},
-                        {"repulsion", &rule.repulsion, 0, 1e6},
-                        {"reach", &rule.reach, kLeast, 1000},
-                        {"wall", &rule.wall, 0, 1e6},
-                        {"wall_reach", &rule.wall_reach, kLeast, 1000},
-                        {"behind", &rule.behind, 0, 1},
-                        {"radius", &rule.radius, 0, 1000}});
-    while (ModelRanger* const ranger = setup->FindUnusedRanger()) setup->Use(ranger);
-    parameters->horizon = kFar;
-    parameters->layout = FindRayLayout(setup->sensors(), kFar);
+    rule.x = rule.y = kRequired;
+    rule.speed = 0.7;
+    std::vector<ControllerNumber> numbers = {
+        {"x", &rule.x, -kFar, kFar}, {"y", &rule.y, -kFar, kFar}, {"speed", &rule.speed, 0, 1000}};
+    for (const ControllerNumber& number : WalkerNumbers(&rule.walker, setup->robot()))
+      numbers.push_back(number);
+    setup->ReadNumbers(numbers);
+    UseRangers(setup, parameters.get());
     return parameters;
   }
 
@@ -60,10 +38,9 @@ class Pedestrian : public BatchController {
     DriveAll(batch, [](const InBatch& at, row_planar_t* command) {
       const double* const ranges = ReadingsOf(at, &buffer);
       if (!ranges) return;
-      const row_layout_t* const layout = at.parameters().layout->record();
-      row_walk(&at.parameters().record.rule.pedestrian, layout, ranges, at.all_poses(),
-               static_cast<ray_uint>(at.batch.all_robots), at.batch.own[at.robot],
-               at.batch.time[at.world], at.batch.stalled[at.index()],
+      const row_company_t all = at.all();
+      row_walk(&at.parameters().record.rule.pedestrian, at.parameters().layout->record(), ranges,
+               &all, at.batch.time[at.world], at.batch.stalled[at.index()],
                at.batch.memory + 3 * at.index(), command);
     });
   }

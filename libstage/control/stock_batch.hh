@@ -17,6 +17,7 @@ namespace Stg::control {
 
 static_assert(sizeof(RandomStream) == sizeof(row_random_t));
 static_assert(sizeof(PlanarPose) == sizeof(row_planar_t));
+static_assert(sizeof(PlanarVelocity) == sizeof(row_planar_t));
 
 /// A robot of a batch.
 struct InBatch {
@@ -28,8 +29,13 @@ struct InBatch {
   const StockParameters& parameters() const {
     return static_cast<const StockParameters&>(*of().parameters);
   }
-  const row_planar_t* all_poses() const {
-    return reinterpret_cast<const row_planar_t*>(batch.all_poses + world * batch.all_robots);
+  /// The controller needs poses or velocities.
+  row_company_t all() const {
+    const size_t first = world * batch.all_robots;
+    const auto* const v = batch.all_velocities ? batch.all_velocities + first : nullptr;
+    return {reinterpret_cast<const row_planar_t*>(batch.all_poses + first),
+            reinterpret_cast<const row_planar_t*>(v), static_cast<ray_uint>(batch.all_robots),
+            batch.own[robot]};
   }
   row_planar_t estimate() const {
     const PlanarPose& at = batch.estimate[index()];

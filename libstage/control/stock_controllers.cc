@@ -7,14 +7,17 @@
 namespace Stg::control {
 
 std::vector<std::pair<std::string, const BatchController*>> StockControllers() {
-  return {{"stage/disperse", DisperseController()},
+  return {{"stage/behaviour", BehaviourController()},
+          {"stage/disperse", DisperseController()},
           {"stage/goal", GoalController()},
+          {"stage/orca", OrcaController()},
           {"stage/pedestrian", PedestrianController()},
           {"stage/wander", WanderController()}};
 }
 
 bool IsStock(const BatchController* controller) {
-  return controller == DisperseController() || controller == GoalController() ||
+  return controller == BehaviourController() || controller == DisperseController() ||
+         controller == GoalController() || controller == OrcaController() ||
          controller == PedestrianController() || controller == WanderController();
 }
 

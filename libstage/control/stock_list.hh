@@ -9,8 +9,10 @@
 
 namespace Stg::control {
 
+const BatchController* BehaviourController();
 const BatchController* DisperseController();
 const BatchController* GoalController();
+const BatchController* OrcaController();
 const BatchController* PedestrianController();
 const BatchController* WanderController();
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "control/all_robots.hh"
 #include "rows/stepper.hh"
 
 namespace Stg::rows {
@@ -35,6 +36,7 @@ ControlBuffers::ControlBuffers(const Controls& controls) {
   random.resize(robots);
   ranges.resize(sensors);
   all_poses.resize(controls.positions.size());
+  all_velocities.resize(controls.positions.size());
   for (std::vector<uint32_t>* numbers : {&some, &first_sensor, &own}) numbers->reserve(robots);
   robot.reserve(robots);
   memory.reserve(controls.memory_count);
@@ -125,11 +127,22 @@ void Rows::Stepper::GatherForControl(const ControlGroup& group, std::span<const 
       b.ranges[next++] = has_readings ? &c_.ranges[ray_ + first] : nullptr;
     }
   }
-  if (!group.controller->needs_poses()) return;
+  GatherAllRobots(*group.controller);
+}
+
+/// Finds the poses and velocities of all robots, as far as the controller needs them.
+void Rows::Stepper::GatherAllRobots(const BatchController& controller) {
+  ControlBuffers& b = s_.control;
+  const bool needs_velocities = controller.needs_velocities();
+  if (!controller.needs_poses() && !needs_velocities) return;
   for (size_t i = 0; i < scene_.controls.positions.size(); i++) {
     const uint32_t mover = scene_.controls.positions[i];
-    const std::vector<Planar>& poses = scene_.movers[mover].runs ? c_.sensed : c_.pose;
-    b.all_poses[i] = InPlane(poses[mover_ + mover]);
+    const size_t k = mover_ + mover;
+    const bool runs = scene_.movers[mover].runs;
+    b.all_poses[i] = InPlane(runs ? c_.sensed[k] : c_.pose[k]);
+    if (needs_velocities)
+      b.all_velocities[i] = control::GlobalVelocity(
+          b.all_poses[i].a, VelocityInPlane(c_.velocity[k]), !runs || c_.stalled[k]);
   }
 }
 
@@ -142,7 +155,9 @@ ControllerBatch Rows::Stepper::BatchOf(const ControlGroup& group, std::span<cons
   batch.robots = robots.size();
   batch.sensors = group.sensors;
   if (!all) batch.sensors = b.first_sensor.back() + group.controls[robots.back()].first_rays.size();
-  batch.all_robots = group.controller->needs_poses() ? b.all_poses.size() : 0;
+  const bool needs_velocities = group.controller->needs_velocities();
+  const bool needs_all = needs_velocities || group.controller->needs_poses();
+  batch.all_robots = needs_all ? b.all_poses.size() : 0;
   batch.robot = all ? group.robot.data() : b.robot.data();
   batch.first_sensor = all ? group.first_sensor.data() : b.first_sensor.data();
   batch.own = all ? group.own.data() : b.own.data();
@@ -153,6 +168,7 @@ ControllerBatch Rows::Stepper::BatchOf(const ControlGroup& group, std::span<cons
   batch.stalled = b.stalled.data();
   batch.ranges = b.ranges.data();
   batch.all_poses = b.all_poses.data();
+  batch.all_velocities = needs_velocities ? b.all_velocities.data() : nullptr;
   batch.command = b.command.data();
   batch.memory = all ? MemoryOf(group, 0) : b.memory.data();
   batch.random = b.random.data();

@@ -48,7 +48,7 @@ struct ControlBuffers {
   std::vector<const ControlledRobot*> robot;
   std::vector<double> memory;
   std::vector<PlanarPose> sensed, estimate, all_poses;
-  std::vector<PlanarVelocity> velocity, command;
+  std::vector<PlanarVelocity> velocity, command, all_velocities;
   std::vector<uint8_t> stalled;
   std::vector<const double*> ranges;
   std::vector<RandomStream> random;

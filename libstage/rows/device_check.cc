@@ -59,6 +59,9 @@ wheeled( pose [-0.9 0 0 0] ctrl "stage/wander" )
 omni( pose [0.9 0 0 0] ctrl "stage/pedestrian x=-0.8 y=0.1" )
 omni( pose [0 -0.9 0 0] ctrl "stage/disperse" )
 wheeled( pose [0 0.9 0 0] ctrl "stage/goal x=0.5 y=-0.5" )
+omni( pose [0.9 -0.9 0 0] ctrl "stage/orca x=-0.9 y=0.8" )
+omni( pose [-0.9 0.9 0 0] ctrl "stage/behaviour kind=4 x=0.8 y=-0.9" )
+wheeled( pose [-0.9 -0.9 0 0] ctrl "stage/behaviour kind=3 x=0.8 y=0.8" )
 )";
 
 /// Things to push.

@@ -23,8 +23,9 @@ DeviceControls::DeviceControls(const Scene& scene) {
   for (const ControlGroup& group : scene.controls.groups) {
     for (size_t i = 0; i < group.controls.size(); i++) Add(group, i);
     needs_poses = needs_poses || group.controller->needs_poses();
+    needs_velocities_ = needs_velocities_ || group.controller->needs_velocities();
   }
-  if (needs_poses) positions_ = scene.controls.positions;
+  if (needs_poses || needs_velocities_) positions_ = scene.controls.positions;
   GroupByRobot();
 }
 

@@ -29,6 +29,7 @@ class DeviceControls {
   const std::vector<row_driven_t>& driven() const { return driven_; }
   const std::vector<row_control_t>& records() const { return records_; }
   const std::vector<uint32_t>& positions() const { return positions_; }
+  bool needs_velocities() const { return needs_velocities_; }
   const std::vector<uint64_t>& layouts() const { return layouts_; }
   const std::vector<uint32_t>& look_of() const { return look_of_; }
 
@@ -47,6 +48,7 @@ class DeviceControls {
   std::vector<row_driven_t> driven_;
   std::vector<row_control_t> records_;
   std::vector<uint32_t> positions_;
+  bool needs_velocities_ = false;
   std::vector<uint64_t> layouts_;
   std::vector<uint32_t> look_of_;
   std::map<Key, uint32_t> known_layouts_;

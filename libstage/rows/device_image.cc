@@ -239,6 +239,7 @@ void ImageMaker::AddControls() {
   header_.controls = static_cast<uint32_t>(controls.records().size());
   header_.looks = static_cast<uint32_t>(controls.look_of().size());
   header_.positions = static_cast<uint32_t>(controls.positions().size());
+  header_.needs_velocities = controls.needs_velocities();
 }
 
 void ImageMaker::AddContacts() {
@@ -312,6 +313,8 @@ void ImageMaker::PlaceScratch() {
   place(ROW_DRAWN_BITS, scene_.byte_count);
   place(ROW_LOOKS, header_.looks * sizeof(row_look_t));
   place(ROW_ALL_POSES, header_.positions * sizeof(row_planar_t));
+  place(ROW_ALL_VELOCITIES,
+        header_.needs_velocities ? header_.positions * sizeof(row_planar_t) : 0);
   const size_t touchers = header_.touchers;
   place(ROW_CONTACTS, touchers * sizeof(row_contact_t));
   place(ROW_NEAR_BITS, touchers * ((touchers + 31) / 32) * sizeof(uint32_t));

@@ -50,6 +50,7 @@ void RowBridge::ReadStart(rows::Rows* start) {
   start->columns.seed[0] = world.seed();
   ReadVaried(world, start, 0);
   ReadModels(world, start, 0);
+  ReadControls(world, start, 0);
   ReadGrid(world, start, 0);
 }
 

@@ -101,6 +101,8 @@ bool Rows::CopyStart(size_t world, const Rows& other) {
   copy(movers, from.command, &to.command);
   copy(movers, from.mode, &to.mode);
   copy(movers, from.before, &to.before);
+  if (other.scene().controls.memory_count == scene().controls.memory_count)
+    copy(scene().controls.memory_count, from.memory, &to.memory);
   copy(bodies, from.box, &to.box);
   copy(bodies, from.stamp, &to.stamp);
   copy(scene().byte_count, from.bits, &to.bits);

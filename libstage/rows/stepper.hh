@@ -180,6 +180,7 @@ class Rows::Stepper {
   void CallForSome(const ControlGroup& group);
   double* MemoryOf(const ControlGroup& group, size_t i) const;
   void CallController(const ControlGroup& group, std::span<const uint32_t> robots);
+  void GatherAllRobots(const BatchController& controller);
   void GatherForControl(const ControlGroup& group, std::span<const uint32_t> robots);
   ControllerBatch BatchOf(const ControlGroup& group, std::span<const uint32_t> robots,
                           const double* time);

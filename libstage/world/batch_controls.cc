@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "control/all_robots.hh"
 #include "control/stock_controllers.hh"
 #include "messages/report.hh"
 #include "models/exception_origin.hh"
@@ -52,12 +53,12 @@ void BatchBuffers::Clear() {
   random.clear();
 }
 
-ControllerBatch BatchBuffers::Batch(const double* time, const std::vector<PlanarPose>& all_poses) {
+ControllerBatch BatchBuffers::Batch(const double* time, const AllRobots& all) {
   ControllerBatch batch{};
   batch.worlds = 1;
   batch.robots = robot.size();
   batch.sensors = ranges.size();
-  batch.all_robots = all_poses.size();
+  batch.all_robots = all.poses.size();
   batch.robot = robot.data();
   batch.first_sensor = first_sensor.data();
   batch.own = own.data();
@@ -67,7 +68,8 @@ ControllerBatch BatchBuffers::Batch(const double* time, const std::vector<Planar
   batch.velocity = velocity.data();
   batch.stalled = stalled.data();
   batch.ranges = ranges.data();
-  batch.all_poses = all_poses.data();
+  batch.all_poses = all.poses.data();
+  batch.all_velocities = all.velocities.empty() ? nullptr : all.velocities.data();
   batch.command = command.data();
   batch.memory = memory.data();
   batch.random = random.data();
@@ -92,6 +94,7 @@ void BatchControls::Attach(Model* model, const BatchArguments& arguments) {
     for (uint32_t i = 0; i < ranger->GetSensors().size(); i++)
       driven->sensors.push_back({ranger->GetId(), i, ranger});
   driven->memory.resize(arguments.controller->memory_size());
+  arguments.controller->FillMemory(driven->robot, driven->memory.data());
   model->Adopt(driven);
   if (driven->memory.empty())
     model->DeclareNoState(driven->name);
@@ -148,8 +151,7 @@ void BatchControls::RunGroup(const DrivenGroup& group, WorldEngine* engine, usec
     if (driven->model->GetLastUpdate() == now && driven->model->HasSubscribers())
       due_.push_back(driven);
   if (due_.empty()) return;
-  all_poses_.clear();
-  if (group.controller->needs_poses()) CollectPoses();
+  CollectAll(*group.controller);
   const bool shares = engine->parallel_choice.is_parallel() && control::IsStock(group.controller);
   threads::WorkerPool* const workers = shares ? engine->workers() : nullptr;
   const size_t grain = workers ? kGrain : due_.size();
@@ -164,7 +166,7 @@ void BatchControls::Call(const BatchController& controller, std::span<DrivenRobo
                          double time, BatchBuffers* buffers) const {
   buffers->Clear();
   for (const DrivenRobot* driven : robots) Gather(*driven, buffers);
-  const ControllerBatch batch = buffers->Batch(&time, all_poses_);
+  const ControllerBatch batch = buffers->Batch(&time, all_robots_);
   try {
     controller.Step(batch);
   } catch (...) {
@@ -192,9 +194,18 @@ void BatchControls::Gather(const DrivenRobot& driven, BatchBuffers* to) const {
   b.random.push_back(model.random_.Copy());
 }
 
-void BatchControls::CollectPoses() {
-  for (const ModelPosition* position : positions_)
-    all_poses_.push_back(InPlane(position->GetSensedPose()));
+void BatchControls::CollectAll(const BatchController& controller) {
+  const bool needs_velocities = controller.needs_velocities();
+  all_robots_.poses.clear();
+  all_robots_.velocities.clear();
+  if (!controller.needs_poses() && !needs_velocities) return;
+  for (const ModelPosition* position : positions_) {
+    all_robots_.poses.push_back(InPlane(position->GetSensedPose()));
+    if (!needs_velocities) continue;
+    const bool stands = position->Stalled() || !position->HasSubscribers();
+    all_robots_.velocities.push_back(control::GlobalVelocity(
+        all_robots_.poses.back().a, VelocityInPlane(position->velocity), stands));
+  }
 }
 
 /// Passes on what the controller has changed. A stream that it did not use is not made.

@@ -52,6 +52,12 @@ struct DrivenGroup {
   std::vector<DrivenRobot*> robots;  ///< in the order of creation
 };
 
+/// All robots of a world, as far as a controller needs them.
+struct AllRobots {
+  std::vector<PlanarPose> poses;
+  std::vector<PlanarVelocity> velocities;
+};
+
 /// Memory for the arrays of a call.
 struct BatchBuffers {
   std::vector<const ControlledRobot*> robot;
@@ -65,7 +71,7 @@ struct BatchBuffers {
 
   void Clear();
   /// A batch of one world with these arrays.
-  ControllerBatch Batch(const double* time, const std::vector<PlanarPose>& all_poses);
+  ControllerBatch Batch(const double* time, const AllRobots& all);
 };
 
 class BatchControls {
@@ -84,7 +90,7 @@ class BatchControls {
   void Call(const BatchController& controller, std::span<DrivenRobot* const> robots, double time,
             BatchBuffers* buffers) const;
   void Gather(const DrivenRobot& driven, BatchBuffers* to) const;
-  void CollectPoses();
+  void CollectAll(const BatchController& controller);
   static void Apply(const ControllerBatch& batch, std::span<DrivenRobot* const> robots);
 
   // Mutable: members that Refresh() finds in the world.
@@ -93,7 +99,7 @@ class BatchControls {
   mutable std::vector<DrivenGroup> groups_;
   mutable std::vector<ModelPosition*> positions_;  // of the world
   std::vector<DrivenRobot*> due_;                  // in the present call
-  std::vector<PlanarPose> all_poses_;              // for it; empty: not asked for
+  AllRobots all_robots_;                           // for it
   std::vector<BatchBuffers> buffers_;              // by thread
 };
 

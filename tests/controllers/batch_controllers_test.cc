@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "kernels/row_control.h"
+#include "kernels/row_pedestrian.h"
 #include "support/model_testing.hh"
 #include "support/own_worlds.hh"
 #include "world/engine.hh"
@@ -438,7 +438,8 @@ TEST(BatchControllerArguments, MistakesAreReportedInOneLine) {
 TEST(BatchControllerArguments, UnknownBuiltInNamesAreReportedWithTheKnownOnes) {
   const std::string errors = TryToLoad("position( ctrl \"stage/wandr\" )").errors;
   EXPECT_NE(errors.find("controller \"stage/wandr\" can't be loaded"), std::string::npos) << errors;
-  EXPECT_NE(errors.find("; built-in controllers are stage/disperse, stage/goal, stage/pedestrian, "
+  EXPECT_NE(errors.find("; built-in controllers are stage/behaviour, stage/disperse, stage/goal, "
+                        "stage/orca, stage/pedestrian, "
                         "stage/wander\n"),
             std::string::npos)
       << errors;

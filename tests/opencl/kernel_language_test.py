@@ -21,7 +21,7 @@ WALKS = ("ray_walk.h", "records.h", "prefilter.cl")
 RANGES = (*WALKS, "row_records.h", "row_math.h", "row_ranges.h", "ranges.cl")
 ROWS = ("ray_walk.h", "records.h", "row_records.h", "row_math.h", "row_vector.h", "row_access.h", "row_drive.h",
         "row_odometry.h", "row_move.h", "row_ranges.h", "row_walls.h", "row_exact.h", "row_rays.h", "row_control.h",
-        "row_driven.h", "row_crowd.h", "row_outlines.h", "row_step.h", "row_arrays.h", "row_step.cl")
+        "row_pedestrian.h", "row_orca.h", "row_behaviour.h", "row_driven.h", "row_crowd.h", "row_outlines.h", "row_step.h", "row_arrays.h", "row_step.cl")
 ISLANDS = ("ray_walk.h", "row_records.h", "row_math.h", "row_vector.h", "row_access.h", "row_crowd.h",
            "row_separation.h", "row_safe_part.h", "row_island.h", "row_forces.h", "row_joint.h", "row_solve.h",
            "islands.cl")

@@ -17,6 +17,8 @@
 #include <string>
 #include <vector>
 
+#include "control/stock_list.hh"
+#include "kernels/row_behaviour.h"
 #include "rows/device_columns.hh"
 #include "rows/device_controls.hh"
 #include "rows/row_bridge.hh"
@@ -147,6 +149,22 @@ void Command(RandomSource* random, Rows* rows, size_t i) {
   rows->columns.command[i] = {random->Real(-1, 1), random->Real(-1, 1), random->Real(-2, 2)};
 }
 
+/// Gives robots with stage/behaviour other behaviours.
+void Rethink(RandomSource* random, Rows* rows) {
+  const Stg::rows::Controls& controls = rows->scene().controls;
+  for (size_t world = 0; world < rows->size(); world++)
+    for (const Stg::rows::ControlGroup& group : controls.groups) {
+      if (group.controller != Stg::control::BehaviourController()) continue;
+      double* memory = &rows->columns.memory[world * controls.memory_count + group.first_memory];
+      for (size_t i = 0; i < group.controls.size(); i++, memory += group.memory_size) {
+        if (!random->OneIn(4)) continue;
+        memory[Stg::ROW_BEHAVIOUR_KIND] = random->Int(-1, Stg::ROW_BEHAVIOURS);
+        for (int k = Stg::ROW_BEHAVIOUR_X; k < Stg::ROW_BEHAVIOUR_SIZE; k++)
+          memory[k] = random->Real(k == Stg::ROW_BEHAVIOUR_SPEED ? 0 : -2, 2);
+      }
+    }
+}
+
 /// Names the first element of a column that differs; empty if none does.
 std::string Difference(const Rows& host, const Rows& device) {
   std::string text;
@@ -202,6 +220,10 @@ class Comparison {
                        static_cast<uint32_t>(i % movers),
                        host_.columns.mode[i],
                        0});
+    }
+    if (random_.OneIn(3)) {
+      Rethink(&random_, &host_);
+      device_.Write(host_, 1u << Stg::ROW_MEMORY);
     }
     if (random_.OneIn(2))
       device_.Give(given);

@@ -112,6 +112,14 @@ std::string ShapeText(RandomSource* random) {
   }
 }
 
+/// A robot that stands, goes on or goes to a place.
+std::string BehaviourText(const std::string& place, RandomSource* random) {
+  const std::string turn = random->OneIn(3) ? " turn=0" : "";
+  return "stage/behaviour kind=" + std::to_string(random->Int(0, 4)) + place +
+         " vx=" + Number(random->Real(-1, 1)) + " vy=" + Number(random->Real(-1, 1)) +
+         " rate=" + Number(random->OneIn(2) ? 0 : random->Real(-1, 1)) + turn;
+}
+
 /// A built-in controller and what it needs.
 std::string ControllerText(RandomSource* random) {
   const std::string place =
@@ -120,8 +128,9 @@ std::string ControllerText(RandomSource* random) {
       {"stage/wander", "stage/wander speed=0.7 turn=1.2 front=0.6", "stage/disperse",
        "stage/disperse speed=1 horizon=3 margin=0.02", "stage/goal" + place,
        "stage/goal heading=50" + place, "stage/pedestrian" + place,
-       "stage/pedestrian speed=0.5 radius=0.4" + place,
-       "stage/goal" + place + "\" \"stage/wander"});
+       "stage/pedestrian speed=0.5 radius=0.4" + place, "stage/goal" + place + "\" \"stage/wander",
+       "stage/orca" + place, "stage/orca speed=1 time=1 neighbours=2 range=2" + place,
+       BehaviourText(place, random), BehaviourText(place, random)});
   const std::string text = " ctrl [\"" + controllers + "\"]";
   return text + " ranger( sensor( range [0 " + Number(random->Real(0.3, 6)) + "] fov " +
          Number(random->Real(30, 360)) + " samples " + std::to_string(random->Int(9, 40)) +

@@ -100,8 +100,9 @@ class ControllerSetup {
 /// `stalled` is the outcome of these moves.
 struct ControllerBatch {
   size_t worlds, robots;
-  size_t sensors;     ///< in a world, of all robots together
-  size_t all_robots;  ///< in a world, those of other controllers included; 0: poses were not asked
+  size_t sensors;  ///< in a world, of all robots together
+  /// In a world, those of other controllers included; 0: neither poses nor velocities were asked.
+  size_t all_robots;
 
   // By robot.
   const ControlledRobot* const* robot;
@@ -119,10 +120,13 @@ struct ControllerBatch {
   /// By world and sensor: the readings, as many as the sensor has bearings. Null if there are none.
   const double* const* ranges;
   const PlanarPose* all_poses;  ///< by world and robot of the world, global
+  /// Likewise, in global directions; 0 for robots that are stalled or do not run. Null unless the
+  /// controller needs them.
+  const PlanarVelocity* all_velocities;
 
   // By world and robot: what the controller changes.
   PlanarVelocity* command;  ///< holds the present one; see ModelPosition::SetSpeed()
-  double* memory;           ///< memory_size() numbers for each robot, all 0 at first
+  double* memory;           ///< memory_size() numbers for each robot, see FillMemory()
   RandomStream* random;     ///< that of Model::random()
 
   /// The ranges of a sensor of a robot.
@@ -148,6 +152,13 @@ class BatchController {
   virtual size_t memory_size() const { return 0; }
   /// True if the controller needs ControllerBatch::all_poses.
   virtual bool needs_poses() const { return false; }
+  /// True if the controller needs ControllerBatch::all_velocities. It then gets all_poses, too.
+  virtual bool needs_velocities() const { return false; }
+  /// Sets the memory of a robot after loading. It is 0.
+  virtual void FillMemory(const ControlledRobot& robot, double* memory) const {
+    (void)robot;
+    (void)memory;
+  }
 };
 
 }  // namespace Stg

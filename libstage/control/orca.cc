@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+//
+// The built-in controller stage/orca: goes to a place and evades others by reciprocal collision
+// avoidance. See docs/controllers.md.
+
+#include <limits>
+#include <memory>
+
+#include "control/company_setup.hh"
+#include "control/stock_batch.hh"
+#include "control/stock_list.hh"
+#include "kernels/row_behaviour.h"
+
+namespace Stg::control {
+
+namespace {
+
+class Orca : public BatchController {
+ public:
+  std::shared_ptr<const ControllerParameters> Prepare(ControllerSetup* setup) const override {
+    constexpr double kRequired = std::numeric_limits<double>::quiet_NaN();
+    auto parameters = std::make_shared<StockParameters>();
+    parameters->record.kind = ROW_ORCA;
+    row_orca_t& rule = parameters->record.rule.orca;
+    rule = {.x = kRequired,
+            .y = kRequired,
+            .speed = 0.7,
+            .tolerance = 0.1,
+            .turn = 3.0,
+            .radius = RadiusOf(setup->robot()),
+            .interval = IntervalOf(setup->robot()),
+            .evader = {}};
+    std::vector<ControllerNumber> numbers = {
+        {"x", &rule.x, -kFar, kFar},     {"y", &rule.y, -kFar, kFar},
+        {"speed", &rule.speed, 0, 1000}, {"tolerance", &rule.tolerance, kLeastDivisor, 1000},
+        {"turn", &rule.turn, 0, 1000},   {"radius", &rule.radius, 0, 1000},
+    };
+    for (const ControllerNumber& number : EvaderNumbers(&rule.evader, "time"))
+      numbers.push_back(number);
+    setup->ReadNumbers(numbers);
+    RequireWhole("neighbours", rule.evader.most);
+    UseRangers(setup, parameters.get());
+    return parameters;
+  }
+
+  void Step(const ControllerBatch& batch) const override {
+    static thread_local std::vector<double> buffer;
+    DriveAll(batch, [](const InBatch& at, row_planar_t* command) {
+      const double* const ranges = ReadingsOf(at, &buffer);
+      if (!ranges) return;
+      const row_company_t all = at.all();
+      row_go_reciprocally(&at.parameters().record.rule.orca, at.parameters().layout->record(),
+                          ranges, &all, command);
+    });
+  }
+
+  bool needs_velocities() const override { return true; }
+};
+
+}  // namespace
+
+const BatchController* OrcaController() {
+  static const Orca controller;
+  return &controller;
+}
+
+}  // namespace Stg::control
