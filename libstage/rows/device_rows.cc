@@ -65,6 +65,9 @@ DeviceRows::DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds,
                        std::shared_ptr<RowDevice> device, uint32_t work_items, size_t contact_bytes)
     : scene_(std::move(scene)),
       worlds_(worlds),
+      work_items_(work_items),
+      contact_bytes_(contact_bytes),
+      map_version_(scene_->map_version),
       image_(MakeDeviceImage(scene_, worlds, contact_bytes)),
       device_(std::move(device)),
       reset_(std::make_unique<Rows>(scene_, std::array{scene_->SomeSeed()})) {
@@ -79,15 +82,30 @@ DeviceRows::DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds,
   if (!scene_->varied.empty())
     add({ROW_VARIED, ROW_PROPERTIES, ROW_RANGE_NOISE, ROW_ERROR, ROW_NOISY_ODOMETRY});
   if (!WhyNotControls(*scene_).empty()) PlanControls();
+  Begin();
+}
+
+/// Sends the image.
+void DeviceRows::Begin() {
   device_->Begin(image_.words, {.movers = image_.scene().movers,
                                 .rays = image_.scene().rays,
-                                .work_items = work_items,
-                                .worlds = worlds,
+                                .work_items = work_items_,
+                                .worlds = worlds_,
                                 .state_bytes = image_.state_bytes,
                                 .scratch_bytes = image_.scratch_bytes});
   // Nobody has the lock, and no island waits.
   constexpr std::array<std::byte, ROW_ALIGNMENT> kZeros{};
   device_->Write(image_.scene().lock, kZeros.data(), kZeros.size());
+}
+
+bool DeviceRows::Renew() {
+  if (map_version_ == scene_->map_version) return false;
+  if (const std::string reason = WhyNotOnDevice(scene_); !reason.empty())
+    throw RowDeviceError("the map cannot be sent, because " + reason);
+  image_ = MakeDeviceImage(scene_, worlds_, contact_bytes_);
+  Begin();
+  map_version_ = scene_->map_version;
+  return true;
 }
 
 void DeviceRows::PlanControls() {

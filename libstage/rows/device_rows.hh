@@ -50,6 +50,10 @@ class DeviceRows {
   DeviceRows(std::shared_ptr<const Scene> scene, size_t worlds, std::shared_ptr<RowDevice> device,
              uint32_t work_items = 0, size_t contact_bytes = kContactBytes);
 
+  /// Sends what stands anew if it has changed, see ChangingMap, which takes as long as making the
+  /// rows. Returns true if so; worlds are in an unspecified state then.
+  bool Renew();
+
   size_t size() const { return worlds_; }
   RowDevice& device() { return *device_; }
   /// Copies columns of all worlds from or to rows of the same scene and size.
@@ -92,11 +96,15 @@ class DeviceRows {
   bool DependsOnSeed() const { return depends_on_seed_; }
 
  private:
+  void Begin();
   void PlanControls();
 
   const std::shared_ptr<const Scene> scene_;
   const size_t worlds_;
-  const DeviceImage image_;
+  const uint32_t work_items_;
+  const size_t contact_bytes_;
+  uint64_t map_version_;  // of the image, see Scene
+  DeviceImage image_;
   const std::shared_ptr<RowDevice> device_;
   ColumnSet own_ = 0;  // columns that depend on the seed, which is one of them, or vary
   bool depends_on_seed_ = false;
