@@ -428,8 +428,8 @@ void ChangingMap::MeasureDistances(Shown* shown) {
     uint8_t* distance =
         &distances[static_cast<size_t>(y - content.y) * static_cast<size_t>(content.width) +
                    static_cast<size_t>(box.min_x - content.x)];
-    for (size_t i = 0; i < board_.width(); i++, word++, distance++)
-      if (*word != 0) *distance = 0;
+    for (size_t i = 0; i < board_.width(); i++) distance[i] = word[i] != 0 ? 0 : distance[i];
+    word += board_.width();
   }
   shown->map->MeasureDistances();
 }
