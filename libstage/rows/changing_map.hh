@@ -7,6 +7,10 @@
 // as far as steps, rays and contacts can tell: rows step with equal bits. The picture is drawn as
 // one body of the grid instead of one for each outline, and boxes of maps are those of the whole
 // picture instead of its occupied part. The prototype keeps its first picture.
+//
+// Size, resolution and place of the picture are those of the prototype's model. Rows keep what they
+// hold: readings are of the former cells until the next update, and the extent of the grid, which
+// is a part of the state's hash, until they are reset.
 
 #ifndef STAGE_ROWS_CHANGING_MAP_HH
 #define STAGE_ROWS_CHANGING_MAP_HH
@@ -57,8 +61,8 @@ class ChangingMap {
   /// Replaces the cells: `columns` times `rows` bytes, row by row, the lowest row first and the
   /// leftmost cell of it first; 0 is free, all others are occupied. Returns false, and changes
   /// nothing, if they are the present ones. Throws LoadError, and changes nothing, if outlines have
-  /// more than picture::kMaxCorners corners. Allocates nothing if no earlier grid had fewer corners
-  /// or fewer cells in which others stand, too.
+  /// more than picture::kMaxCorners corners. Allocates nothing once there was a grid with as many
+  /// corners, and with as many cells in which others stand, too.
   bool Set(std::span<const uint8_t> cells);
 
  private:
