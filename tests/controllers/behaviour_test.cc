@@ -253,6 +253,39 @@ TEST(VelocityObstacles, EndWhereDiscsTouchAtTheHorizon) {
   EXPECT_GT(inside, 20);
 }
 
+// ---- the velocity that is chosen ----
+
+/// The velocity that one of several robots chooses. They have a radius of 0.2 m.
+row_point_t Chosen(const std::vector<row_planar_t>& poses,
+                   const std::vector<row_planar_t>& velocities, uint32_t own, double interval,
+                   row_point_t wanted) {
+  const row_evader_t rule = {.time = 2, .wall_time = 1, .range = 5, .most = 10};
+  const row_mobility_t body = {.speed = 2, .radius = 0.2, .interval = interval};
+  const row_company_t all = {poses.data(), velocities.data(), static_cast<uint32_t>(poses.size()),
+                             own};
+  const row_layout_t blind{};
+  return row_evade(&rule, &body, &blind, nullptr, &all, wanted);
+}
+
+TEST(ReciprocalAvoidance, BothHalvesTogetherJustAvoidTheCollision) {
+  const std::vector<row_planar_t> poses = {{0, 0, 0}, {2, 0.1, 0}};
+  const std::vector<row_planar_t> velocities = {{1.5, 0, 0}, {-1.5, 0, 0}};
+  const row_point_t a = Chosen(poses, velocities, 0, 1e-9, {1.5, 0});
+  const row_point_t b = Chosen(poses, velocities, 1, 1e-9, {-1.5, 0});
+  const row_point_t way = {2, 0.1}, relative = row_minus(a, b);
+  const double nearest = std::abs(row_cross(way, relative)) / row_length(relative);
+  EXPECT_NEAR(nearest, 0.4 + ROW_CLEARANCE, 1e-6);
+  EXPECT_NEAR(a.y, -b.y, 1e-6) << "both make the same effort";
+}
+
+TEST(ReciprocalAvoidance, OneThatIsSqueezedSharesTheRoomThatLacks) {
+  // It lacks 0.15 m ahead and 0.1 m behind, of which it makes up for half in 0.1 s: at best, both
+  // velocities of 0.75 and 0.5 m/s are missed by 0.625 m/s.
+  const std::vector<row_planar_t> poses = {{0, 0, 0}, {0.3, 0, 0}, {-0.35, 0, 0}};
+  const std::vector<row_planar_t> velocities(3, {0, 0, 0});
+  EXPECT_NEAR(Chosen(poses, velocities, 0, 0.1, {0, 0}).x, -0.125, 1e-9);
+}
+
 // ---- behaviours ----
 
 TEST(Behaviours, OneThatStandsStands) {
