@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 #include "messages/report.hh"
@@ -28,6 +29,35 @@ std::string NumberOf(double value) {
   std::ostringstream text;
   text << value;
   return text.str();
+}
+
+/// A picture with one black pixel, because one without any is an error.
+std::string FirstPicture(const Belief::Options& options) {
+  std::string pixels(size_t{options.columns} * options.rows, '0');
+  pixels[0] = '1';
+  std::string picture =
+      "P1\n" + std::to_string(options.columns) + " " + std::to_string(options.rows) + "\n";
+  for (size_t i = 0; i < pixels.size(); i++) {
+    picture += pixels[i];
+    if (i % 64 == 63) picture += '\n';
+  }
+  return picture;
+}
+
+/// Says what is wrong with the options, in words that follow "stage: "; "" if nothing is.
+std::string WhyNot(const Belief::Options& options) {
+  constexpr uint32_t kMostCells = 10000;  // on a side
+  const auto is_length = [](double metres) { return metres > 0 && metres < 1e6; };
+  if (!is_length(options.other_radius) || !is_length(options.other_height) ||
+      !is_length(options.wall_height) || !is_length(options.resolution))
+    return "found a radius, a height or a resolution of a belief that is no length, expected "
+           "metres";
+  if (options.room > 100000) return "found room for too many others, expected at most 100000";
+  if ((options.columns == 0) != (options.rows == 0) || options.columns > kMostCells ||
+      options.rows > kMostCells)
+    return "found a grid of " + std::to_string(options.columns) + " by " +
+           std::to_string(options.rows) + " cells, expected 1 to 10000 on both sides, or none";
+  return IsFinite(options.origin) ? "" : "found an origin of a grid that is not finite";
 }
 
 }  // namespace
@@ -98,6 +128,18 @@ std::unique_ptr<World> whatif::BeliefContent::MakeWorld(uint32_t count) const {
         << " ] round 1 drive \"omni\" localization \"gps\" mass 70\n"
            "  velocity_bounds [ -10 10 -10 10 0 0 -10 10 ] )\n";
   RunOptions run;
+  if (HasGrid()) {
+    const double across = options.columns * options.resolution;
+    const double along = options.rows * options.resolution;
+    const Pose& origin = options.origin;
+    all << "unit_angle \"radians\" model( name \"" << kMapName << "\" pose [ " << origin.x << " "
+        << origin.y << " 0 " << origin.a << " ] origin [ " << across / 2 << " " << along / 2
+        << " 0 0 ] size [ " << across << " " << along << " " << options.wall_height
+        << " ] bitmap \"" << kMapName << ".pbm\" bitmap_frame \"picture\" )\n";
+    run.pictures = std::make_shared<const std::map<std::string, std::string>>(
+        std::map<std::string, std::string>{
+            {std::string(kMapName) + ".pbm", FirstPicture(options)}});
+  }
   run.listed = false;
   run.threads = 1;
   auto world = std::make_unique<World>(run);
@@ -111,6 +153,11 @@ Belief::Belief(const std::string& world_file, const std::string& robot, const Op
   impl_->file = world_file;
   impl_->robot_name = robot;
   impl_->room = std::max(1u, options.room);
+  if (const std::string error = WhyNot(options); !error.empty()) {
+    Refuse(error);
+    return;
+  }
+  impl_->cells.assign(size_t{options.columns} * options.rows, 0);
   std::ifstream input(world_file, std::ios::binary);
   std::ostringstream content;
   content << input.rdbuf();
@@ -139,6 +186,16 @@ bool Belief::IsReady() const { return impl_->ready; }
 bool Belief::SetRobot(const Pose& pose, const Velocity& velocity, const Covariance& pose_covariance,
                       const Covariance& velocity_covariance) {
   return impl_->robot.Set(pose, pose_covariance, velocity, velocity_covariance, "the robot");
+}
+
+bool Belief::SetGrid(const uint8_t* cells, size_t count) {
+  if (count != impl_->cells.size() || count == 0)
+    return Refuse("found " + std::to_string(count) + " cells of a grid, expected " +
+                  std::to_string(impl_->cells.size()) + ", as the options say");
+  if (std::equal(cells, cells + count, impl_->cells.begin())) return true;
+  std::copy(cells, cells + count, impl_->cells.begin());
+  impl_->version_of_cells++;
+  return true;
 }
 
 bool Belief::SetDelay(double seconds) {

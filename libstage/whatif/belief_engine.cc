@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/load_error.hh"
 #include "messages/report.hh"
 #include "models/position.hh"
 #include "whatif/belief.hh"
@@ -22,6 +23,7 @@ struct BeliefEngine::Impl {
     std::unique_ptr<Branches> branches;
     std::unique_ptr<whatif::Decider> decider;
     Subscriptions* subscriptions = nullptr;
+    uint64_t version_of_cells = UINT64_MAX;  // of the belief's that the scene has
     std::unique_ptr<whatif::BeliefSampler> sampler;
     std::vector<std::shared_ptr<BranchAccess::Origin>> samples;  // that have been drawn
     std::string error;
@@ -33,6 +35,7 @@ struct BeliefEngine::Impl {
 
   void MakeRoom();
   std::string FindMovers(Room* to) const;
+  std::string TakeGrid();
   rows::Rows* RowsOf(uint32_t sample);
   std::string WhyNot(const BeliefQuestion& question, const Judge& judge);
   void Begin(const BeliefQuestion& question, uint32_t branch, const Sample& sample);
@@ -67,8 +70,9 @@ void BeliefEngine::Impl::MakeRoom() {
   Options with_watched = options;
   with_watched.watched = made->ids;
   with_watched.keep = Snapshot::kLean;
-  made->branches =
-      std::make_unique<Branches>(*made->world, 0, whatif::OptionsOfBranches(with_watched));
+  BranchOptions of_branches = whatif::OptionsOfBranches(with_watched);
+  if (believed().HasGrid()) of_branches.changing_map = whatif::BeliefContent::kMapName;
+  made->branches = std::make_unique<Branches>(*made->world, 0, of_branches);
   made->decider = std::make_unique<whatif::Decider>(with_watched, made->branches.get());
   made->error = made->branches->IsReady() ? FindMovers(made.get()) : "there is no such device";
   room = std::move(made);
@@ -97,6 +101,24 @@ std::string BeliefEngine::Impl::FindMovers(Room* to) const {
   return "";
 }
 
+/// Brings the cells of the belief into the scene. Nothing is simulated meanwhile. Returns why that
+/// is impossible, or "".
+std::string BeliefEngine::Impl::TakeGrid() {
+  if (!belief.IsReady()) return "the belief is not ready";
+  if (room->others < believed().room) MakeRoom();
+  if (!room->error.empty()) return room->error;
+  if (!believed().HasGrid() || room->version_of_cells == believed().version_of_cells) return "";
+  try {
+    const bool has_changed = room->subscriptions->map()->Set(believed().cells);
+    if (has_changed && !room->branches->StepDevice().empty())
+      PoolAccess::AbandonDevice(BranchAccess::PoolOf(*room->branches));
+  } catch (const LoadError& error) {
+    return error.what();
+  }
+  room->version_of_cells = believed().version_of_cells;
+  return "";
+}
+
 /// The row of a sample.
 rows::Rows* BeliefEngine::Impl::RowsOf(uint32_t sample) {
   while (room->samples.size() <= sample) {
@@ -111,9 +133,7 @@ rows::Rows* BeliefEngine::Impl::RowsOf(uint32_t sample) {
 
 /// Why there can be no decision, or "".
 std::string BeliefEngine::Impl::WhyNot(const BeliefQuestion& question, const Judge& judge) {
-  if (!belief.IsReady()) return "the belief is not ready";
-  if (room->others < believed().room) MakeRoom();
-  if (!room->error.empty()) return room->error;
+  if (const std::string error = TakeGrid(); !error.empty()) return error;
   if (judge.NeedsWorld()) return "the judge needs a World, expected one that only watches";
   if (question.plans.empty()) return "there are no plans";
   const bool is_omni = room->sampler->robot_is_omni(*RowsOf(0));
@@ -170,6 +190,8 @@ BeliefEngine::BeliefEngine(Belief* belief, const Options& options)
 BeliefEngine::~BeliefEngine() = default;
 
 bool BeliefEngine::IsReady() const { return impl_->room && impl_->room->error.empty(); }
+
+std::string BeliefEngine::TakeGrid() { return impl_->TakeGrid(); }
 
 Decision BeliefEngine::Choose(const BeliefQuestion& question, const Budget& budget, Judge* judge) {
   return impl_->With(question, judge, [&](const whatif::Decider::Task& task) {

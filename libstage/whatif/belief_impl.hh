@@ -38,6 +38,8 @@ struct BeliefContent {
 
   /// Name of a model that stands for the other with this number in the world of an engine.
   static std::string NameOf(size_t number) { return "belief.other" + std::to_string(number); }
+  static constexpr char kMapName[] = "belief.map";
+  bool HasGrid() const { return options.columns > 0; }
   /// Makes the world that futures are simulated in, with room for `room` others, which are far
   /// away. Returns null, after a message, if it cannot be loaded.
   std::unique_ptr<World> MakeWorld(uint32_t room) const;
@@ -48,6 +50,8 @@ struct BeliefContent {
   Moving robot;
   double delay = 0;
   uint32_t room = 0;
+  std::vector<uint8_t> cells;        // of the grid, as SetGrid() has them
+  uint64_t version_of_cells = 0;     // another one after each change
   std::vector<TrackedOther> others;  // in the order of their ids
   std::vector<Moving> moving;        // of the others
 };

@@ -82,6 +82,7 @@ struct Branches::Impl {
     of_pool.branch = true;
     of_pool.device_steps = options.device_steps;
     of_pool.device_choice = options.device_choice;
+    of_pool.changing_map = options.changing_map;
     return of_pool;
   }
   void Resize(size_t count) {

@@ -53,7 +53,13 @@ void Subscriptions::MakeScene() {
     std::unique_ptr<World> world = source_.Make();
     for (const uint32_t id : models_)
       if (Model* const model = world->FindModel(id)) model->Subscribe();
-    scene_ = RowBridge::MakeScene(std::move(world), &reason_, source_.varied());
+    const std::string& changing = source_.pool_options().changing_map;
+    if (changing.empty()) {
+      scene_ = RowBridge::MakeScene(std::move(world), &reason_, source_.varied());
+      return;
+    }
+    map_ = rows::ChangingMap::Make(std::move(world), changing, &reason_, source_.varied());
+    if (map_) scene_ = map_->scene();
   } catch (const WorldFailure& failure) {
     reason_ = failure.why;
   }

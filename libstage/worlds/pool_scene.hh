@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "random/fnv1a.hh"
+#include "rows/changing_map.hh"
 #include "rows/scene.hh"
 #include "rows/varied.hh"
 #include "world/copy_source.hh"
@@ -56,6 +57,8 @@ class Subscriptions {
       });
     return scene_;
   }
+  /// The map of the scene that changes, see WorldPoolOptions; null if there is none.
+  rows::ChangingMap* map() { return scene() ? map_.get() : nullptr; }
   /// Why there is no scene, in words that follow "because".
   const std::string& reason();
 
@@ -75,6 +78,7 @@ class Subscriptions {
   std::once_flag scene_once_;
   std::atomic<bool> has_tried_{false};  // read in each step, faster than the flag before
   std::shared_ptr<const rows::Scene> scene_;
+  std::unique_ptr<rows::ChangingMap> map_;
   std::string reason_;
 };
 

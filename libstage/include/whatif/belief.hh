@@ -62,8 +62,20 @@ class Belief {
     double other_radius;  ///< m, of the discs
     double other_height;  ///< m
     uint32_t room;        ///< for others from the start; doubled when there are more
+    /// Cells of an occupancy grid, in addition to the walls of the world file; 0: there is none.
+    uint32_t columns, rows;
+    double resolution;   ///< m, side of a cell
+    Pose origin;         ///< of the outer corner of the first cell, in the frame of the world file
+    double wall_height;  ///< m, of occupied cells
 
-    Options() : other_radius(0.25), other_height(1.7), room(8) {}
+    Options()
+        : other_radius(0.25),
+          other_height(1.7),
+          room(8),
+          columns(0),
+          rows(0),
+          resolution(0.05),
+          wall_height(1) {}
   };
 
   /// Reads a world file with a position model of this name, the robot that will decide.
@@ -80,6 +92,9 @@ class Belief {
   bool SetRobot(const Pose& pose, const Velocity& velocity = Velocity(),
                 const Covariance& pose_covariance = Covariance(),
                 const Covariance& velocity_covariance = Covariance());
+  /// Replaces the grid: `columns` times `rows` cells, row by row, the lowest first, and in a row
+  /// the leftmost first. 0 is free, all others are occupied. Engines see it at their next decision.
+  bool SetGrid(const uint8_t* cells, size_t count);
   /// Seconds until the robot obeys a command: it goes on with its present velocity before.
   bool SetDelay(double seconds);
   /// Adds somebody, or changes what is known of the one with this id.
@@ -155,6 +170,9 @@ class BeliefEngine {
 
   /// False if the belief is not ready, or there is no device as wanted; a message gives the reason.
   bool IsReady() const;
+  /// Brings a changed grid into the engine now; otherwise the next decision does. Returns why it
+  /// cannot, or "".
+  std::string TakeGrid();
   /// The best plan found within the budget. Judges get the sightings of the robot, followed by
   /// those of all others in the order of their ids; none of them may need a World. Decision::error
   /// says why no decision was possible; the first plan is named then.

@@ -73,6 +73,7 @@ struct BranchOptions {
   /// scenario needs no World. If the device fails, the host repeats what it has lost.
   bool device_steps;
   std::string device_choice;  ///< see WorldPoolOptions
+  std::string changing_map;   ///< see WorldPoolOptions
 
   BranchOptions()
       : threads(1), keep(Snapshot::kFull), device(false), rows(true), device_steps(false) {}

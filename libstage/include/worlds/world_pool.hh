@@ -31,6 +31,9 @@ struct WorldPoolOptions {
   /// Names of models on the ground that stand, and that Place() moves without World objects. Each
   /// may stand elsewhere in each world.
   std::vector<std::string> placed;
+  /// Name of a model that stands, and whose picture a belief changes; "": there is none. See
+  /// BeliefEngine.
+  std::string changing_map;
 
   WorldPoolOptions() : threads(1), device(true), branch(false), device_steps(false) {}
 };
