@@ -126,7 +126,7 @@ std::unique_ptr<World> whatif::BeliefContent::MakeWorld(uint32_t count) const {
         << i * (width + 1) << " 0 0 ] size [ " << width << " " << width << " "
         << options.other_height
         << " ] round 1 drive \"omni\" localization \"gps\" mass 70\n"
-           "  velocity_bounds [ -10 10 -10 10 0 0 -10 10 ] )\n";
+           "  velocity_bounds [ -10 10 -10 10 0 0 -10 10 ] ctrl \"stage/behaviour\" )\n";
   RunOptions run;
   if (HasGrid()) {
     const double across = options.columns * options.resolution;
@@ -208,10 +208,15 @@ bool Belief::SetDelay(double seconds) {
 
 bool Belief::SetOther(const TrackedOther& other) {
   const std::string whose = "other " + std::to_string(other.id);
-  for (const Behaviour& behaviour : other.behaviours)
+  for (const Behaviour& behaviour : other.behaviours) {
     if (!(behaviour.weight > 0 && std::isfinite(behaviour.weight)))
       return Refuse("found a weight of " + NumberOf(behaviour.weight) + " for a behaviour of " +
                     whose + ", expected a number above 0");
+    if (!std::isfinite(behaviour.x) || !std::isfinite(behaviour.y) || !(behaviour.speed >= 0) ||
+        !std::isfinite(behaviour.speed))
+      return Refuse("found a goal or a speed of " + whose +
+                    " that makes no sense, expected metres, and m/s from 0 on");
+  }
   Impl::Moving moving;
   if (!moving.Set(other.pose, other.pose_covariance, other.velocity, other.velocity_covariance,
                   whose))

@@ -5,6 +5,8 @@
 #include <algorithm>
 
 #include "geometry/trigonometry.hh"
+#include "kernels/row_behaviour.h"
+#include "messages/assert.hh"
 #include "models/noise.hh"
 #include "motion/drive.hh"
 #include "rows/planar.hh"
@@ -33,6 +35,22 @@ rows::Planar InFrame(const Velocity& velocity, double heading) {
 void Drive(const rows::Planar& velocity, size_t mover, rows::Columns* columns) {
   columns->mode[mover] = DriveInput::kVelocity;
   columns->command[mover] = columns->velocity[mover] = velocity;
+}
+
+double KindOf(Behaviour::Kind kind) {
+  switch (kind) {
+    case Behaviour::kStand:
+      return ROW_STANDS;
+    case Behaviour::kGoOn:
+      return ROW_GOES_ON;
+    case Behaviour::kGoTo:
+      return ROW_GOES_STRAIGHT;
+    case Behaviour::kSocialForce:
+      return ROW_WALKS;
+    case Behaviour::kOrca:
+      return ROW_EVADES;
+  }
+  return ROW_STANDS;
 }
 
 const Behaviour& Choose(const std::vector<Behaviour>& behaviours, RandomStream* random) {
@@ -84,6 +102,28 @@ void BeliefSampler::DrawOther(const BeliefContent& belief, size_t other, RandomS
   }
   if (behaviour.kind == Behaviour::kStand) velocity = Velocity();
   Drive(InFrame(velocity, pose.a), mover, &to->columns);
+  double* const memory = MemoryOf(mover, to);
+  memory[ROW_BEHAVIOUR_KIND] = KindOf(behaviour.kind);
+  memory[ROW_BEHAVIOUR_X] = behaviour.x;
+  memory[ROW_BEHAVIOUR_Y] = behaviour.y;
+  memory[ROW_BEHAVIOUR_SPEED] =
+      behaviour.speed > 0 ? behaviour.speed : Hypotenuse(velocity.x, velocity.y);
+  memory[ROW_BEHAVIOUR_VX] = memory[ROW_BEHAVIOUR_WALK_X] = velocity.x;
+  memory[ROW_BEHAVIOUR_VY] = memory[ROW_BEHAVIOUR_WALK_Y] = velocity.y;
+  memory[ROW_BEHAVIOUR_RATE] = 0;
+}
+
+/// The numbers of the controller of somebody, see kernels/row_behaviour.h.
+double* BeliefSampler::MemoryOf(uint32_t mover, rows::Rows* rows) const {
+  for (const rows::ControlGroup& group : rows->scene().controls.groups) {
+    const auto control = std::ranges::find(group.controls, mover, &rows::Control::mover);
+    if (control == group.controls.end()) continue;
+    STAGE_ASSERT(group.memory_size == ROW_BEHAVIOUR_SIZE);
+    const auto place = static_cast<size_t>(control - group.controls.begin());
+    return &rows->columns.memory[group.first_memory + place * group.memory_size];
+  }
+  STAGE_ASSERT(false);
+  return nullptr;
 }
 
 bool BeliefSampler::IsFree(const BeliefContent& belief, uint32_t mover, rows::Rows* rows) const {

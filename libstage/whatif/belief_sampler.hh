@@ -17,7 +17,7 @@ namespace Stg::whatif {
 
 class BeliefSampler {
  public:
-  /// `robot` and `others` are movers of the scene.
+  /// `robot` and `others` are movers of the scene. The controller of all others is stage/behaviour.
   BeliefSampler(uint32_t robot, std::vector<uint32_t> others)
       : robot_(robot), others_(std::move(others)) {}
 
@@ -31,6 +31,7 @@ class BeliefSampler {
  private:
   void DrawOther(const BeliefContent& belief, size_t other, RandomStream* random,
                  rows::Rows* to) const;
+  double* MemoryOf(uint32_t mover, rows::Rows* rows) const;
   bool IsFree(const BeliefContent& belief, uint32_t mover, rows::Rows* rows) const;
 
   const uint32_t robot_;

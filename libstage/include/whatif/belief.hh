@@ -30,13 +30,20 @@ struct Covariance {
 struct Behaviour {
   enum Kind {
     kStand,
-    kGoOn  ///< with its present velocity
+    kGoOn,         ///< with its present velocity
+    kGoTo,         ///< straight to a goal, and stop there
+    kSocialForce,  ///< to a goal as a pedestrian, see the controller stage/pedestrian
+    kOrca          ///< to a goal by reciprocal collision avoidance, see stage/orca
   };
 
   Kind kind;
   double weight;  ///< of its probability, above 0; those of all behaviours need not add up to 1
+  double x, y;    ///< goal, m
+  double speed;   ///< m/s, on the way to the goal; 0: that of the present velocity
 
-  Behaviour(Kind of = kGoOn, double w = 1) : kind(of), weight(w) {}
+  Behaviour(Kind of = kGoOn, double w = 1) : kind(of), weight(w), x(0), y(0), speed(0) {}
+  Behaviour(Kind of, double to_x, double to_y, double v = 0, double w = 1)
+      : kind(of), weight(w), x(to_x), y(to_y), speed(v) {}
 };
 
 /// Somebody or something that moves and is tracked: a disc.
