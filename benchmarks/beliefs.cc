@@ -3,7 +3,8 @@
 // beliefs [SAMPLES [THREADS [DEVICE]]]: the time of a decision about a belief, and of an update of
 // it.
 //
-// A robot with 16 rays among five others in a hall with pillars chooses among 30 plans, 5 s ahead.
+// A robot with 16 rays among five others in a hall with pillars, and in a grid of 200 by 200 cells
+// with twelve boxes that are elsewhere each time, chooses among 30 plans, 5 s ahead.
 
 #include <algorithm>
 #include <cstdio>
@@ -48,6 +49,17 @@ Stg::TrackedOther Other(uint64_t id, double shift) {
   return other;
 }
 
+/// Boxes of 0.3 m at random places, but not where the robot is.
+void PutBoxes(Stg::RandomStream* random, std::vector<uint8_t>* cells) {
+  std::fill(cells->begin(), cells->end(), uint8_t{0});
+  for (int box = 0; box < 12; box++) {
+    const uint32_t left = random->Choose(194), low = random->Choose(194);
+    if (left > 80 && left < 120 && low > 80 && low < 120) continue;
+    for (uint32_t row = low; row < low + 6; row++)
+      for (uint32_t column = left; column < left + 6; column++) (*cells)[row * 200 + column] = 1;
+  }
+}
+
 double Median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];
@@ -59,7 +71,10 @@ int main(int argc, char** argv) {
   Stg::Init(&argc, &argv);
   const std::string file = "/tmp/stage_beliefs.world";
   std::ofstream(file) << kWorld;
-  Stg::Belief belief(file, "robot");
+  Stg::Belief::Options of_belief;
+  of_belief.columns = of_belief.rows = 200;
+  of_belief.origin = Stg::Pose(-5, -5, 0, 0);
+  Stg::Belief belief(file, "robot", of_belief);
   Stg::BeliefEngine::Options options;
   options.samples = argc > 1 ? static_cast<uint32_t>(std::atoi(argv[1])) : 10;
   options.threads = argc > 2 ? static_cast<unsigned>(std::atoi(argv[2])) : 2;
@@ -70,13 +85,17 @@ int main(int argc, char** argv) {
   if (!engine.IsReady()) return 1;
   Stg::BeliefQuestion question;
   question.plans = Plans();
+  std::vector<uint8_t> cells(200 * 200);
   std::vector<double> updates, decisions;
+  Stg::RandomStream random(1);
   size_t collisions = 0;
   for (int round = 0; round < 40; round++) {
+    PutBoxes(&random, &cells);
     const double start = Stg::threads::WallClock();
     belief.SetRobot(Stg::Pose(0.01 * round, 0, 0, 0), Stg::Velocity(0.3, 0, 0, 0),
                     Stg::Covariance(0.05, 0.05, 0.02));
     for (uint64_t id = 0; id < 5; id++) belief.SetOther(Other(id, 0.01 * round));
+    if (!belief.SetGrid(cells.data(), cells.size()) || !engine.TakeGrid().empty()) return 1;
     const double updated = Stg::threads::WallClock();
     question.seed++;
     Stg::GoalJudge judge(4, 0, 0.28);

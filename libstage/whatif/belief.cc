@@ -8,6 +8,7 @@
 #include <map>
 #include <sstream>
 
+#include "geometry/trigonometry.hh"
 #include "messages/report.hh"
 #include "models/position.hh"
 #include "whatif/belief_impl.hh"
@@ -145,6 +146,15 @@ std::unique_ptr<World> whatif::BeliefContent::MakeWorld(uint32_t count) const {
   auto world = std::make_unique<World>(run);
   std::istringstream content(all.str());
   return world->Load(content, file) ? std::move(world) : nullptr;
+}
+
+bool whatif::BeliefContent::IsOccupied(double x, double y) const {
+  const SineCosine turn = SinCos(options.origin.a);
+  const double dx = x - options.origin.x, dy = y - options.origin.y;
+  const double column = (dx * turn.cosine + dy * turn.sine) / options.resolution;
+  const double row = (dy * turn.cosine - dx * turn.sine) / options.resolution;
+  if (!(column >= 0 && column < options.columns && row >= 0 && row < options.rows)) return false;
+  return cells[static_cast<size_t>(row) * options.columns + static_cast<size_t>(column)] != 0;
 }
 
 Belief::Belief(const std::string& world_file, const std::string& robot, const Options& options)

@@ -40,6 +40,8 @@ struct BeliefContent {
   static std::string NameOf(size_t number) { return "belief.other" + std::to_string(number); }
   static constexpr char kMapName[] = "belief.map";
   bool HasGrid() const { return options.columns > 0; }
+  /// True if the grid has an occupied cell at a point in the frame of the world file.
+  bool IsOccupied(double x, double y) const;
   /// Makes the world that futures are simulated in, with room for `room` others, which are far
   /// away. Returns null, after a message, if it cannot be loaded.
   std::unique_ptr<World> MakeWorld(uint32_t room) const;

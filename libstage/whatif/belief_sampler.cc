@@ -126,8 +126,13 @@ double* BeliefSampler::MemoryOf(uint32_t mover, rows::Rows* rows) const {
   return nullptr;
 }
 
+bool BeliefSampler::IsInObstacle(const BeliefContent& belief, uint32_t mover, rows::Rows* rows) {
+  const rows::Planar& here = rows->columns.pose[mover];
+  return belief.IsOccupied(here.x, here.y) || rows->IsInObstacle(0, mover);
+}
+
 bool BeliefSampler::IsFree(const BeliefContent& belief, uint32_t mover, rows::Rows* rows) const {
-  if (rows->IsInObstacle(0, mover)) return false;
+  if (IsInObstacle(belief, mover, rows)) return false;
   const rows::Planar& here = rows->columns.pose[mover];
   const rows::Planar& robot = rows->columns.pose[robot_];
   const double x = here.x - robot.x, y = here.y - robot.y;
@@ -139,7 +144,7 @@ bool BeliefSampler::IsFree(const BeliefContent& belief, uint32_t mover, rows::Ro
 std::string BeliefSampler::WhyNotFree(const BeliefContent& belief, rows::Rows* rows) const {
   rows->Reset(0, 1);
   rows->PlaceMover(0, robot_, belief.robot.pose);
-  if (!rows->IsInObstacle(0, robot_)) return "";
+  if (!IsInObstacle(belief, robot_, rows)) return "";
   return "the robot is believed to be in an obstacle, at " + std::to_string(belief.robot.pose.x) +
          " " + std::to_string(belief.robot.pose.y);
 }

@@ -32,6 +32,9 @@ class BeliefSampler {
   void DrawOther(const BeliefContent& belief, size_t other, RandomStream* random,
                  rows::Rows* to) const;
   double* MemoryOf(uint32_t mover, rows::Rows* rows) const;
+  /// True if a mover is in something that stands. Cells inside an area of the grid are no walls of
+  /// the scene, which has only outlines.
+  static bool IsInObstacle(const BeliefContent& belief, uint32_t mover, rows::Rows* rows);
   bool IsFree(const BeliefContent& belief, uint32_t mover, rows::Rows* rows) const;
 
   const uint32_t robot_;

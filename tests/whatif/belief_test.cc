@@ -125,7 +125,8 @@ TEST_F(BeliefTest, FuturesAreThoseOfAWorld) {
   const char others[] =
       "define other position( alwayson 1 size [0.5 0.5 1.7] round 1 drive \"omni\" localization "
       "\"gps\" mass 70 velocity_bounds [-10 10 -10 10 0 0 -10 10] )\n"
-      "other( name \"a\" pose [0.7 0.9 0 0] ) other( name \"b\" pose [1.2 -0.9 0 0] )\n";
+      "other( name \"a\" pose [0.7 0.9 0 0] ctrl \"stage/behaviour kind=1 vx=-0.2 vy=-0.2\" )\n"
+      "other( name \"b\" pose [1.2 -0.9 0 0] ctrl \"stage/behaviour kind=1 vx=0.1 vy=0.4\" )\n";
   const auto world = LoadText(std::string(kRobot) + kWall + others, 1);
   world->GetModel("r")->SetPose(Pose(0.1, 0.2, 0, 0.3));
   const auto drive = [&](const char* name, double x, double y, double a) {
@@ -251,6 +252,108 @@ TEST_F(BeliefTest, DecisionsAreTheSameOnAnyNumberOfThreadsAndOnDevices) {
   EXPECT_EQ(engine.steps_on_device(), 2 * wanted.scenario_steps);
 }
 
+Belief::Options WithGrid() {
+  Belief::Options options;
+  options.columns = 80;
+  options.rows = 60;
+  options.resolution = 0.1;
+  options.origin = Pose(-2, -3, 0, 0);
+  return options;
+}
+
+/// A wall of 0.2 m across the way, from row `first` on.
+std::vector<uint8_t> CellsWithWall(size_t first) {
+  std::vector<uint8_t> cells(80 * 60, 0);
+  for (size_t row = first; row < 60; row++) cells[row * 80 + 35] = cells[row * 80 + 36] = 1;
+  return cells;
+}
+
+TEST_F(BeliefTest, TheGridIsAnObstacle) {
+  Belief belief(file_, "r", WithGrid());
+  BeliefEngine engine(&belief, OptionsWith(1));
+  GoalJudge judge(5, 0, 0.2);
+  question_.plans.push_back(Plan("right", Velocity(0.5, 0, 0, -0.5)));
+  const auto name = [&] {
+    const Decision decision = engine.Choose(question_, Budget(), &judge);
+    return decision.error.empty() ? question_.plans[decision.best].name : decision.error;
+  };
+  EXPECT_EQ(name(), "ahead");
+  const std::vector<uint8_t> wall = CellsWithWall(25);
+  ASSERT_TRUE(belief.SetGrid(wall.data(), wall.size()));
+  EXPECT_EQ(engine.Choose(question_, Budget(), &judge).outcomes[1].CollisionRisk(), 1);
+  EXPECT_NE(name(), "ahead");
+  EXPECT_EQ(engine.Choose(question_, Budget(), &judge).error, "");
+  const std::vector<uint8_t> none(80 * 60, 0), full(80 * 60, 1);
+  ASSERT_TRUE(belief.SetGrid(none.data(), none.size()));
+  EXPECT_EQ(name(), "ahead");
+  ASSERT_TRUE(belief.SetGrid(full.data(), full.size()));
+  EXPECT_NE(name().find("in an obstacle"), std::string::npos);
+  EXPECT_FALSE(belief.SetGrid(full.data(), 7));
+}
+
+/// A device gets each changed grid.
+TEST_F(BeliefTest, DecisionsWithAGridAreTheSameOnDevices) {
+  if (!device::WhyNone().empty()) GTEST_SKIP() << device::WhyNone();
+  Belief belief(file_, "r", WithGrid());
+  MakeCrowd(&belief, 5);
+  BeliefEngine::Options options = OptionsWith(6);
+  BeliefEngine host(&belief, options);
+  options.device_steps = true;
+  BeliefEngine on_device(&belief, options);
+  GoalJudge judge(5, 0, 0.2);
+  std::vector<Decision> found;
+  for (const size_t first : {60u, 25u, 40u, 25u}) {
+    const std::vector<uint8_t> cells = CellsWithWall(first);
+    ASSERT_TRUE(belief.SetGrid(cells.data(), cells.size()));
+    found.push_back(host.Choose(question_, Budget(), &judge));
+    ExpectSame(on_device.Choose(question_, Budget(), &judge), found.back());
+  }
+  EXPECT_GT(on_device.steps_on_device(), 0u);
+  EXPECT_NE(found[0].outcomes[1].scores, found[1].outcomes[1].scores);
+  ExpectSame(found[3], found[1]);
+}
+
+TEST_F(BeliefTest, OthersGoToTheirGoals) {
+  Belief belief(file_, "r");
+  question_.plans = {Plan("stand")};
+  question_.horizon = 6000000;
+  belief.SetRobot(Pose(0, -20, 0, 0));
+  const Behaviour::Kind kinds[] = {Behaviour::kGoTo, Behaviour::kSocialForce, Behaviour::kOrca};
+  for (uint64_t i = 0; i < 3; i++) {
+    TrackedOther other = OtherAt(i, Pose(0, 5.0 * static_cast<double>(i), 0, 0));
+    other.behaviours = {Behaviour(kinds[i], 2, 5.0 * static_cast<double>(i), 0.8)};
+    ASSERT_TRUE(belief.SetOther(other));
+  }
+  const std::vector<Sighting> seen = Choose(&belief, OptionsWith(1)).outcomes[0].sightings;
+  for (size_t i = 0; i < 3; i++) {
+    const Sighting& last = seen[seen.size() - 1 - belief.options().room + 1 + i];
+    EXPECT_NEAR(last.pose.x, 2, 0.25) << i;
+    EXPECT_NEAR(last.pose.y, 5.0 * static_cast<double>(i), 0.05) << i;
+  }
+}
+
+/// Two who walk towards each other pass if they evade, and touch if they go straight.
+TEST_F(BeliefTest, OthersEvadeEachOther) {
+  Belief belief(file_, "r");
+  question_.plans = {Plan("stand")};
+  question_.horizon = 6000000;
+  belief.SetRobot(Pose(0, -20, 0, 0));
+  for (const Behaviour::Kind kind : {Behaviour::kGoTo, Behaviour::kSocialForce, Behaviour::kOrca}) {
+    for (uint64_t i = 0; i < 2; i++) {
+      const double x = i == 0 ? -2 : 2;
+      TrackedOther other = OtherAt(i, Pose(x, 0.05 * x, 0, 0), Velocity(-0.4 * x, 0, 0, 0));
+      other.behaviours = {Behaviour(kind, -x, -0.05 * x)};
+      ASSERT_TRUE(belief.SetOther(other));
+    }
+    const std::vector<Sighting> seen = Choose(&belief, OptionsWith(1)).outcomes[0].sightings;
+    const size_t watched = 1 + belief.options().room;
+    bool touched = false;
+    for (size_t step = 0; step < seen.size() / watched; step++)
+      touched |= seen[step * watched + 1].stalled;
+    EXPECT_EQ(touched, kind == Behaviour::kGoTo) << kind;
+  }
+}
+
 TEST_F(BeliefTest, DecisionsAreReplayed) {
   Belief belief(file_, "r");
   MakeCrowd(&belief, 5);
@@ -305,9 +408,29 @@ TEST_F(BeliefTest, NumbersThatMakeNoSenseChangeNothing) {
   TrackedOther other(1);
   other.behaviours = {Behaviour(Behaviour::kStand, 0)};
   EXPECT_FALSE(belief.SetOther(other));
+  other.behaviours = {Behaviour(Behaviour::kGoTo, nan, 0)};
+  EXPECT_FALSE(belief.SetOther(other));
+  other.behaviours = {Behaviour(Behaviour::kGoTo, 0, 0, -1)};
+  EXPECT_FALSE(belief.SetOther(other));
   EXPECT_TRUE(belief.others().empty());
   EXPECT_FALSE(belief.SetDelay(-1));
   EXPECT_FALSE(belief.SetDelay(nan));
+}
+
+TEST_F(BeliefTest, OptionsThatMakeNoSenseAreRefused) {
+  const auto is_ready = [&](auto change) {
+    Belief::Options options = WithGrid();
+    change(&options);
+    return Belief(file_, "r", options).IsReady();
+  };
+  EXPECT_TRUE(is_ready([](Belief::Options*) {}));
+  EXPECT_FALSE(is_ready([](Belief::Options* o) { o->rows = 0; }));
+  EXPECT_FALSE(is_ready([](Belief::Options* o) { o->columns = 10001; }));
+  EXPECT_FALSE(is_ready([](Belief::Options* o) { o->resolution = 0; }));
+  EXPECT_FALSE(is_ready([](Belief::Options* o) { o->wall_height = NAN; }));
+  EXPECT_FALSE(is_ready([](Belief::Options* o) { o->other_radius = -1; }));
+  EXPECT_FALSE(is_ready([](Belief::Options* o) { o->room = 1000000; }));
+  EXPECT_FALSE(is_ready([](Belief::Options* o) { o->origin.x = INFINITY; }));
 }
 
 TEST_F(BeliefTest, WhatCannotBeDecidedIsSaid) {
