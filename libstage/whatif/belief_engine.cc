@@ -206,6 +206,8 @@ Decision BeliefEngine::Replay(const BeliefQuestion& question, const Decision& de
   });
 }
 
+size_t BeliefEngine::watched() const { return IsReady() ? impl_->room->ids.size() : 0; }
+
 std::string BeliefEngine::StepDevice() const {
   return IsReady() ? impl_->room->branches->StepDevice() : "";
 }

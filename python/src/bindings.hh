@@ -21,6 +21,7 @@ std::map<std::string, OptionValue> ValuesOf(const RunOptions& options);
 class ModelHandle;
 class Simulation;
 
+void BindBelief(nanobind::module_& module);
 void BindCast(nanobind::class_<Simulation>& world);
 void BindModel(nanobind::module_& module);
 void BindSensors(nanobind::module_& module, nanobind::class_<ModelHandle>& model);

@@ -18,6 +18,7 @@ NB_MODULE(_core, module) {
   BindFailures(module);
   BindModel(module);
   BindCrowd(module);
+  BindBelief(module);
   BindFeatures(module);
   BindOptions(module);
   BindRosNames(module);

@@ -60,6 +60,11 @@ class Subjects:
         subprocess.run([_paths.PROGRAM, "sweep", f"{self.folder.name}/w.world", "--plan-only", "-o",
                         f"{self.folder.name}/out"], check=True)
         self.sweep = _core.Sweep(f"{self.folder.name}/out")
+        self.robot_file = f"{self.folder.name}/robot.world"
+        Path(self.robot_file).write_text('position( name "r" )')
+        self.belief = st.Belief(self.robot_file, "r")
+        self.engine = st.ConsequenceEngine(self.belief, samples=1, threads=1)
+        self.plans, self.numbers = np.zeros((1, 1, 3)), np.array([1, 0, 0.2, 1, 0.1, 0.2, 0.1, 0, 0, 0])
 
     def map_file(self) -> Path:
         """The path of a map of map_server."""
@@ -94,6 +99,15 @@ def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str,
         "NamingScheme.numbered": (_core.naming_schemes()[0].numbered, {"base": "name", "number": 1, "count": 2}),
         "find_bits": (_core.find_bits, {"keys": np.ones(2, np.uint64), "first": 1,
                                          "to": np.zeros((2, 3), np.uint64)}),
+        "make_belief": (_core.make_belief, {"file": s.robot_file, "robot": "r", "lengths": np.full(4, 0.5),
+                                            "origin": np.zeros(3), "room": 1, "rows": 1, "columns": 1}),
+        "make_engine": (_core.make_engine, {"belief": s.belief._core, "samples": 1, "most_samples": 1, "preference": 1,
+                                            "numbers": np.ones(4), "threads": 1, "device": "", "on_device": False}),
+        "ConsequenceEngine.choose": (s.engine._core.choose, {"plans": s.plans, "numbers": s.numbers, "steps": 1, "seed": 1}),
+        "ConsequenceEngine.replay": (s.engine._core.replay, {
+            "plans": s.plans, "numbers": s.numbers, "steps": 1, "seed": 1,
+            "decision": s.engine.choose([[0, 0, 0]], (1, 0), radius=0.2)._core}),
+        "Decision.future": (s.engine.choose([[0, 0, 0]] * 2, (1, 0), radius=0.2)._core.future, {"plan": 1}),
         "sensor_name": (_core.sensor_name, {"ranger": "name", "number": 1}),
         "Sweep.options": (s.sweep.options, {"index": 0}),
         "Sweep.start_log": (s.sweep.start_log, {"index": 0, "world": core}),

@@ -186,6 +186,9 @@ class BeliefEngine {
   Decision Choose(const BeliefQuestion& question, const Budget& budget, Judge* judge);
   /// Repeats a decision about the same belief without a budget, exactly.
   Decision Replay(const BeliefQuestion& question, const Decision& decision, Judge* judge);
+  /// Number of Outcome::sightings of each step: of the robot, of the others in the order of their
+  /// ids, and of those that there is room for.
+  size_t watched() const;
   /// Name of the device that makes whole steps; empty if there is none.
   std::string StepDevice() const;
   /// Number of steps that were made on the device.

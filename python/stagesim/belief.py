@@ -1,0 +1,310 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Beliefs of a robot that is not in the simulator, and decisions by samples of them."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core, _paths
+from ._batch_arguments import device_choice
+from ._checks import integer, shown
+
+Floats = npt.NDArray[np.float64]
+KINDS = ("stand", "go on", "go to", "social force", "orca")
+REASONS = ("horizon", "told apart", "budget")
+
+
+class Behaviour(NamedTuple):
+    """A way in which somebody may behave.
+
+    Args:
+        kind: "stand"; "go on" with the present velocity; or to a goal: "go to" straight, "social force" like the controller
+            stage/pedestrian, "orca" like stage/orca. Nobody sees walls.
+        weight: of its probability, above 0; those of all behaviours need not add up to 1.
+        goal: x and y, metres, in the frame of the world file.
+        speed: on the way to the goal, m/s; 0: that of the present velocity.
+    """
+
+    kind: str = "go on"
+    weight: float = 1.0
+    goal: tuple[float, float] = (0.0, 0.0)
+    speed: float = 0.0
+
+
+class Belief:
+    """The belief of a robot: a world file for what is known for sure, and measurements, which are changed in place.
+
+    Others are discs. Lengths are in metres, poses (x, y, heading) in the frame of the world file. A covariance has shape
+    (3, 3), in the units of these numbers; zeros mean that there is no error. The world must be closed, see Batch.explain().
+
+    Args:
+        file: a world file; one that ships with Stage may be named without its folder.
+        robot: name of the position model that decides.
+        grid: rows and columns of an occupancy grid in addition to the walls of the file; None: there is none.
+        resolution: side of a cell of the grid.
+        origin: pose of the outer corner of the grid's cell in row 0 and column 0, as in nav_msgs/OccupancyGrid.
+        wall_height: height of occupied cells.
+        other_radius, other_height: of others.
+        room: number of others that there is room for from the start; doubled when there are more.
+
+    Raises:
+        StageError: the file can't be loaded, or has no such robot.
+        ValueError: a number is out of range.
+    """
+
+    def __init__(self, file: str | os.PathLike[str], robot: str, *, grid: tuple[int, int] | None = None,
+                 resolution: float = 0.05, origin: npt.ArrayLike = (0, 0, 0), wall_height: float = 1.0,
+                 other_radius: float = 0.25, other_height: float = 1.7, room: int = 8) -> None:
+        self.grid = None if grid is None else (integer(grid[0], "grid", 1, 10000), integer(grid[1], "grid", 1, 10000))
+        self._core = _core.make_belief(
+            _paths.resolve(file), robot, np.array([other_radius, other_height, resolution, wall_height], float),
+            _numbers(origin, "origin", (3,)), integer(room, "room", 1, 100000), *(self.grid or (0, 0)))
+
+    def set_robot(self, pose: npt.ArrayLike, velocity: npt.ArrayLike = (0, 0, 0),
+                  pose_covariance: npt.ArrayLike | None = None, velocity_covariance: npt.ArrayLike | None = None) -> None:
+        """Says where the robot is, and its velocity in its own frame: (x, y, turn rate), m/s and rad/s.
+
+        Raises:
+            StageError: a number is not finite, or a covariance is not symmetric and positive semidefinite.
+            ValueError: a shape is wrong.
+        """
+        self._core.set_robot(_rows(1, pose, velocity, pose_covariance, velocity_covariance)[0])
+
+    def set_others(self, ids: npt.ArrayLike, poses: npt.ArrayLike, velocities: npt.ArrayLike | None = None,
+                   pose_covariances: npt.ArrayLike | None = None, velocity_covariances: npt.ArrayLike | None = None,
+                   behaviours: Sequence[Sequence[Behaviour]] | None = None) -> None:
+        """Replaces all tracked others by n others.
+
+        Args:
+            ids: their numbers, each once: shape (n,). Random numbers of samples belong to them.
+            poses: shape (n, 3).
+            velocities: in the frame of the world file, m/s and rad/s: shape (n, 3); None: all stand.
+            pose_covariances, velocity_covariances: shape (n, 3, 3), or (3, 3) for all; None: there are no errors.
+            behaviours: hypotheses for each of them; None or an empty sequence: they go on.
+
+        Raises:
+            StageError: a number makes no sense; nobody is tracked then.
+            ValueError: a shape or a kind is wrong.
+        """
+        numbers = np.asarray(ids)
+        if numbers.ndim != 1 or (numbers.size and numbers.dtype.kind not in "iu") or (numbers < 0).any():
+            raise ValueError(f"found {shown(ids)} as ids, expected whole numbers from 0 on: shape (n,)")
+        if len(np.unique(numbers)) != len(numbers):
+            raise ValueError("found an id twice, expected different ones")
+        n = len(numbers)
+        rows = _rows(n, poses, np.zeros((n, 3)) if velocities is None else velocities, pose_covariances,
+                     velocity_covariances)
+        table = [] if behaviours is None else [_row(i, each) for i, all_of in enumerate(behaviours) for each in all_of]
+        if behaviours is not None and len(behaviours) != n:
+            raise ValueError(f"found behaviours of {len(behaviours)} others, expected {n}")
+        self._core.set_others(numbers.astype(np.uint64), rows, np.array(table, float).reshape(-1, 6))
+
+    def set_grid(self, cells: npt.ArrayLike, threshold: int = 65) -> None:
+        """Replaces the cells of the grid.
+
+        Args:
+            cells: shape as given to Belief; row 0 is the lowest. Truth values: True is occupied; or whole numbers: -1 is
+                unknown and counts as free, 0 to 100 the probability in percent, as in nav_msgs/OccupancyGrid.
+            threshold: cells with at least this percentage are occupied.
+
+        Raises:
+            ValueError: the shape or the type is wrong, or the belief has no grid.
+        """
+        array = np.asarray(cells)
+        if self.grid is None or array.shape != self.grid or array.dtype.kind not in "biu":
+            raise ValueError(f"found cells of shape {array.shape} and type {array.dtype}, expected {self.grid} and bool or int")
+        occupied = array if array.dtype == bool else array >= threshold
+        self._core.set_grid(np.ascontiguousarray(occupied, np.uint8))
+
+    def set_delay(self, seconds: float) -> None:
+        """Says how many seconds, 0 to 10, pass until the robot obeys a command; it goes on as now before.
+
+        Raises:
+            StageError: the number is out of range.
+        """
+        self._core.set_delay(float(seconds))
+
+
+class Decision:
+    """A decision of ConsequenceEngine about p plans."""
+
+    def __init__(self, core: _core.Decision, asked: tuple[Any, ...], watched: int) -> None:
+        self._core, self._asked, self._watched = core, asked, watched
+        self.best: int = core.best  #: number of the best plan; the first if several are equal
+        self.reason = REASONS[core.reason]  #: "horizon": all samples were simulated; "told apart": enough; or "budget"
+        self.complete: bool = core.complete  #: whether the first samples reached the horizon
+        self.samples: int = core.samples  #: of the best plan
+        self.steps: int = core.scenario_steps  #: of all samples together
+        self.seconds: float = core.seconds  #: spent
+        self.joules: float = core.joules  #: spent, if the budget has watts
+        scores, collided = core.scores, core.collided
+        most = max(map(len, scores), default=0)
+        self.scores = np.full((len(scores), most), np.nan)  #: by plan and sample; NaN: not simulated
+        self.collided = np.zeros((len(scores), most), bool)  #: by plan and sample
+        for i, values in enumerate(scores):
+            self.scores[i, :len(values)] = values
+            self.collided[i, :len(values)] = collided[i]
+
+    @property
+    def mean(self) -> Floats:
+        """Mean score of each plan: shape (p,)."""
+        return np.nanmean(self.scores, 1)
+
+    @property
+    def worst(self) -> Floats:
+        """Least score of each plan: shape (p,)."""
+        return np.nanmin(self.scores, 1)
+
+    def quantile(self, q: float) -> Floats:
+        """Score that a share `q`, 0 to 1, of the samples of each plan doesn't exceed: shape (p,)."""
+        return np.nanquantile(self.scores, q, axis=1)
+
+    @property
+    def risk(self) -> Floats:
+        """Share of the samples of each plan that collided: shape (p,)."""
+        return self.collided.sum(1) / np.maximum(1, np.isfinite(self.scores).sum(1))
+
+    @property
+    def risk_interval(self) -> Floats:
+        """Wilson's interval of the probability of a collision with a confidence of 95 %: shape (p, 2)."""
+        return np.array(self._core.intervals, float).reshape(-1, 2)
+
+    def future(self, plan: int, others: int = 0) -> Floats:
+        """Poses in the first sample of a plan after each step: shape (steps, 1 + others, 3).
+
+        Args:
+            plan: its number.
+            others: how many others follow the robot, in the order of their ids.
+
+        Raises:
+            ValueError: a number is out of range.
+        """
+        found = np.array(self._core.future(integer(plan, "plan", 0, len(self.scores) - 1)), float)
+        count = integer(others, "others", 0, self._watched - 1)
+        return found.reshape(-1, self._watched, 3)[:, :1 + count]
+
+    def __repr__(self) -> str:
+        return (f"<Decision for plan {self.best} by {self.samples} samples ({self.reason}): score {self.mean[self.best]:.3g}, "
+                f"risk {self.risk[self.best]:.3g}>")
+
+
+class ConsequenceEngine:
+    """Chooses among plans by their consequences in samples of a belief. Results equal those of C++, bit for bit.
+
+    Args:
+        belief: may be changed between decisions.
+        samples: number of samples of each plan; all plans have the same random numbers.
+        most_samples: if greater, the number is doubled until the best plan can be told apart from the others.
+        prefer: "mean", "worst", or a quantile from 0 to 1 of the scores, which decides.
+        max_risk: plans that collide in a greater share of the samples are chosen only if all do.
+        indifference: a difference of scores that doesn't matter, for `most_samples`.
+        threads: None: all processors.
+        device: an OpenCL device such as "opencl:gpu"; None: the host. Results are equal.
+
+    Raises:
+        StageError: the world isn't closed, or there is no such device.
+        ValueError: an argument is out of range.
+    """
+
+    def __init__(self, belief: Belief, *, samples: int = 10, most_samples: int | None = None,
+                 prefer: str | float = "mean", max_risk: float = 1.0, indifference: float = 0.0,
+                 threads: int | None = None, device: str | None = None) -> None:
+        kinds = {"mean": 0, "worst": 1}
+        if not (prefer in kinds if isinstance(prefer, str) else 0 <= prefer <= 1):
+            raise ValueError(f'found {shown(prefer)} as prefer, expected "mean", "worst" or a number from 0 to 1')
+        kind, quantile = (kinds[prefer], 0.0) if isinstance(prefer, str) else (2, float(prefer))
+        self.belief = belief
+        samples = integer(samples, "samples", 1, 100000)
+        most = samples if most_samples is None else integer(most_samples, "most_samples", samples, 100000)
+        choice = device_choice(device)
+        self._core = _core.make_engine(
+            belief._core, samples, most, kind, np.array([quantile, max_risk, indifference, 2.0], float),
+            _core.count_processors() if threads is None else integer(threads, "threads", 1, 1024), choice or "",
+            choice is not None)
+
+    @property
+    def device(self) -> str | None:
+        """Name of the device that makes the steps, or None."""
+        return self._core.device or None
+
+    def choose(self, plans: npt.ArrayLike, goal: npt.ArrayLike, *, radius: float, horizon: float = 5.0, hold: float = 1.0,
+               seed: int = 1, seconds: float = 0.0, steps: int = 0, joules: float = 0.0, watts: float = 0.0,
+               penalty: float = 100.0, tolerance: float = 0.2) -> Decision:
+        """Returns the best plan: the one with the least mean distance to the goal during the horizon.
+
+        Args:
+            plans: velocities of the robot in its own frame, (x, y, turn rate): shape (p, 3), or (p, m, 3) for m velocities
+                after each other, the last one for good. The first plan is chosen if nothing is known.
+            goal: x and y, metres.
+            radius: of the robot, metres, for contacts with others who run into it.
+            horizon: simulated seconds to look ahead, with the delay.
+            hold: duration of each velocity, seconds.
+            seed: of the samples: equal seeds and beliefs have equal samples.
+            seconds, steps, joules: budgets of time, of steps of all samples, and of `watts` times the seconds; 0: no limit.
+            penalty: of a collision, which ends a sample, in metres of the mean distance.
+            tolerance: the goal is reached within this distance, metres.
+
+        Raises:
+            StageError: there can be no decision: the robot would be in an obstacle, or can't obey a plan.
+            ValueError: a shape is wrong, or a number is out of range.
+        """
+        return self._decide(None, *_asked(plans, goal, radius, penalty, tolerance, horizon, hold, seconds, joules, watts,
+                                          steps, seed))
+
+    def replay(self, decision: Decision) -> Decision:
+        """Repeats a decision of this engine about the same belief, without its budgets: exactly."""
+        return self._decide(decision, *decision._asked)
+
+    def _decide(self, earlier: Decision | None, *asked: Any) -> Decision:
+        core = self._core.choose(*asked) if earlier is None else self._core.replay(*asked, earlier._core)
+        return Decision(core, asked, self._core.watched)
+
+
+def _asked(plans: npt.ArrayLike, goal: npt.ArrayLike, *numbers: Any) -> tuple[Any, ...]:
+    """The arguments of the compiled functions: plans, numbers, steps, seed."""
+    array = np.asarray(plans, np.float64)
+    array = array[:, None] if array.ndim == 2 else array
+    if array.ndim != 3 or array.shape[2] != 3 or array.shape[1] == 0:
+        raise ValueError(f"found plans of shape {np.shape(plans)}, expected (p, 3) or (p, m, 3)")
+    given = [float(number) for number in numbers[:-2]]
+    if not all(math.isfinite(number) and number >= 0 for number in given):
+        raise ValueError("found a number that is negative or not finite, expected metres, seconds, joules and watts")
+    return (np.ascontiguousarray(array), np.concatenate([_numbers(goal, "goal", (2,)), given]),
+            integer(numbers[-2], "steps", 0), integer(numbers[-1], "seed", 0, 2**64 - 1))
+
+
+def _numbers(given: npt.ArrayLike, name: str, shape: tuple[int, ...]) -> Floats:
+    array = np.asarray(given, np.float64)
+    if array.shape != shape:
+        raise ValueError(f"found {name} of shape {array.shape}, expected {shape}")
+    return np.ascontiguousarray(array)
+
+
+def _rows(n: int, poses: npt.ArrayLike, velocities: npt.ArrayLike, *covariances: npt.ArrayLike | None) -> Floats:
+    """Poses, velocities and their covariances: shape (n, 24)."""
+    columns = []
+    for given, name in ((poses, "poses"), (velocities, "velocities")):
+        array = np.asarray(given, np.float64)
+        if array.shape != (n, 3) and not (n == 1 and array.shape == (3,)):
+            raise ValueError(f"found {name} of shape {array.shape}, expected {(n, 3)}")
+        columns.append(array.reshape(n, 3))
+    for covariance in covariances:
+        array = np.asarray(np.zeros((3, 3)) if covariance is None else covariance, np.float64)
+        if array.shape not in ((3, 3), (n, 3, 3)):
+            raise ValueError(f"found covariances of shape {array.shape}, expected (3, 3) or {(n, 3, 3)}")
+        columns.append(np.broadcast_to(array, (n, 3, 3)).reshape(n, 9))
+    return np.concatenate(columns, 1)
+
+
+def _row(i: int, behaviour: Behaviour) -> list[float]:
+    """A behaviour of the other in this place as numbers."""
+    if behaviour.kind not in KINDS:
+        raise ValueError(f"found a behaviour {shown(behaviour.kind)}, expected one of {', '.join(KINDS)}")
+    x, y = behaviour.goal
+    return [i, KINDS.index(behaviour.kind), behaviour.weight, x, y, behaviour.speed]
