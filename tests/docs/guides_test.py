@@ -56,8 +56,7 @@ class GuidesTest(unittest.TestCase):
     def test_page_of_batch_controllers(self) -> None:
         """The controller on the page compiles without warnings and drives robots."""
         page = (SOURCE_DIR / "docs" / "controllers.md").read_text(encoding="utf-8")
-        ((language, controller),) = FENCED.findall(page)
-        self.assertEqual(language, "cpp")
+        (controller,) = (text for language, text in FENCED.findall(page) if language == "cpp")
         folder = self.home.folder / "convoy"
         folder.mkdir()
         (folder / "own_convoy.cc").write_text(controller, encoding="utf-8")

@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from decimal import Decimal
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +28,9 @@ NO_INTEGERS = (True, False, np.True_, 1.0, np.float32(1), np.float64(1), Decimal
 LARGE = 2**64
 
 
+@cache
 def batch_on_device() -> st.Batch | None:
-    """A batch on an OpenCL device; None: there is no such device."""
+    """A batch on an OpenCL device, which is opened once; None: there is no such device."""
     world = st.World.from_text('contacts "cells" position( ranger( sensor( samples 2 ) ) )')
     try:
         return st.Batch.of(world, 1, threads=1, device="opencl")
@@ -36,6 +38,15 @@ def batch_on_device() -> st.Batch | None:
         if "OpenCL" not in str(error):
             raise
         return None
+
+
+@cache
+def sweep_folder() -> tempfile.TemporaryDirectory[str]:
+    """A folder with a planned sweep of a world in its folder "out"."""
+    folder = tempfile.TemporaryDirectory()
+    Path(folder.name, "w.world").write_text("quit_time 1")
+    subprocess.run([_paths.PROGRAM, "sweep", f"{folder.name}/w.world", "--plan-only", "-o", f"{folder.name}/out"], check=True)
+    return folder
 
 
 class Subjects:
@@ -55,10 +66,7 @@ class Subjects:
         self.which = np.array([0], np.uint32)
         self.recorded = np.zeros((1, 2), bool)
         self.poses, self.none = np.zeros((2, 1, 3)), np.zeros((2, 1), bool)
-        self.folder = tempfile.TemporaryDirectory()
-        Path(self.folder.name, "w.world").write_text("quit_time 1")
-        subprocess.run([_paths.PROGRAM, "sweep", f"{self.folder.name}/w.world", "--plan-only", "-o",
-                        f"{self.folder.name}/out"], check=True)
+        self.folder = sweep_folder()
         self.sweep = _core.Sweep(f"{self.folder.name}/out")
         self.robot_file = f"{self.folder.name}/robot.world"
         Path(self.robot_file).write_text('position( name "r" )')
