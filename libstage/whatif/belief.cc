@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <sstream>
 
@@ -12,6 +13,7 @@
 #include "messages/report.hh"
 #include "models/position.hh"
 #include "whatif/belief_impl.hh"
+#include "worldfile/worldfile.hh"
 
 namespace Stg {
 
@@ -117,35 +119,53 @@ bool whatif::BeliefContent::Moving::Set(const Pose& new_pose, const Covariance& 
   return true;
 }
 
-std::unique_ptr<World> whatif::BeliefContent::MakeWorld(uint32_t count) const {
-  constexpr double kFarAway = -10000;  // m: beyond the reach of sensors
-  std::ostringstream all;
-  all << text << "\n";
-  const double width = 2 * options.other_radius;
-  for (uint32_t i = 0; i < count; i++)
-    all << "position( name \"" << NameOf(i) << "\" alwayson 1 pose [ " << kFarAway << " "
-        << i * (width + 1) << " 0 0 ] size [ " << width << " " << width << " "
-        << options.other_height
-        << " ] round 1 drive \"omni\" localization \"gps\" mass 70\n"
-           "  velocity_bounds [ -10 10 -10 10 0 0 -10 10 ] ctrl \"stage/behaviour\" )\n";
+std::unique_ptr<World> whatif::BeliefContent::Load(const std::string& content) const {
   RunOptions run;
-  if (HasGrid()) {
-    const double across = options.columns * options.resolution;
-    const double along = options.rows * options.resolution;
-    const Pose& origin = options.origin;
-    all << "unit_angle \"radians\" model( name \"" << kMapName << "\" pose [ " << origin.x << " "
-        << origin.y << " 0 " << origin.a << " ] origin [ " << across / 2 << " " << along / 2
-        << " 0 0 ] size [ " << across << " " << along << " " << options.wall_height
-        << " ] bitmap \"" << kMapName << ".pbm\" bitmap_frame \"picture\" )\n";
+  if (HasGrid())
     run.pictures = std::make_shared<const std::map<std::string, std::string>>(
         std::map<std::string, std::string>{
             {std::string(kMapName) + ".pbm", FirstPicture(options)}});
-  }
   run.listed = false;
   run.threads = 1;
   auto world = std::make_unique<World>(run);
-  std::istringstream content(all.str());
-  return world->Load(content, file) ? std::move(world) : nullptr;
+  std::istringstream input(content);
+  return world->Load(input, file) ? std::move(world) : nullptr;
+}
+
+std::unique_ptr<World> whatif::BeliefContent::MakeWorld(uint32_t count) const {
+  constexpr double kFarAway = -10000;                 // m: beyond the reach of sensors
+  constexpr double kFastest = 10, kFastestTurn = 10;  // m/s, rad/s
+  std::ostringstream all;
+  all.precision(std::numeric_limits<double>::max_digits10);
+  const auto bounds = [](double most) { return Bounds(-most, most); };
+  const auto put = [&](const Bounds& of) { all << of.min << " " << of.max << " "; };
+  all << text << "\n";
+  const double width = 2 * options.other_radius;
+  for (uint32_t i = 0; i < count; i++) {
+    all << "position( name \"" << NameOf(i) << "\" alwayson 1 pose [ " << kFarAway / unit_length
+        << " " << i * (width + 1) / unit_length << " 0 0 ] size [ " << width / unit_length << " "
+        << width / unit_length << " " << options.other_height / unit_length
+        << " ] round 1 drive \"omni\" localization \"gps\" mass 70\n  velocity_bounds [ ";
+    put(bounds(kFastest / unit_length));
+    put(bounds(kFastest / unit_length));
+    put(bounds(0));
+    put(bounds(kFastestTurn / unit_angle));
+    all << "] ctrl \"stage/behaviour\" )\n";
+  }
+  if (HasGrid()) PutMap(&all);
+  return Load(all.str());
+}
+
+/// Writes a model for the grid, in the units of the file.
+void whatif::BeliefContent::PutMap(std::ostream* to) const {
+  const double across = options.columns * options.resolution / unit_length;
+  const double along = options.rows * options.resolution / unit_length;
+  const Pose& origin = options.origin;
+  *to << "model( name \"" << kMapName << "\" pose [ " << origin.x / unit_length << " "
+      << origin.y / unit_length << " 0 " << origin.a / unit_angle << " ] origin [ " << across / 2
+      << " " << along / 2 << " 0 0 ] size [ " << across << " " << along << " "
+      << options.wall_height / unit_length << " ] bitmap \"" << kMapName
+      << ".pbm\" bitmap_frame \"picture\" )\n";
 }
 
 bool whatif::BeliefContent::IsOccupied(double x, double y) const {
@@ -176,8 +196,10 @@ Belief::Belief(const std::string& world_file, const std::string& robot, const Op
     return;
   }
   impl_->text = content.str();
-  const std::unique_ptr<World> world = impl_->MakeWorld(impl_->room);
+  const std::unique_ptr<World> world = impl_->Load(impl_->text);
   if (!world) return;
+  impl_->unit_length = world->GetWorldFile()->unit_length;
+  impl_->unit_angle = world->GetWorldFile()->unit_angle;
   const Model* const model = world->GetModel(robot);
   if (!dynamic_cast<const ModelPosition*>(model)) {
     Refuse(messages::Quoted(world_file) + " has no position model " + messages::Quoted(robot) +
@@ -186,7 +208,7 @@ Belief::Belief(const std::string& world_file, const std::string& robot, const Op
   }
   impl_->robot.pose = model->GetGlobalPose();
   impl_->robot.Set(impl_->robot.pose, Covariance(), Velocity(), Covariance(), "the robot");
-  impl_->ready = true;
+  impl_->ready = impl_->MakeWorld(impl_->room) != nullptr;
 }
 
 Belief::~Belief() = default;

@@ -174,8 +174,14 @@ Decision BeliefEngine::Impl::With(const BeliefQuestion& question, Judge* judge, 
   const uint64_t steps = question.horizon / interval();
   if (auto* const to_goal = dynamic_cast<GoalJudge*>(judge)) Prepare(to_goal, steps);
   drawn = 0;
-  return decide({question.plans.size(), steps, judge,
-                 [&](uint32_t branch, const Sample& sample) { Begin(question, branch, sample); }});
+  try {
+    return decide({question.plans.size(), steps, judge, [&](uint32_t branch, const Sample& sample) {
+                     Begin(question, branch, sample);
+                   }});
+  } catch (const LoadError& error) {  // of populations, which do not fit with this seed
+    decision.error = error.what();
+    return decision;
+  }
 }
 
 void BeliefEngine::Impl::Prepare(GoalJudge* judge, uint64_t steps) const {

@@ -6,6 +6,7 @@
 #define STAGE_WHATIF_BELIEF_IMPL_HH
 
 #include <cstdint>
+#include <iosfwd>
 #include <memory>
 #include <string>
 #include <vector>
@@ -45,9 +46,14 @@ struct BeliefContent {
   /// Makes the world that futures are simulated in, with room for `room` others, which are far
   /// away. Returns null, after a message, if it cannot be loaded.
   std::unique_ptr<World> MakeWorld(uint32_t room) const;
+  /// Loads the text of a world, which may name the picture of the grid.
+  std::unique_ptr<World> Load(const std::string& content) const;
+
+  void PutMap(std::ostream* to) const;
 
   Belief::Options options;
   std::string file, text, robot_name;
+  double unit_length = 1, unit_angle = 1;  // of numbers in the file, m and rad
   bool ready = false;
   Moving robot;
   double delay = 0;

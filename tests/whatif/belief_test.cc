@@ -124,7 +124,7 @@ TEST_F(BeliefTest, FuturesAreThoseOfAWorld) {
 
   const char others[] =
       "define other position( alwayson 1 size [0.5 0.5 1.7] round 1 drive \"omni\" localization "
-      "\"gps\" mass 70 velocity_bounds [-10 10 -10 10 0 0 -10 10] )\n"
+      "\"gps\" mass 70 velocity_bounds [-10 10 -10 10 0 0 -573 573] )\n"
       "other( name \"a\" pose [0.7 0.9 0 0] ctrl \"stage/behaviour kind=1 vx=-0.2 vy=-0.2\" )\n"
       "other( name \"b\" pose [1.2 -0.9 0 0] ctrl \"stage/behaviour kind=1 vx=0.1 vy=0.4\" )\n";
   const auto world = LoadText(std::string(kRobot) + kWall + others, 1);
@@ -289,6 +289,36 @@ TEST_F(BeliefTest, TheGridIsAnObstacle) {
   ASSERT_TRUE(belief.SetGrid(full.data(), full.size()));
   EXPECT_NE(name().find("in an obstacle"), std::string::npos);
   EXPECT_FALSE(belief.SetGrid(full.data(), 7));
+}
+
+/// Units of the world file are those of its own numbers only.
+TEST_F(BeliefTest, WorldFilesMayHaveAnyUnits) {
+  const char robot[] =
+      "position( name \"r\" alwayson 1 round 1 drive \"diff\" localization \"gps\" ";
+  const std::string files[] = {
+      std::string("resolution 0.05\n") + robot + "size [0.4 0.4 0.4] pose [0.5 -1 0 90] )",
+      std::string("resolution 0.05 unit_angle \"radians\"\n") + robot +
+          "size [0.4 0.4 0.4] pose [0.5 -1 0 1.5707963267948966] )",
+      std::string("resolution 5 unit_length \"cm\"\n") + robot +
+          "size [40 40 40] pose [50 -100 0 90] )"};
+  Belief::Options turned = WithGrid();
+  turned.origin = Pose(1, -3, 0, 0.4);
+  std::vector<Decision> found;
+  for (const std::string& file : files) {
+    Write(file);
+    Belief belief(file_, "r", turned);
+    ASSERT_TRUE(belief.IsReady());
+    EXPECT_NEAR(belief.robot_pose().a, M_PI / 2, 1e-12);
+    const std::vector<uint8_t> wall = CellsWithWall(25);
+    belief.SetGrid(wall.data(), wall.size());
+    belief.SetOther(OtherAt(1, Pose(0.5, 1, 0, 0)));
+    found.push_back(Choose(&belief, OptionsWith(1)));
+    EXPECT_EQ(found.back().error, "");
+    EXPECT_EQ(found.back().outcomes[1].CollisionRisk(), 1);
+    ASSERT_EQ(found.back().outcomes.size(), found[0].outcomes.size());
+    for (size_t i = 0; i < found[0].outcomes.size(); i++)
+      EXPECT_NEAR(found.back().outcomes[i].score, found[0].outcomes[i].score, 1e-6) << file;
+  }
 }
 
 /// A device gets each changed grid.
