@@ -48,7 +48,7 @@ constexpr uint64_t kSampleSeed = 1;
 /// Returns `count` randomly chosen models, or all, in their original order. The choice is
 /// repeatable, and a smaller sample is a subset of a larger one.
 template <class M>
-std::vector<M*> Sample(std::vector<M*> models, size_t count) {
+std::vector<M*> SomeOf(std::vector<M*> models, size_t count) {
   count = std::min(count, models.size());
   RandomStream random(kSampleSeed);
   for (size_t i = 0; i < count; i++)
@@ -140,7 +140,7 @@ class StepCostMeter {
   void MeasureKind(std::vector<Model*> models, double seconds, SensorCost* cost) {
     std::erase_if(models, [](Model* model) { return !CanMeasure(model); });
     if (models.empty()) return;
-    std::vector<Model*> sample = Sample(models, kProbeModels);
+    std::vector<Model*> sample = SomeOf(models, kProbeModels);
     const uint64_t heap = HeapInUse();
     const Pass probe = FirstPasses(sample);
     cost->kept_bytes = (HeapInUse() - std::min(heap, HeapInUse())) / sample.size();
@@ -154,7 +154,7 @@ class StepCostMeter {
     const double fitting = seconds / ((HasDevice() ? 10 : 5) * std::max(each, 1e-9));
     if (fitting > static_cast<double>(sample.size()) && sample.size() < models.size()) {
       const double all = static_cast<double>(models.size());
-      sample = Sample(models, static_cast<size_t>(std::min(fitting, all)));
+      sample = SomeOf(models, static_cast<size_t>(std::min(fitting, all)));
       FirstPasses(sample);
     }
     TimePasses(sample, each, seconds, cost);
@@ -342,7 +342,7 @@ class StepCostMeter {
           robot->drive_mode != ModelPosition::DRIVE_CAR && !robot->HasCallbacks(Model::CB_VELOCITY);
       if (quiet) sample.push_back(robot);
     }
-    sample = Sample(sample, 1000);
+    sample = SomeOf(sample, 1000);
     costs_.position_sample = sample.size();
     if (sample.empty()) return;
     for (ModelPosition* robot : sample) Save(robot);
@@ -383,7 +383,7 @@ class StepCostMeter {
 
   /// Measures moves at half the maximum speeds.
   void MeasureMoves(double seconds) {
-    const std::vector<ModelPosition*> sample = Sample(Movable(), 300);
+    const std::vector<ModelPosition*> sample = SomeOf(Movable(), 300);
     costs_.move_sample = sample.size();
     if (sample.empty()) return;
     std::vector<Place> places;
@@ -414,7 +414,7 @@ class StepCostMeter {
 
   /// Measures finding the power pack and, for chargers, the touching models. Transfers no energy.
   void MeasureEnergy(double seconds) {
-    const std::vector<Model*> sample = Sample(engine_.energy, 1000);
+    const std::vector<Model*> sample = SomeOf(engine_.energy, 1000);
     costs_.energy_sample = sample.size();
     if (sample.empty()) return;
     std::vector<Model*> touching;
