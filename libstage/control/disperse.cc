@@ -48,13 +48,7 @@ class Disperse : public BatchController {
     return parameters;
   }
 
-  void Step(const ControllerBatch& batch) const override {
-    static thread_local std::vector<double> buffer;
-    DriveAll(batch, [](const InBatch& at, row_planar_t* command) {
-      const double* const ranges = ReadingsOf(at, &buffer);
-      if (ranges) Drive(at, ranges, command);
-    });
-  }
+  void Step(const ControllerBatch& batch) const override { DriveAllByReadings(batch, Drive); }
 
   size_t memory_size() const override { return 1; }
 

@@ -44,10 +44,7 @@ class Orca : public BatchController {
   }
 
   void Step(const ControllerBatch& batch) const override {
-    static thread_local std::vector<double> buffer;
-    DriveAll(batch, [](const InBatch& at, row_planar_t* command) {
-      const double* const ranges = ReadingsOf(at, &buffer);
-      if (!ranges) return;
+    DriveAllByReadings(batch, [](const InBatch& at, const double* ranges, row_planar_t* command) {
       const row_company_t all = at.all();
       row_go_reciprocally(&at.parameters().record.rule.orca, at.parameters().layout->record(),
                           ranges, &all, command);

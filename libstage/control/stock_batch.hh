@@ -85,6 +85,16 @@ inline const double* ReadingsOf(const InBatch& at, std::vector<double>* buffer) 
   return buffer->data();
 }
 
+/// Calls drive(InBatch, readings, row_planar_t* command) for all robots of a batch whose sensors
+/// have readings; see ReadingsOf().
+template <typename F>
+void DriveAllByReadings(const ControllerBatch& batch, F drive) {
+  static thread_local std::vector<double> buffer;
+  DriveAll(batch, [&](const InBatch& at, row_planar_t* command) {
+    if (const double* const ranges = ReadingsOf(at, &buffer)) drive(at, ranges, command);
+  });
+}
+
 }  // namespace Stg::control
 
 #endif

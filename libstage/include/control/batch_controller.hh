@@ -120,8 +120,8 @@ struct ControllerBatch {
   /// By world and sensor: the readings, as many as the sensor has bearings. Null if there are none.
   const double* const* ranges;
   const PlanarPose* all_poses;  ///< by world and robot of the world, global
-  /// Likewise, in global directions; 0 for robots that are stalled or do not run. Null unless the
-  /// controller needs them.
+  /// By world and robot of the world, in global directions; 0 for robots that are stalled or do not
+  /// run. Null unless the controller needs them.
   const PlanarVelocity* all_velocities;
 
   // By world and robot: what the controller changes.
