@@ -153,6 +153,9 @@ class PoolAccess {
   /// Call it after OnDevice()->Step() and the like.
   static void NoteDeviceSteps(WorldPool& pool);
   static void NoteDeviceSteps(WorldPool& pool, const rows::Rows* rows);
+  /// Call it when the map of a scene changes, see rows::ChangingMap: states that only the device
+  /// has are lost.
+  static void ForgetDeviceStates(WorldPool& pool);
   /// Forgets the device's rows after an error; what only the device had is lost.
   static void AbandonDevice(WorldPool& pool);
   /// The numbers of worlds for a reset, as in Reset().

@@ -32,10 +32,18 @@ rows::DeviceRows* PoolDevice::Send(rows::Rows* rows) {
   }
   if (copy->device_is_old) {
     STAGE_ASSERT(!copy->host_is_old);
+    copy->on_device->Renew();
     copy->on_device->Write(*rows);
     copy->device_is_old = false;
   }
   return copy->on_device.get();
+}
+
+void PoolDevice::ForgetStates() {
+  for (const auto& copy : copies_) {
+    copy->host_is_old = false;
+    copy->device_is_old = true;
+  }
 }
 
 void PoolDevice::Forget(const rows::Rows* rows) {

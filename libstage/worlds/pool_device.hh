@@ -56,6 +56,9 @@ class PoolDevice {
   void Forget(const rows::Rows* rows);
   /// Forgets why scenes can't be stepped, before one of them is deleted.
   void ForgetReasons() { why_not_.clear(); }
+  /// Forgets states of rows that only the device has. Send() sends those of the host, and scenes
+  /// whose maps have changed.
+  void ForgetStates();
   /// Forgets all rows after an error; what only the device had is lost.
   void Abandon() { copies_.clear(); }
 

@@ -217,6 +217,8 @@ void PoolAccess::NoteDeviceSteps(WorldPool& pool, const rows::Rows* rows) {
   pool.impl_->device->NoteSteps(rows);
 }
 
+void PoolAccess::ForgetDeviceStates(WorldPool& pool) { pool.impl_->device->ForgetStates(); }
+
 void PoolAccess::AbandonDevice(WorldPool& pool) { pool.impl_->device->Abandon(); }
 
 void PoolAccess::ResetOnDevice(WorldPool& pool, std::span<const uint32_t> ids,
