@@ -78,11 +78,9 @@ void RowBridge::PlacePopulations(const rows::Scene& scene, uint64_t seed,
   const PopulationPlan::Group* const full = scene.populations->Place(
       seed,
       [&](uint32_t model, const point_t& place, double heading) {
-        const auto mover = std::ranges::lower_bound(
-            scene.movers, model, {}, [](const rows::Mover& m) { return m.model->GetId(); });
-        STAGE_ASSERT(mover != scene.movers.end() && mover->model->GetId() == model);
-        put(static_cast<uint32_t>(mover - scene.movers.begin()),
-            Pose(place.x, place.y, mover->z, normalize(heading)));
+        const std::optional<uint32_t> mover = scene.FindMover(model);
+        STAGE_ASSERT(mover);
+        put(*mover, Pose(place.x, place.y, scene.movers[*mover].z, normalize(heading)));
       },
       &placed);
   if (full) throw LoadError("population " + full->name + ": " + NoRoomFor(*full, placed));

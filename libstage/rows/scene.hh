@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "geometry/geometry.hh"
@@ -203,6 +204,13 @@ struct Scene {
   bool HasNoise() const { return std::ranges::any_of(sensors, &Sensor::noisy); }
   bool HasOneRate() const { return rates.size() == 1; }
   bool IsIdle() const { return rates[0].models.empty(); }
+  /// The number of the mover with this model as its root; none: there is no such mover.
+  std::optional<uint32_t> FindMover(uint32_t model) const {
+    const auto found = std::ranges::lower_bound(
+        movers, model, {}, [](const Mover& mover) { return mover.model->GetId(); });
+    if (found == movers.end() || found->model->GetId() != model) return std::nullopt;
+    return static_cast<uint32_t>(found - movers.begin());
+  }
   /// The group of a running model of the prototype.
   uint32_t RateOf(const Model& model) const {
     const auto group = std::ranges::find_if(rates, [&](const RateGroup& known) {

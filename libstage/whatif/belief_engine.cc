@@ -4,8 +4,7 @@
 #include <cmath>
 
 #include "geometry/load_error.hh"
-#include "messages/report.hh"
-#include "models/position.hh"
+#include "geometry/trigonometry.hh"
 #include "whatif/belief.hh"
 #include "whatif/belief_sampler.hh"
 #include "whatif/branches_impl.hh"
@@ -89,12 +88,12 @@ std::string BeliefEngine::Impl::FindMovers(Room* to) const {
     return "futures cannot be simulated in rows, because " + reason + "; remove that from " +
            believed().file;
   std::vector<uint32_t> movers;
-  const std::vector<rows::Mover>& all = to->subscriptions->scene()->movers;
+  const rows::Scene& scene = *to->subscriptions->scene();
   for (const uint32_t id : to->ids) {
-    const auto mover = std::ranges::find_if(
-        all, [&](const rows::Mover& each) { return each.robot && each.model->GetId() == id; });
-    if (mover == all.end()) return "the robot is a part of another model; take it out of that";
-    movers.push_back(static_cast<uint32_t>(mover - all.begin()));
+    const std::optional<uint32_t> mover = scene.FindMover(id);
+    if (!mover || !scene.movers[*mover].robot)
+      return "the robot is a part of another model; take it out of that";
+    movers.push_back(*mover);
   }
   to->sampler = std::make_unique<whatif::BeliefSampler>(
       movers[0], std::vector<uint32_t>(movers.begin() + 1, movers.end()));
@@ -111,7 +110,7 @@ std::string BeliefEngine::Impl::TakeGrid() {
   try {
     const bool has_changed = room->subscriptions->map()->Set(believed().cells);
     if (has_changed && !room->branches->StepDevice().empty())
-      PoolAccess::AbandonDevice(BranchAccess::PoolOf(*room->branches));
+      PoolAccess::ForgetDeviceStates(BranchAccess::PoolOf(*room->branches));
   } catch (const LoadError& error) {
     return error.what();
   }

@@ -51,11 +51,8 @@ RowModels::RowModels(const rows::Scene& scene, const std::vector<uint32_t>& watc
 }
 
 size_t RowModels::RobotOf(uint32_t model) const {
-  const auto mover = std::ranges::lower_bound(
-      scene_.movers, model, {}, [](const rows::Mover& m) { return m.model->GetId(); });
-  const bool is_robot =
-      mover != scene_.movers.end() && mover->robot && mover->model->GetId() == model;
-  return is_robot ? static_cast<size_t>(mover - scene_.movers.begin()) : kStands;
+  const std::optional<uint32_t> mover = scene_.FindMover(model);
+  return mover && scene_.movers[*mover].robot ? *mover : kStands;
 }
 
 bool RowModels::CanApply(const Command& command) const {

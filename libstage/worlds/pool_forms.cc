@@ -261,25 +261,13 @@ void PoolAccess::Place(WorldPool& pool, uint32_t id, size_t mover, const rows::P
                                  impl.ScratchOf(slot, impl.CurrentThread(), *slot.rows));
 }
 
-namespace {
-
-/// The number of the mover with this root; null if it is none.
-const rows::Mover* FindMover(const rows::Scene& scene, uint32_t model) {
-  const auto found = std::ranges::lower_bound(
-      scene.movers, model, {}, [](const rows::Mover& mover) { return mover.model->GetId(); });
-  return found != scene.movers.end() && found->model->GetId() == model ? &*found : nullptr;
-}
-
-}  // namespace
-
 bool WorldPool::Place(uint32_t id, uint32_t model, double x, double y, double heading) {
   if (id >= size() || !std::isfinite(x) || !std::isfinite(y) || !std::isfinite(heading))
     return false;
   if (const rows::Scene* const scene = PoolAccess::SceneOf(*this, id))
-    if (const rows::Mover* const mover = FindMover(*scene, model);
-        mover && !mover->is_wall && impl_->BecomeRow(id)) {
-      const auto number = static_cast<size_t>(mover - scene->movers.data());
-      PoolAccess::Place(*this, id, number, {x, y, heading});
+    if (const std::optional<uint32_t> mover = scene->FindMover(model);
+        mover && !scene->movers[*mover].is_wall && impl_->BecomeRow(id)) {
+      PoolAccess::Place(*this, id, *mover, {x, y, heading});
       return true;
     }
   World* const world = PoolAccess::Borrow(*this, id);
@@ -292,9 +280,8 @@ bool WorldPool::Place(uint32_t id, uint32_t model, double x, double y, double he
 bool PoolAccess::FindPlace(WorldPool& pool, uint32_t id, uint32_t model, rows::Planar* place) {
   if (const PoolRow row = RowToRead(pool, id)) {
     const rows::Scene& scene = row.rows->scene();
-    if (const rows::Mover* const mover = FindMover(scene, model)) {
-      const auto number = static_cast<size_t>(mover - scene.movers.data());
-      *place = row.rows->columns.pose[row.row * scene.movers.size() + number];
+    if (const std::optional<uint32_t> mover = scene.FindMover(model)) {
+      *place = row.rows->columns.pose[row.row * scene.movers.size() + *mover];
       return true;
     }
   }
