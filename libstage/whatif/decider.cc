@@ -113,16 +113,18 @@ void Decider::BeginTask(const Task& task) {
   samples_.assign(task.candidates, 0);
   dominated_.assign(task.candidates, false);
   is_told_apart_.assign(task.candidates, false);
-  branches_.Resize(0);
+  for (uint32_t branch = 0; branch < branches_.count(); branch++) branches_.Retire(branch);
+  count_ = 0;
   AddSamples(task, least_samples_);
 }
 
 /// Begins samples of all candidates that can still win, so that each has `end`.
 void Decider::AddSamples(const Task& task, uint32_t end) {
-  const uint32_t first = branches_.count();
-  branches_.Resize(static_cast<uint32_t>(task.candidates) * end);
-  watcher_.collided.resize(branches_.count(), 0);
-  for (uint32_t branch = first; branch < branches_.count(); branch++) {
+  const uint32_t first = count_;
+  count_ = static_cast<uint32_t>(task.candidates) * end;
+  if (branches_.count() < count_) branches_.Resize(count_);
+  watcher_.collided.resize(count_, 0);
+  for (uint32_t branch = first; branch < count_; branch++) {
     const Sample sample = watcher_.SampleAt(branch);
     if (dominated_[sample.candidate] || is_told_apart_[sample.candidate]) continue;
     task.begin(branch, sample);
@@ -132,13 +134,15 @@ void Decider::AddSamples(const Task& task, uint32_t end) {
 
 uint64_t Decider::CountSteps() const {
   uint64_t steps = 0;
-  for (uint32_t branch = 0; branch < branches_.count(); branch++) steps += branches_[branch].steps;
+  for (size_t candidate = 0; candidate < samples_.size(); candidate++)
+    for (uint32_t sample = 0; sample < samples_[candidate]; sample++)
+      steps += SampleOf(candidate, sample).steps;
   return steps;
 }
 
 uint64_t Decider::CountAlive() const {
   uint64_t alive = 0;
-  for (uint32_t branch = 0; branch < branches_.count(); branch++)
+  for (uint32_t branch = 0; branch < count_; branch++)
     alive += branches_[branch].state == Branch::kAlive;
   return alive;
 }
@@ -229,13 +233,11 @@ void Decider::Summarize(Decision* decision) const {
   if (decision->best < samples_.size()) decision->samples = samples_[decision->best];
 }
 
-/// Notes the candidates that are certainly worse than the best one. Returns true if no other
-/// candidate may be better than that.
-bool Decider::TellApart() {
-  std::vector<Outcome> outcomes;
-  for (size_t candidate = 0; candidate < samples_.size(); candidate++)
-    outcomes.push_back(OutcomeOf(candidate));
-  const size_t best = BestOf(outcomes);
+/// Notes the candidates that are certainly worse than the best one of a summary. Returns true if no
+/// other candidate may be better than that.
+bool Decider::TellApart(const Decision& decision) {
+  const std::vector<Outcome>& outcomes = decision.outcomes;
+  const size_t best = decision.best;
   bool is_clear = true;
   for (size_t candidate = 0; candidate < outcomes.size(); candidate++) {
     if (candidate == best || dominated_[candidate] || is_told_apart_[candidate]) continue;
@@ -277,7 +279,7 @@ Decision Decider::Decide(const Task& task, const GoOn& go_on) {
   Summarize(&decision);
   if (!decision.complete) decision.reason = Decision::kBudget;
   for (uint32_t count = least_samples_; decision.complete;) {
-    if (most_samples_ > count && TellApart()) decision.reason = Decision::kToldApart;
+    if (most_samples_ > count && TellApart(decision)) decision.reason = Decision::kToldApart;
     if (count >= most_samples_ || decision.reason == Decision::kToldApart) break;
     count = std::min(2 * count, most_samples_);
     AddSamples(task, count);

@@ -67,7 +67,7 @@ class Decider {
   size_t BestOf(const std::vector<Outcome>& outcomes) const;
   Bounds ReachOf(size_t candidate, uint64_t steps_left) const;
   void DropDominated(uint64_t steps_left);
-  bool TellApart();
+  bool TellApart(const Decision& decision);
   uint32_t NumberOf(size_t candidate, uint32_t sample) const {
     return static_cast<uint32_t>(sample * watcher_.candidates + candidate);
   }
@@ -82,6 +82,7 @@ class Decider {
   const uint32_t least_samples_, most_samples_;
   Branches& branches_;
   Watcher watcher_;
+  uint32_t count_ = 0;  // of branches that the decision uses
   // By candidate.
   std::vector<uint32_t> samples_;    // that are simulated
   std::vector<bool> dominated_;      // gets no further steps
