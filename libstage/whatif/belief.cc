@@ -5,14 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <limits>
 #include <map>
 #include <sstream>
 
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
 #include "models/position.hh"
+#include "models/property_checks.hh"
 #include "whatif/belief_impl.hh"
+#include "worldfile/numbers.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -22,16 +23,6 @@ namespace {
 bool Refuse(const std::string& line) {
   messages::Report(LogLevel::kError, "stage: " + line);
   return false;
-}
-
-bool IsFinite(const Pose& pose) {
-  return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.a);
-}
-
-std::string NumberOf(double value) {
-  std::ostringstream text;
-  text << value;
-  return text.str();
 }
 
 /// A picture with one black pixel, because one without any is an error.
@@ -135,37 +126,38 @@ std::unique_ptr<World> whatif::BeliefContent::Load(const std::string& content) c
 std::unique_ptr<World> whatif::BeliefContent::MakeWorld(uint32_t count) const {
   constexpr double kFarAway = -10000;                 // m: beyond the reach of sensors
   constexpr double kFastest = 10, kFastestTurn = 10;  // m/s, rad/s
-  std::ostringstream all;
-  all.precision(std::numeric_limits<double>::max_digits10);
-  const auto bounds = [](double most) { return Bounds(-most, most); };
-  const auto put = [&](const Bounds& of) { all << of.min << " " << of.max << " "; };
-  all << text << "\n";
   const double width = 2 * options.other_radius;
-  for (uint32_t i = 0; i < count; i++) {
-    all << "position( name \"" << NameOf(i) << "\" alwayson 1 pose [ " << kFarAway / unit_length
-        << " " << i * (width + 1) / unit_length << " 0 0 ] size [ " << width / unit_length << " "
-        << width / unit_length << " " << options.other_height / unit_length
-        << " ] round 1 drive \"omni\" localization \"gps\" mass 70\n  velocity_bounds [ ";
-    put(bounds(kFastest / unit_length));
-    put(bounds(kFastest / unit_length));
-    put(bounds(0));
-    put(bounds(kFastestTurn / unit_angle));
-    all << "] ctrl \"stage/behaviour\" )\n";
-  }
-  if (HasGrid()) PutMap(&all);
-  return Load(all.str());
+  const std::string side = Metres(width), speed = "-" + Metres(kFastest) + " " + Metres(kFastest);
+  const std::string turn = Radians(kFastestTurn);
+  std::string all = text + "\n";
+  for (uint32_t i = 0; i < count; i++)
+    all += "position( name \"" + NameOf(i) + "\" alwayson 1 pose [ " + Metres(kFarAway) + " " +
+           Metres(i * (width + 1)) + " 0 0 ] size [ " + side + " " + side + " " +
+           Metres(options.other_height) +
+           " ] round 1 drive \"omni\" localization \"gps\" mass 70\n  velocity_bounds [ " + speed +
+           " " + speed + " 0 0 -" + turn + " " + turn + " ] ctrl \"stage/behaviour\" )\n";
+  return Load(HasGrid() ? all + MapText() : all);
 }
 
-/// Writes a model for the grid, in the units of the file.
-void whatif::BeliefContent::PutMap(std::ostream* to) const {
-  const double across = options.columns * options.resolution / unit_length;
-  const double along = options.rows * options.resolution / unit_length;
+/// A model for the grid.
+std::string whatif::BeliefContent::MapText() const {
+  const double across = options.columns * options.resolution;
+  const double along = options.rows * options.resolution;
   const Pose& origin = options.origin;
-  *to << "model( name \"" << kMapName << "\" pose [ " << origin.x / unit_length << " "
-      << origin.y / unit_length << " 0 " << origin.a / unit_angle << " ] origin [ " << across / 2
-      << " " << along / 2 << " 0 0 ] size [ " << across << " " << along << " "
-      << options.wall_height / unit_length << " ] bitmap \"" << kMapName
-      << ".pbm\" bitmap_frame \"picture\" )\n";
+  const std::string name = kMapName;
+  return "model( name \"" + name + "\" pose [ " + Metres(origin.x) + " " + Metres(origin.y) +
+         " 0 " + Radians(origin.a) + " ] origin [ " + Metres(across / 2) + " " + Metres(along / 2) +
+         " 0 0 ] size [ " + Metres(across) + " " + Metres(along) + " " +
+         Metres(options.wall_height) + " ] bitmap \"" + name +
+         ".pbm\" bitmap_frame \"picture\" )\n";
+}
+
+std::string whatif::BeliefContent::Metres(double value) const {
+  return worldfile::TextInUnit(value, unit_length);
+}
+
+std::string whatif::BeliefContent::Radians(double value) const {
+  return worldfile::TextInUnit(value, unit_angle);
 }
 
 bool whatif::BeliefContent::IsOccupied(double x, double y) const {
@@ -233,7 +225,7 @@ bool Belief::SetGrid(const uint8_t* cells, size_t count) {
 bool Belief::SetDelay(double seconds) {
   constexpr double kMost = 10;
   if (!(seconds >= 0 && seconds <= kMost))
-    return Refuse("found a delay of " + NumberOf(seconds) + " s, expected 0 to 10");
+    return Refuse("found a delay of " + worldfile::FloatText(seconds) + " s, expected 0 to 10");
   impl_->delay = seconds;
   return true;
 }
@@ -242,8 +234,8 @@ bool Belief::SetOther(const TrackedOther& other) {
   const std::string whose = "other " + std::to_string(other.id);
   for (const Behaviour& behaviour : other.behaviours) {
     if (!(behaviour.weight > 0 && std::isfinite(behaviour.weight)))
-      return Refuse("found a weight of " + NumberOf(behaviour.weight) + " for a behaviour of " +
-                    whose + ", expected a number above 0");
+      return Refuse("found a weight of " + worldfile::FloatText(behaviour.weight) +
+                    " for a behaviour of " + whose + ", expected a number above 0");
     if (!std::isfinite(behaviour.x) || !std::isfinite(behaviour.y) || !(behaviour.speed >= 0) ||
         !std::isfinite(behaviour.speed))
       return Refuse("found a goal or a speed of " + whose +

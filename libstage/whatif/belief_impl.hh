@@ -6,7 +6,6 @@
 #define STAGE_WHATIF_BELIEF_IMPL_HH
 
 #include <cstdint>
-#include <iosfwd>
 #include <memory>
 #include <string>
 #include <vector>
@@ -49,7 +48,10 @@ struct BeliefContent {
   /// Loads the text of a world, which may name the picture of the grid.
   std::unique_ptr<World> Load(const std::string& content) const;
 
-  void PutMap(std::ostream* to) const;
+  std::string MapText() const;
+  // Numbers in the units of the file.
+  std::string Metres(double value) const;
+  std::string Radians(double value) const;
 
   Belief::Options options;
   std::string file, text, robot_name;
