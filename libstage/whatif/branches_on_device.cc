@@ -319,8 +319,14 @@ void Branches::Impl::TakeOver(const std::string& why) {
   uses_device = false;
   PoolAccess::AbandonDevice(pool);
   std::vector<uint32_t> lost;
-  for (uint32_t branch = 0; branch < rows.size(); branch++)
-    if (rows[branch].models && rows[branch].at) lost.push_back(branch);
+  for (uint32_t branch = 0; branch < rows.size(); branch++) {
+    Row& row = rows[branch];
+    if (!row.models || !row.at) continue;
+    if (row.seen.state == Branch::kFailed)  // in the step in which the device was lost
+      Fail(&row, &copies[0], std::string(row.seen.error));
+    else
+      lost.push_back(branch);
+  }
   ForEach(lost, [&](uint32_t branch, Row* row, Copy*) { Repeat(row, branch); });
 }
 
