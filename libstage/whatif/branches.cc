@@ -59,6 +59,11 @@ void Branches::Impl::Fail(Row* row, Copy* copy, const std::string& why) {
   copy->resident = nullptr;
 }
 
+void Branches::Impl::Refuse(Row* row, Copy* copy, const CommandRefused& refused) {
+  Fail(row, copy, refused.why);
+  row->seen.refused = true;
+}
+
 bool Branches::Impl::LoadState(Row* row, Copy* copy) {
   World* const world = WorldOf(copy);
   if (!world) {
@@ -97,6 +102,8 @@ void Branches::Impl::WithWorld(Row* row, Copy* copy, F f) {
     if (!LoadState(row, copy)) return;
     f();
     SaveState(row, copy);
+  } catch (const CommandRefused& refused) {
+    Refuse(row, copy, refused);
   } catch (...) {
     Fail(row, copy, DescribeException());
   }
@@ -110,6 +117,8 @@ void Branches::Impl::Step(Row* row, uint32_t branch, uint64_t steps, Scenario* s
       left = StepRow(row, branch, steps, scenario);
     if (left == 0) return;
     BecomeSnapshot(row, branch, copy);
+  } catch (const CommandRefused& refused) {
+    return Refuse(row, copy, refused);
   } catch (...) {
     return Fail(row, copy, DescribeException());
   }
@@ -126,9 +135,12 @@ bool Branches::Impl::StepOnce(Row* row, uint32_t branch, Scenario* scenario, boo
   World* const world = ExistingWorldOf(*copy);
   if (!world) return false;
   ApplyCommands(row, world);
+  row->check.CheckReplaced(*world);
   if (needs_world) scenario->BeforeStep(*world, branch);
+  row->check.BeginStep(*world, row->seen.steps);
   world->Update();
   if (!ExistingWorldOf(*copy)) return false;
+  row->check.EndStep(*world);
   row->seen.steps++;
   RecordSightings(row, *world);
   bool ends = world->TestQuit();
@@ -153,8 +165,10 @@ void Branches::Impl::ApplyCommands(Row* row, World* world) {
   for (; row->applied < commands.size() && commands[row->applied].step <= row->seen.steps;
        row->applied++) {
     const Command& command = commands[row->applied];
-    if (auto* position = dynamic_cast<ModelPosition*>(world->FindModel(command.model)))
-      Apply(command, position);
+    Model* const model = world->FindModel(command.model);
+    CommandCheck::Check(command, model);
+    Apply(command, static_cast<ModelPosition*>(model));
+    row->check.Note(command, *world);
   }
 }
 
@@ -242,7 +256,7 @@ void Branches::Impl::BecomeSnapshot(Row* row, uint32_t branch, Copy* copy) {
     Fail(row, copy, collector.lines.empty() ? "can't be kept" : collector.lines.back());
 }
 
-/// Returns false if a command that is due needs a World.
+/// Returns false if a command that is due needs a World. Throws CommandRefused.
 bool Branches::Impl::ApplyCommands(Row* row, const PoolRow& at) {
   const std::vector<Command>& commands = row->seen.commands;
   for (; row->applied < commands.size() && commands[row->applied].step <= row->seen.steps;
@@ -324,6 +338,8 @@ void Branches::Impl::Start(uint32_t branch, std::shared_ptr<Origin> from) {
   seen.score = 0;
   seen.commands.clear();
   seen.sightings.clear();
+  seen.refused = false;
+  row.check.Clear();
   row.models = nullptr;
   row.state = from ? from->snapshot : Snapshot();
   row.origin = std::move(from);
@@ -340,7 +356,7 @@ void Branches::Restore(uint32_t branch, const Snapshot& from) {
   Branch& seen = impl_->rows[branch].seen;
   seen.state = can_start ? Branch::kAlive : Branch::kFailed;
   seen.error = !impl_->ready  ? "there is no world to branch from"
-               : from.empty() ? "the snapshot was never taken"
+               : from.empty() ? "the snapshot was never taken, or World::Take() has refused it"
                               : "";
 }
 
@@ -360,8 +376,11 @@ void Branches::Restore(uint32_t branch, const Snapshot& from, uint64_t seed) {
 }
 
 void Branches::Give(uint32_t branch, const Command& command) {
-  std::vector<Command>& commands = impl_->rows[branch].seen.commands;
-  if (command.step < impl_->rows[branch].seen.steps) return;
+  Impl::Row& row = impl_->rows[branch];
+  if (row.seen.state != Branch::kAlive) return;
+  if (command.step < row.seen.steps)
+    return Impl::Refuse(&row, &impl_->copies[0], {CommandCheck::TooLate(command, row.seen.steps)});
+  std::vector<Command>& commands = row.seen.commands;
   const auto place =
       std::upper_bound(commands.begin(), commands.end(), command,
                        [](const Command& a, const Command& b) { return a.step < b.step; });

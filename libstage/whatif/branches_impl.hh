@@ -19,6 +19,7 @@
 
 #include "models/exception_origin.hh"
 #include "whatif/branches.hh"
+#include "whatif/command_check.hh"
 #include "whatif/row_models.hh"
 #include "world/world.hh"
 #include "worlds/pool_access.hh"
@@ -47,7 +48,8 @@ struct Branches::Impl {
     bool can_be_row = true;             // as far as is known
     bool records = true;                // otherwise only the latest sightings are kept
     uint64_t seed = 0;
-    bool reseed = false;     // reseed before the branch's next step
+    bool reseed = false;  // reseed before the branch's next step
+    CommandCheck check;
     size_t applied = 0;      // number of commands carried out so far
     Copy* latest = nullptr;  // copy whose world was last in this state
     PoolRow at;              // on the device
@@ -103,6 +105,7 @@ struct Branches::Impl {
   void ApplyCommands(Row* row, World* world);
   void RecordSightings(Row* row, const World& world) const;
   static void Fail(Row* row, Copy* copy, const std::string& why);
+  static void Refuse(Row* row, Copy* copy, const CommandRefused& refused);
   /// Restores the branch in the copy's world, calls f(), and stores the resulting state.
   template <typename F>
   void WithWorld(Row* row, Copy* copy, F f);

@@ -48,6 +48,7 @@ class Branches::Impl::DeviceRun {
   bool Watches() const { return scenario_ || !of_.options.watched.empty(); }
   void RestoreStarts();
   void GiveCommands(std::vector<Rest>* rest);
+  bool TryAddCommands(const Member& member);
   bool AddCommands(const Member& member);
   void AddCommand(const row_given_t& given, size_t first);
   uint64_t StepsOfLaunch() const;
@@ -121,9 +122,8 @@ void Branches::Impl::DeviceRun::RestoreStarts() {
 void Branches::Impl::DeviceRun::GiveCommands(std::vector<Rest>* rest) {
   given_.clear();
   std::erase_if(members_, [&](const Member& member) {
-    if (AddCommands(member)) return false;
-    member.row->can_be_row = false;
-    rest->push_back({member.branch, left_});
+    if (TryAddCommands(member)) return false;
+    if (member.row->seen.state == Branch::kAlive) rest->push_back({member.branch, left_});
     return true;
   });
   if (given_.empty()) return;
@@ -131,7 +131,21 @@ void Branches::Impl::DeviceRun::GiveCommands(std::vector<Rest>* rest) {
   device_->Give(given_);
 }
 
-/// Returns false if a command that is due needs a World.
+/// Returns false if the branch leaves the device, because a command that is due needs a World or is
+/// refused.
+bool Branches::Impl::DeviceRun::TryAddCommands(const Member& member) {
+  const size_t first = given_.size();
+  try {
+    if (AddCommands(member)) return true;
+    member.row->can_be_row = false;
+  } catch (const CommandRefused& refused) {
+    given_.resize(first);
+    Refuse(member.row, &of_.copies[0], refused);
+  }
+  return false;
+}
+
+/// Returns false if a command that is due needs a World. Throws CommandRefused.
 bool Branches::Impl::DeviceRun::AddCommands(const Member& member) {
   const Branch& seen = member.row->seen;
   const size_t first = given_.size();

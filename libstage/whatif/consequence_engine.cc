@@ -38,7 +38,8 @@ struct ConsequenceEngine::Impl {
   void Begin(const Question& question, uint32_t branch, const Sample& sample);
   whatif::Decider::Task TaskOf(const Question& question, Judge* judge) {
     return {question.candidates.size(), question.horizon / interval, judge,
-            [&](uint32_t branch, const Sample& sample) { Begin(question, branch, sample); }};
+            [&](uint32_t branch, const Sample& sample) { Begin(question, branch, sample); },
+            [&](size_t candidate) { return question.candidates[candidate].name; }};
   }
 
   const usec_t interval;

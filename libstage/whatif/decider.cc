@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "messages/report.hh"
 #include "threads/wall_clock.hh"
 #include "whatif/outcome.hh"
 
@@ -255,8 +256,30 @@ bool Decider::TellApart(const Decision& decision) {
   return is_clear;
 }
 
+/// Why there can be no decision: nobody would obey a command, or nothing is left to choose from.
+std::string Decider::WhyNone(const Task& task, const Decision& decision) const {
+  const auto describe = [&](size_t candidate) {
+    const std::string name = task.name_of ? task.name_of(candidate) : "";
+    return "candidate " + std::to_string(candidate) +
+           (name.empty() ? "" : " (" + messages::Quoted(name) + ")") + ": " +
+           decision.outcomes[candidate].error;
+  };
+  if (const auto refused = FindRefused()) return describe(*refused);
+  const auto has_failed = [](const Outcome& outcome) { return !outcome.error.empty(); };
+  if (decision.outcomes.empty() || !std::ranges::all_of(decision.outcomes, has_failed)) return "";
+  return "all candidates have failed; " + describe(0);
+}
+
+/// The first candidate whose commands were refused, if any.
+std::optional<size_t> Decider::FindRefused() const {
+  for (size_t candidate = 0; candidate < samples_.size(); candidate++)
+    for (uint32_t sample = 0; sample < samples_[candidate]; sample++)
+      if (SampleOf(candidate, sample).refused) return candidate;
+  return std::nullopt;
+}
+
 /// Makes rounds until all samples have made so many steps or have ended. Returns false if it was
-/// told to stop before.
+/// told to stop before, or a command was refused.
 bool Decider::ReachHorizon(uint64_t steps, const GoOn& go_on, Decision* decision) {
   for (uint64_t done = 0;;) {
     const uint64_t alive = CountAlive(), left = steps - done;
@@ -268,6 +291,7 @@ bool Decider::ReachHorizon(uint64_t steps, const GoOn& go_on, Decision* decision
     decision->rounds++;
     decision->steps = std::max(decision->steps, done);
     decision->scenario_steps = CountSteps();
+    if (FindRefused()) return false;
     DropDominated(left - next);
   }
 }
@@ -289,6 +313,8 @@ Decision Decider::Decide(const Task& task, const GoOn& go_on) {
     }
     Summarize(&decision);
   }
+  if (FindRefused()) Summarize(&decision);
+  decision.error = WhyNone(task, decision);
   return decision;
 }
 

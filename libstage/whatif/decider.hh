@@ -9,6 +9,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "whatif/branches.hh"
@@ -27,6 +29,7 @@ class Decider {
     uint64_t steps;  ///< to look ahead
     Judge* judge;
     Begin begin;
+    std::function<std::string(size_t candidate)> name_of = {};  ///< for messages; may be empty
   };
 
   /// The branches must outlive this.
@@ -75,6 +78,8 @@ class Decider {
     return branches_[NumberOf(candidate, sample)];
   }
   bool AnySampleIs(Branch::State state, size_t candidate) const;
+  std::optional<size_t> FindRefused() const;
+  std::string WhyNone(const Task& task, const Decision& decision) const;
   bool ReachHorizon(uint64_t steps, const GoOn& go_on, Decision* decision);
   Decision Decide(const Task& task, const GoOn& go_on);
 

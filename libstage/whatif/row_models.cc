@@ -10,6 +10,7 @@
 #include "rows/device_rows.hh"
 #include "rows/in_mover.hh"
 #include "rows/planar.hh"
+#include "whatif/command_check.hh"
 #include "world/world.hh"
 
 namespace Stg::whatif {
@@ -56,10 +57,12 @@ size_t RowModels::RobotOf(uint32_t model) const {
 }
 
 bool RowModels::CanApply(const Command& command) const {
+  const Model* const model = scene_.prototype->FindModel(command.model);
+  CommandCheck::Check(command, model);
   const size_t robot = RobotOf(command.model);
-  if (robot == kStands) return true;  // it has no effect
-  const rows::Mover& mover = scene_.movers[robot];
-  if (!mover.runs || (mover.steers && ModeOf(command.kind) != DriveInput::kVelocity)) return false;
+  const bool runs = robot != kStands && scene_.movers[robot].runs;
+  CommandCheck::CheckMotion(command, *model, runs);
+  if (!runs) return robot == kStands;  // it has no effect
   const rows::Planar value = ValueOf(command);
   return std::isfinite(value.x) && std::isfinite(value.y) && std::isfinite(value.a);
 }

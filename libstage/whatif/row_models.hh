@@ -22,7 +22,7 @@ class RowModels {
   RowModels(const rows::Scene& scene, const std::vector<uint32_t>& watched);
 
   const rows::Scene& scene() const { return scene_; }
-  /// True if the command can be carried out in a row, and cannot give rise to a warning.
+  /// True if the command can be carried out in a row. Throws CommandRefused if nobody obeys it.
   bool CanApply(const Command& command) const;
   void Apply(const Command& command, rows::Rows* rows, size_t row) const;
   /// Returns a command that CanApply() for a device, or nothing if it has no effect.

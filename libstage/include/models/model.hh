@@ -475,6 +475,7 @@ class Model : public Ancestor {
   friend class MovePhase;
   friend class ContactPhase;
   friend class BatchControls;
+  friend class CommandCheck;
   friend class RowBridge;
   friend struct ContactOutline;
   friend class StepCostMeter;

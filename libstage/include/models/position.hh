@@ -115,6 +115,7 @@ class ModelPosition : public Model {
  protected:
   friend class World;
   friend class BatchControls;
+  friend class CommandCheck;
   friend class RowBridge;
   friend class StepCostMeter;
   friend class WorldEngine;

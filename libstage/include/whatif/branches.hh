@@ -21,6 +21,11 @@ namespace Stg {
 class World;
 
 /// A command to a position model in a branch: a call of its function of that name.
+///
+/// A branch fails with a reason if nobody would obey the command. There is no such model, it is no
+/// position, or it has no subscribers and is not told to stand. A number is NaN, a goal is not
+/// finite, or a car is told something else than a velocity. A batch controller drives the robot, or
+/// another controller gives it another command before each of its models has been updated once.
 struct Command {
   enum Kind { kSetSpeed, kGoTo, kSetAcceleration, kStop };
 
@@ -92,10 +97,11 @@ struct Branch {
   uint64_t steps;  ///< number of steps since the branch was restored
   double score;
   std::string error;                ///< one line
+  bool refused;                     ///< it has failed because of a command; see Command
   std::vector<Command> commands;    ///< sorted by step; within a step in the order given
   std::vector<Sighting> sightings;  ///< for each step, one per watched model
 
-  Branch() : state(kRetired), steps(0), score(0) {}
+  Branch() : state(kRetired), steps(0), score(0), refused(false) {}
 };
 
 /// Many alternative futures ("branches") of a world. The result of a branch depends only on its
@@ -141,7 +147,7 @@ class Branches {
   void Restore(uint32_t branch, const Snapshot& from);
   /// Like Restore(branch, from), but with a new random seed; see World::Reseed().
   void Restore(uint32_t branch, const Snapshot& from, uint64_t seed);
-  /// Adds a command. Ignored if its step has already been done.
+  /// Adds a command. The branch fails if that step has already been done.
   void Give(uint32_t branch, const Command& command);
   void Retire(uint32_t branch);
 

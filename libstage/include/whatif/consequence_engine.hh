@@ -153,7 +153,9 @@ struct Decision {
   uint64_t scenario_steps;  ///< summed over all samples
   double seconds, joules;   ///< spent; the only results that Replay() does not reproduce
   std::vector<Outcome> outcomes;
-  std::string error;  ///< why there was no decision: one line; see BeliefEngine
+  /// Why there was no decision, in one line; empty if there was one. Nobody would obey a command of
+  /// a candidate, see Command, or all candidates have failed; see also BeliefEngine.
+  std::string error;
 
   Decision()
       : best(0),
