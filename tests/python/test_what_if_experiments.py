@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The experiments in examples/what_if/experiments: robots that decide by what-if, and others."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+MODULES = ("corridor", "crossing", "dynamic_window", "reliability", "robots", "run", "tables", "trips")
+PATIENCE = {"corridor": 8, "crossing": 2, "samples": 1, "reliability": 0}  # simulated seconds, to keep this short
+
+
+@pytest.fixture(scope="module")
+def code(root: Path) -> Iterator[SimpleNamespace]:
+    """The modules of the experiments."""
+    folder = root / "examples" / "what_if" / "experiments"
+    if not folder.is_dir():
+        pytest.skip("there are no examples")
+    sys.path.insert(0, str(folder))
+    yield SimpleNamespace(**{name: import_module(name) for name in MODULES})
+    sys.path.remove(str(folder))
+    for name in MODULES:
+        del sys.modules[name]
+
+
+def results_of(found: dict) -> list:
+    """All that is the same in each run."""
+    return [value.result if hasattr(value, "result") else value for _, value in sorted(found.items())]
+
+
+@pytest.mark.parametrize("name", PATIENCE)
+def test_equal_seeds_have_equal_results(name: str, code: SimpleNamespace) -> None:
+    code.reliability.Reliability.each = 2
+    seeds = 2
+    by_processes = code.run.run([name], seeds, 2, PATIENCE[name])[name]
+    experiment = code.run.EXPERIMENTS[name]
+    alone = {task: experiment.work(task, PATIENCE[name]) for task in experiment.tasks(seeds)}
+    assert results_of(by_processes) == results_of(alone)
+    lines = experiment.table(alone, 5)
+    assert len({line.count("|") for line in lines if line.startswith("|")}) == 1
+
+
+def test_every_experiment_is_tested(code: SimpleNamespace) -> None:
+    assert list(PATIENCE) == list(code.run.EXPERIMENTS)
+
+
+def test_the_command_writes_a_table(code: SimpleNamespace, tmp_path: Path) -> None:
+    out = tmp_path / "table.md"
+    code.run.main(["corridor", "--seeds", "1", "--jobs", "2", "--patience", "1", "--out", str(out)])
+    assert "| goes straight on | dynamic window | 0 of 1 (0 to 79 %) | 0 of 1 (0 to 79 %) | none arrives |" in out.read_text()
+    with pytest.raises(SystemExit):
+        code.run.main(["tunnel"])
+
+
+def trip(code: SimpleNamespace, driver: str, other: tuple[float, float]) -> tuple:
+    """A trip past somebody who stands."""
+    person = code.trips.Other(other, other, 0.5, "go to")
+    scene = code.trips.Scene("open.world", (0, 0, 0), (4, 0), (person,))
+    return code.trips.travel(scene, getattr(code, driver)(scene), code.trips.Noise(), 1)
+
+
+def test_the_dynamic_window_drives_around_what_stands(code: SimpleNamespace) -> None:
+    code.Straight, code.DynamicWindow = code.robots.Straight, code.dynamic_window.DynamicWindow
+    assert trip(code, "Straight", (2, 0.1)).collided
+    assert trip(code, "Straight", (2, 0.6)).arrived
+    around = trip(code, "DynamicWindow", (2, 0.1))
+    assert around.arrived and not around.collided
+    assert around.seconds > trip(code, "DynamicWindow", (2, 3)).seconds
+
+
+def test_the_dynamic_window_can_always_stop(code: SimpleNamespace) -> None:
+    """Velocities are admissible: the robot could stop on its curve."""
+    scene = code.trips.Scene("open.world", (0, 0, 0), (4, 0), ())
+    driver = code.dynamic_window.DynamicWindow(scene)
+    for distance in np.linspace(0.6, 1.5, 10):
+        seen = code.trips.Seen(np.zeros(3), np.array([0.5, 0, 0]), np.array([[distance, 0, 0.]]), np.zeros((1, 3)))
+        speed, turn = driver.decide(seen)
+        free = driver.dist(seen, np.array([[speed]]), np.array([[turn]]))[0, 0]
+        least = 0.5 - scene.limits.acceleration * scene.interval
+        assert speed <= max(least, np.sqrt(2 * free * scene.limits.acceleration)) + 1e-12
+    straight = driver.dist(seen, np.array([[0.5]]), np.array([[0.0]]))[0, 0]
+    assert straight == pytest.approx(1.5 - 0.25 - 0.2 - code.dynamic_window.MARGIN, abs=0.1)
+
+
+def test_intervals(code: SimpleNamespace) -> None:
+    assert code.tables.wilson(0, 100) == pytest.approx((0, 0.037), abs=1e-4)
+    assert code.tables.wilson(50, 100) == pytest.approx((0.4038, 0.5962), abs=1e-4)
+    assert code.tables.binomial_interval(100, 0.5, 0.05) == (40, 60)
+    assert code.tables.binomial_interval(10, 0, 0.05) == (0, 0)
+    assert code.tables.binomial_interval(0, 0.5, 0.05) == (0, 0)
+
+
+@pytest.mark.parametrize(("believed", "is_right"), [(1.0, True), (0.0, False)])
+def test_predicted_chances_of_collisions_are_those_of_what_happens(believed: float, is_right: bool, code: SimpleNamespace) -> None:
+    """If the robot believes that there are no errors, predictions are wrong, and this tells it."""
+    outcomes = [code.reliability.outcome_of(number, 100, believed) for number in range(150)]
+    risks, collided = np.array([outcome[:2] for outcome in outcomes], float).T
+    tenths = code.reliability.tenths(risks, collided)
+    assert all(tenth.agrees for tenth in tenths) == is_right
+    assert sum(tenth.count for tenth in tenths) == 150
