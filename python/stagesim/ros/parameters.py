@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Callable
+from typing import Any, Callable, Mapping
 
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
@@ -79,39 +79,41 @@ PARAMETERS = {
 }
 
 
-def declare(node: Node) -> None:
+def declare(node: Node, parameters: Mapping[str, Parameter] = PARAMETERS) -> None:
     """Declares all parameters. Raises ValueError if a given value is invalid."""
-    for name, parameter in PARAMETERS.items():
-        number = isinstance(parameter.default, (int, float)) and not isinstance(parameter.default, bool)
+    for name, parameter in parameters.items():
+        number = isinstance(parameter.default, (int, float, list)) and not isinstance(parameter.default, bool)
         # Types of numbers are checked here and not by rclpy, which would refuse 2 instead of 2.0.
         node.declare_parameter(name, parameter.default, ParameterDescriptor(
             description=parameter.text, read_only=parameter.fixed, dynamic_typing=number))
-        complaint = complaint_about(name, node.get_parameter(name).value)
+        complaint = complaint_about(name, node.get_parameter(name).value, parameters)
         if complaint:
             raise ValueError(complaint)
-    node.add_on_set_parameters_callback(_check)
+
+    def check(changes: list[Any]) -> SetParametersResult:
+        for change in changes:
+            complaint = complaint_about(change.name, change.value, parameters)
+            if complaint:
+                return SetParametersResult(successful=False, reason=complaint)
+        return SetParametersResult(successful=True)
+
+    node.add_on_set_parameters_callback(check)
 
 
-def complaint_about(name: str, value: Any) -> str:
+def complaint_about(name: str, value: Any, parameters: Mapping[str, Parameter] = PARAMETERS) -> str:
     """Describes why the value is invalid for the parameter; empty if it is valid."""
-    known = PARAMETERS.get(name)
+    known = parameters.get(name)
     if known is None:
         return ""
-    plain = known.default
-    if isinstance(plain, bool) or isinstance(plain, str):
-        good = isinstance(value, type(plain))
-    else:
-        good = isinstance(value, (int, float) if isinstance(plain, float) else int)
-        good = good and not isinstance(value, bool)
-    if good and known.fits(value):
+    if _has_type_of(known.default, value) and known.fits(value):
         return ""
-    expected = known.expected or {bool: "true or false", str: "a text"}[type(plain)]
+    expected = known.expected or {bool: "true or false", str: "a text"}[type(known.default)]
     return f"parameter {name}: found {value!r}, expected {expected}"
 
 
-def _check(changes: list[Any]) -> SetParametersResult:
-    for change in changes:
-        complaint = complaint_about(change.name, change.value)
-        if complaint:
-            return SetParametersResult(successful=False, reason=complaint)
-    return SetParametersResult(successful=True)
+def _has_type_of(default: Any, value: Any) -> bool:
+    if isinstance(default, (bool, str)):
+        return isinstance(value, type(default))
+    if isinstance(default, list):  # rclpy has arrays, and bytes if there are no numbers
+        return not isinstance(value, (str, int, float)) and all(_has_type_of(0.0, number) for number in value)
+    return isinstance(value, (int, float) if isinstance(default, float) else int) and not isinstance(value, bool)
