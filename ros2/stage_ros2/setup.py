@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The colcon package: an executable and launch files for the node in stagesim.ros."""
+"""The colcon package: executables and launch files for the nodes in stagesim.ros."""
 
 from glob import glob
 
@@ -23,5 +23,5 @@ setup(
     maintainer_email="maintainers@example.com",
     description="The robots of a Stage world as ROS 2 robots",
     license="GPL-2.0-or-later",
-    entry_points={"console_scripts": [f"{NAME} = {NAME}:main"]},
+    entry_points={"console_scripts": [f"{NAME} = {NAME}:main", f"what_if = {NAME}:what_if"]},
 )

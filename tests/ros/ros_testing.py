@@ -101,11 +101,17 @@ class Process:
     """A node in a separate process. It opens no browser unless the environment is changed.
 
     Its output goes to files, because a full pipe that nobody reads would block the node.
+
+    Args:
+        module: the module of the node.
+        names: new names by old ones: of topics, of the node and of its namespace.
     """
 
     def __init__(self, world: str, *options: str, environment: Mapping[str, str] | None = None,
-                 **parameters: Any) -> None:
-        command = [sys.executable, "-m", "stagesim.ros", world, *options, "--ros-args"]
+                 module: str = "stagesim.ros", names: Mapping[str, str] | None = None, **parameters: Any) -> None:
+        command = [sys.executable, "-m", module, world, *options, "--ros-args"]
+        for old, new in (names or {}).items():
+            command += ["-r", f"{old}:={new}"]
         for name, value in parameters.items():
             text = str(value).lower() if isinstance(value, bool) else value
             command += ["-p", f"{name}:={text}"]
