@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <map>
 #include <sstream>
 
 #include "geometry/trigonometry.hh"
@@ -25,33 +24,41 @@ bool Refuse(const std::string& line) {
   return false;
 }
 
-/// A picture with one black pixel, because one without any is an error.
-std::string FirstPicture(const Belief::Options& options) {
-  std::string pixels(size_t{options.columns} * options.rows, '0');
-  pixels[0] = '1';
-  std::string picture =
-      "P1\n" + std::to_string(options.columns) + " " + std::to_string(options.rows) + "\n";
-  for (size_t i = 0; i < pixels.size(); i++) {
-    picture += pixels[i];
-    if (i % 64 == 63) picture += '\n';
-  }
-  return picture;
-}
-
 /// Says what is wrong with the options, in words that follow "stage: "; "" if nothing is.
 std::string WhyNot(const Belief::Options& options) {
   constexpr uint32_t kMostCells = 10000;  // on a side
   const auto is_length = [](double metres) { return metres > 0 && metres < 1e6; };
-  if (!is_length(options.other_radius) || !is_length(options.other_height) ||
-      !is_length(options.wall_height) || !is_length(options.resolution))
-    return "found a radius, a height or a resolution of a belief that is no length, expected "
-           "metres";
-  if (options.room > 100000) return "found room for too many others, expected at most 100000";
+  if (!is_length(options.wall_height) || !is_length(options.resolution))
+    return "found a height or a resolution of a grid that is no length, expected metres";
+  if (options.kinds.empty()) return "found no kind of others, expected at least one";
+  for (const OtherKind& kind : options.kinds) {
+    if (!is_length(kind.radius) || !is_length(kind.height))
+      return "found a radius or a height of others that is no length, expected metres";
+    if (kind.room > 100000) return "found room for too many others, expected at most 100000";
+  }
   if ((options.columns == 0) != (options.rows == 0) || options.columns > kMostCells ||
       options.rows > kMostCells)
     return "found a grid of " + std::to_string(options.columns) + " by " +
            std::to_string(options.rows) + " cells, expected 1 to 10000 on both sides, or none";
   return IsFinite(options.origin) ? "" : "found an origin of a grid that is not finite";
+}
+
+/// Says what is wrong with a behaviour, in words that follow "found"; "" if nothing is.
+std::string WhyNot(const Behaviour& behaviour) {
+  const auto is_size = [](double number) { return number >= 0 && std::isfinite(number); };
+  if (!is_size(behaviour.weight) || behaviour.weight == 0)
+    return "a weight of " + worldfile::FloatText(behaviour.weight) +
+           ", expected a number above 0, for a behaviour";
+  if (!std::isfinite(behaviour.x) || !std::isfinite(behaviour.y) || !is_size(behaviour.speed))
+    return "a goal or a speed that makes no sense, expected metres, and m/s from 0 on, for a "
+           "behaviour";
+  if (behaviour.kind == Behaviour::kController &&
+      (behaviour.controller.empty() ||
+       behaviour.controller.find_first_of("\"\n") != std::string::npos))
+    return "no controller, expected its name and arguments, for a behaviour";
+  if (behaviour.kind == Behaviour::kRule && !behaviour.rule)
+    return "no rule, expected an object, for a behaviour";
+  return "";
 }
 
 }  // namespace
@@ -110,56 +117,6 @@ bool whatif::BeliefContent::Moving::Set(const Pose& new_pose, const Covariance& 
   return true;
 }
 
-std::unique_ptr<World> whatif::BeliefContent::Load(const std::string& content) const {
-  RunOptions run;
-  if (HasGrid())
-    run.pictures = std::make_shared<const std::map<std::string, std::string>>(
-        std::map<std::string, std::string>{
-            {std::string(kMapName) + ".pbm", FirstPicture(options)}});
-  run.listed = false;
-  run.threads = 1;
-  auto world = std::make_unique<World>(run);
-  std::istringstream input(content);
-  return world->Load(input, file) ? std::move(world) : nullptr;
-}
-
-std::unique_ptr<World> whatif::BeliefContent::MakeWorld(uint32_t count) const {
-  constexpr double kFarAway = -10000;                 // m: beyond the reach of sensors
-  constexpr double kFastest = 10, kFastestTurn = 10;  // m/s, rad/s
-  const double width = 2 * options.other_radius;
-  const std::string side = Metres(width), speed = "-" + Metres(kFastest) + " " + Metres(kFastest);
-  const std::string turn = Radians(kFastestTurn);
-  std::string all = text + "\n";
-  for (uint32_t i = 0; i < count; i++)
-    all += "position( name \"" + NameOf(i) + "\" alwayson 1 pose [ " + Metres(kFarAway) + " " +
-           Metres(i * (width + 1)) + " 0 0 ] size [ " + side + " " + side + " " +
-           Metres(options.other_height) +
-           " ] round 1 drive \"omni\" localization \"gps\" mass 70\n  velocity_bounds [ " + speed +
-           " " + speed + " 0 0 -" + turn + " " + turn + " ] ctrl \"stage/behaviour\" )\n";
-  return Load(HasGrid() ? all + MapText() : all);
-}
-
-/// A model for the grid.
-std::string whatif::BeliefContent::MapText() const {
-  const double across = options.columns * options.resolution;
-  const double along = options.rows * options.resolution;
-  const Pose& origin = options.origin;
-  const std::string name = kMapName;
-  return "model( name \"" + name + "\" pose [ " + Metres(origin.x) + " " + Metres(origin.y) +
-         " 0 " + Radians(origin.a) + " ] origin [ " + Metres(across / 2) + " " + Metres(along / 2) +
-         " 0 0 ] size [ " + Metres(across) + " " + Metres(along) + " " +
-         Metres(options.wall_height) + " ] bitmap \"" + name +
-         ".pbm\" bitmap_frame \"picture\" )\n";
-}
-
-std::string whatif::BeliefContent::Metres(double value) const {
-  return worldfile::TextInUnit(value, unit_length);
-}
-
-std::string whatif::BeliefContent::Radians(double value) const {
-  return worldfile::TextInUnit(value, unit_angle);
-}
-
 bool whatif::BeliefContent::IsOccupied(double x, double y) const {
   const SineCosine turn = SinCos(options.origin.a);
   const double dx = x - options.origin.x, dy = y - options.origin.y;
@@ -169,12 +126,50 @@ bool whatif::BeliefContent::IsOccupied(double x, double y) const {
   return cells[static_cast<size_t>(row) * options.columns + static_cast<size_t>(column)] != 0;
 }
 
+// ---- groups of others ---------------------------------------------------------------------------
+
+size_t whatif::BeliefContent::GroupOf(uint32_t kind, const Behaviour& behaviour) const {
+  if (behaviour.kind != Behaviour::kController && behaviour.kind != Behaviour::kRule) return kind;
+  const bool is_ruled = behaviour.kind == Behaviour::kRule;
+  const auto is_wanted = [&](const Group& group) {
+    return group.kind == kind &&
+           (is_ruled ? group.controller.empty() : group.controller == behaviour.controller);
+  };
+  return static_cast<size_t>(std::ranges::find_if(groups, is_wanted) - groups.begin());
+}
+
+bool whatif::BeliefContent::AddGroups(const TrackedOther& other) {
+  constexpr uint32_t kFirstRoom = 4;
+  for (const Behaviour& behaviour : other.behaviours) {
+    if (GroupOf(other.kind, behaviour) < groups.size()) continue;
+    const bool is_ruled = behaviour.kind == Behaviour::kRule;
+    const Group group = {other.kind, is_ruled ? "" : behaviour.controller, kFirstRoom, 0};
+    if (!is_ruled && !MakeWorld({group})) return false;
+    groups.push_back(group);
+  }
+  return true;
+}
+
+void whatif::BeliefContent::Count(const TrackedOther& other, bool joins) {
+  ForEachGroup(other, [&](size_t index) {
+    Group& group = groups[index];
+    if (group.used == (joins ? 0 : 1)) version_of_groups++;
+    joins ? group.used++ : group.used--;
+    if (group.used <= group.room) return;
+    group.room *= 2;
+    version_of_groups++;
+  });
+}
+
+// ---- interface ----------------------------------------------------------------------------------
+
 Belief::Belief(const std::string& world_file, const std::string& robot, const Options& options)
     : impl_(new Impl) {
   impl_->options = options;
   impl_->file = world_file;
   impl_->robot_name = robot;
-  impl_->room = std::max(1u, options.room);
+  for (uint32_t kind = 0; kind < options.kinds.size(); kind++)
+    impl_->groups.push_back({kind, Impl::kBehaviours, std::max(1u, options.kinds[kind].room), 0});
   if (const std::string error = WhyNot(options); !error.empty()) {
     Refuse(error);
     return;
@@ -200,7 +195,7 @@ Belief::Belief(const std::string& world_file, const std::string& robot, const Op
   }
   impl_->robot.pose = model->GetGlobalPose();
   impl_->robot.Set(impl_->robot.pose, Covariance(), Velocity(), Covariance(), "the robot");
-  impl_->ready = impl_->MakeWorld(impl_->room) != nullptr;
+  impl_->ready = impl_->MakeWorld(impl_->groups) != nullptr;
 }
 
 Belief::~Belief() = default;
@@ -232,30 +227,30 @@ bool Belief::SetDelay(double seconds) {
 
 bool Belief::SetOther(const TrackedOther& other) {
   const std::string whose = "other " + std::to_string(other.id);
-  for (const Behaviour& behaviour : other.behaviours) {
-    if (!(behaviour.weight > 0 && std::isfinite(behaviour.weight)))
-      return Refuse("found a weight of " + worldfile::FloatText(behaviour.weight) +
-                    " for a behaviour of " + whose + ", expected a number above 0");
-    if (!std::isfinite(behaviour.x) || !std::isfinite(behaviour.y) || !(behaviour.speed >= 0) ||
-        !std::isfinite(behaviour.speed))
-      return Refuse("found a goal or a speed of " + whose +
-                    " that makes no sense, expected metres, and m/s from 0 on");
-  }
+  if (other.kind >= impl_->options.kinds.size())
+    return Refuse("found the kind " + std::to_string(other.kind) + " of " + whose +
+                  ", expected less than " + std::to_string(impl_->options.kinds.size()));
+  for (const Behaviour& behaviour : other.behaviours)
+    if (const std::string error = WhyNot(behaviour); !error.empty())
+      return Refuse("found " + error + " of " + whose);
   Impl::Moving moving;
   if (!moving.Set(other.pose, other.pose_covariance, other.velocity, other.velocity_covariance,
-                  whose))
+                  whose) ||
+      !impl_->AddGroups(other))
     return false;
   std::vector<TrackedOther>& others = impl_->others;
   const auto place = std::ranges::lower_bound(others, other.id, {}, &TrackedOther::id);
   const auto moving_place = impl_->moving.begin() + (place - others.begin());
   if (place != others.end() && place->id == other.id) {
+    impl_->Count(*place, false);
+    impl_->Count(other, true);
     *place = other;
     *moving_place = moving;
     return true;
   }
+  impl_->Count(other, true);
   others.insert(place, other);
   impl_->moving.insert(moving_place, moving);
-  while (impl_->room < others.size()) impl_->room *= 2;
   return true;
 }
 
@@ -263,12 +258,14 @@ bool Belief::RemoveOther(uint64_t id) {
   std::vector<TrackedOther>& others = impl_->others;
   const auto place = std::ranges::lower_bound(others, id, {}, &TrackedOther::id);
   if (place == others.end() || place->id != id) return false;
+  impl_->Count(*place, false);
   impl_->moving.erase(impl_->moving.begin() + (place - others.begin()));
   others.erase(place);
   return true;
 }
 
 void Belief::ClearOthers() {
+  for (const TrackedOther& other : impl_->others) impl_->Count(other, false);
   impl_->others.clear();
   impl_->moving.clear();
 }

@@ -2,29 +2,40 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "geometry/load_error.hh"
-#include "geometry/trigonometry.hh"
+#include "messages/report.hh"
 #include "whatif/belief.hh"
 #include "whatif/belief_sampler.hh"
 #include "whatif/branches_impl.hh"
 #include "whatif/decider.hh"
+#include "whatif/ordered_judge.hh"
+#include "whatif/ruled_others.hh"
 #include "worlds/pool_scene.hh"
 
 namespace Stg {
 
 struct BeliefEngine::Impl {
-  /// Everything that depends on the number of others that there is room for.
+  /// A sample that has been drawn.
+  struct Drawn {
+    std::shared_ptr<BranchAccess::Origin> origin;
+    whatif::DrawnOthers who;
+    std::vector<uint32_t> order;      // of the robot, all others, and the rest among the watched
+    std::vector<Sighting> sightings;  // before the first step, if rules move somebody
+  };
+  /// Everything that depends on the groups of others that there is room for.
   struct Room {
-    uint32_t others;
+    uint64_t version_of_groups;  // of the belief, when it was last looked at
     std::unique_ptr<World> world;
-    std::vector<uint32_t> ids;  // of the robot, and of all others
+    std::vector<uint32_t> ids;  // of the robot, and of all others in the order of groups
     std::unique_ptr<Branches> branches;
     std::unique_ptr<whatif::Decider> decider;
+    std::unique_ptr<whatif::RuledOthers> ruled;
     Subscriptions* subscriptions = nullptr;
     uint64_t version_of_cells = UINT64_MAX;  // of the belief's that the scene has
     std::unique_ptr<whatif::BeliefSampler> sampler;
-    std::vector<std::shared_ptr<BranchAccess::Origin>> samples;  // that have been drawn
+    std::vector<Drawn> samples;
     std::string error;
   };
 
@@ -33,52 +44,80 @@ struct BeliefEngine::Impl {
   }
 
   void MakeRoom();
-  std::string FindMovers(Room* to) const;
+  void FillRoom(const std::vector<whatif::BeliefContent::Group>& groups, Room* to) const;
+  std::string FindMovers(const std::vector<whatif::BeliefContent::Group>& groups, Room* to) const;
+  bool NeedsRoom() const;
   std::string TakeGrid();
   rows::Rows* RowsOf(uint32_t sample);
   std::string WhyNot(const BeliefQuestion& question, const Judge& judge);
-  void Begin(const BeliefQuestion& question, uint32_t branch, const Sample& sample);
+  void Draw(const BeliefQuestion& question, uint32_t sample);
+  void Begin(const BeliefQuestion& question, uint32_t branch, const Sample& sample, bool records);
+  void MoveRuledOthers();
+  DecisionTask TaskOf(const BeliefQuestion& question) const;
   template <typename F>
   Decision With(const BeliefQuestion& question, Judge* judge, F decide);
-  void Prepare(GoalJudge* judge, uint64_t steps) const;
+  template <typename F>
+  Decision Decide(const BeliefQuestion& question, Judge* judge, F decide);
   const whatif::BeliefContent& believed() const { return *belief.impl_; }
   usec_t interval() const { return std::max<usec_t>(1, room->world->sim_interval); }
-  uint64_t StepsOf(double seconds) const {
-    return static_cast<uint64_t>(std::ceil(seconds * 1e6 / static_cast<double>(interval()) - 1e-9));
+  double seconds() const { return static_cast<double>(interval()) * 1e-6; }
+  uint64_t StepsOf(double duration) const {
+    return static_cast<uint64_t>(std::ceil(duration / seconds() - 1e-9));
   }
 
   Belief& belief;
   const Options options;
   std::unique_ptr<Room> room;
   uint32_t drawn = 0;  // samples of this decision
+  // Buffers.
+  std::vector<whatif::RuledOthers::Living> living;
+  std::vector<uint32_t> places;
 };
 
-/// Makes room for as many others as the belief has.
+bool BeliefEngine::Impl::NeedsRoom() const {
+  if (room->version_of_groups == believed().version_of_groups) return false;
+  return !room->error.empty() || !room->sampler->Fits(believed());
+}
+
+/// Makes room for all others that the belief has.
 void BeliefEngine::Impl::MakeRoom() {
+  std::vector<whatif::BeliefContent::Group> groups = believed().groups;
+  std::erase_if(groups, [](const auto& group) { return group.used == 0 && !group.is_first(); });
   auto made = std::make_unique<Room>();
-  made->others = believed().room;
-  made->world = believed().MakeWorld(made->others);
-  if (!made->world) {
-    made->error = "the world cannot be loaded any more";
-    room = std::move(made);
-    return;
-  }
-  made->ids.push_back(made->world->GetModel(believed().robot_name)->GetId());
-  for (uint32_t i = 0; i < made->others; i++)
-    made->ids.push_back(made->world->GetModel(whatif::BeliefContent::NameOf(i))->GetId());
-  Options with_watched = options;
-  with_watched.watched = made->ids;
-  with_watched.keep = Snapshot::kLean;
-  BranchOptions of_branches = whatif::OptionsOfBranches(with_watched);
-  if (believed().HasGrid()) of_branches.changing_map = whatif::BeliefContent::kMapName;
-  made->branches = std::make_unique<Branches>(*made->world, 0, of_branches);
-  made->decider = std::make_unique<whatif::Decider>(with_watched, made->branches.get());
-  made->error = made->branches->IsReady() ? FindMovers(made.get()) : "there is no such device";
+  FillRoom(groups, made.get());
+  made->version_of_groups = believed().version_of_groups;
   room = std::move(made);
 }
 
+void BeliefEngine::Impl::FillRoom(const std::vector<whatif::BeliefContent::Group>& groups,
+                                  Room* to) const {
+  messages::Collector collector;
+  to->world = believed().MakeWorld(groups);
+  if (!to->world) {
+    to->error = "the world of the belief cannot be loaded" +
+                (collector.lines.empty() ? "" : ": " + collector.lines.back());
+    return;
+  }
+  to->ids.push_back(to->world->GetModel(believed().robot_name)->GetId());
+  size_t others = 0;
+  for (const whatif::BeliefContent::Group& group : groups) others += group.room;
+  for (size_t i = 0; i < others; i++)
+    to->ids.push_back(to->world->GetModel(whatif::BeliefContent::NameOf(i))->GetId());
+  Options with_watched = options;
+  with_watched.watched = to->ids;
+  with_watched.keep = Snapshot::kLean;
+  BranchOptions of_branches = whatif::OptionsOfBranches(with_watched);
+  if (believed().HasGrid()) of_branches.changing_map = whatif::BeliefContent::kMapName;
+  to->branches = std::make_unique<Branches>(*to->world, 0, of_branches);
+  to->decider = std::make_unique<whatif::Decider>(with_watched, to->branches.get());
+  to->ruled = std::make_unique<whatif::RuledOthers>(
+      to->branches.get(), static_cast<double>(std::max<usec_t>(1, to->world->sim_interval)) * 1e-6);
+  to->error = to->branches->IsReady() ? FindMovers(groups, to) : "there is no such device";
+}
+
 /// Returns why there are no rows, or "".
-std::string BeliefEngine::Impl::FindMovers(Room* to) const {
+std::string BeliefEngine::Impl::FindMovers(const std::vector<whatif::BeliefContent::Group>& groups,
+                                           Room* to) const {
   std::string reason;
   WorldPool& pool = BranchAccess::PoolOf(*to->branches);
   std::vector<uint32_t> silent;
@@ -86,17 +125,23 @@ std::string BeliefEngine::Impl::FindMovers(Room* to) const {
   to->subscriptions = PoolAccess::FindSubscriptions(pool, 0, silent, &reason);
   if (!to->subscriptions)
     return "futures cannot be simulated in rows, because " + reason + "; remove that from " +
-           believed().file;
-  std::vector<uint32_t> movers;
+           believed().file + " or from the hypotheses";
+  std::vector<whatif::BeliefSlot> slots;
   const rows::Scene& scene = *to->subscriptions->scene();
-  for (const uint32_t id : to->ids) {
-    const std::optional<uint32_t> mover = scene.FindMover(id);
+  for (uint32_t place = 0; place < to->ids.size(); place++) {
+    const std::optional<uint32_t> mover = scene.FindMover(to->ids[place]);
     if (!mover || !scene.movers[*mover].robot)
       return "the robot is a part of another model; take it out of that";
-    movers.push_back(*mover);
+    slots.push_back({*mover, to->ids[place], place});
   }
-  to->sampler = std::make_unique<whatif::BeliefSampler>(
-      movers[0], std::vector<uint32_t>(movers.begin() + 1, movers.end()));
+  std::vector<whatif::BeliefSampler::Group> of_sampler;
+  auto next = slots.begin() + 1;
+  for (const whatif::BeliefContent::Group& group : groups) {
+    of_sampler.push_back({group.kind, group.controller, {next, next + group.room}});
+    next += group.room;
+  }
+  to->sampler =
+      std::make_unique<whatif::BeliefSampler>(scene, slots[0].mover, std::move(of_sampler));
   return "";
 }
 
@@ -104,7 +149,8 @@ std::string BeliefEngine::Impl::FindMovers(Room* to) const {
 /// is impossible, or "".
 std::string BeliefEngine::Impl::TakeGrid() {
   if (!belief.IsReady()) return "the belief is not ready";
-  if (room->others < believed().room) MakeRoom();
+  if (NeedsRoom()) MakeRoom();
+  room->version_of_groups = believed().version_of_groups;
   if (!room->error.empty()) return room->error;
   if (!believed().HasGrid() || room->version_of_cells == believed().version_of_cells) return "";
   try {
@@ -125,9 +171,10 @@ rows::Rows* BeliefEngine::Impl::RowsOf(uint32_t sample) {
     row.subscriptions = room->subscriptions;
     const uint64_t seed = 1;
     row.rows = std::make_unique<rows::Rows>(room->subscriptions->scene(), std::span(&seed, 1));
-    room->samples.push_back(std::make_shared<BranchAccess::Origin>(std::move(row)));
+    Drawn& added = room->samples.emplace_back();
+    added.origin = std::make_shared<BranchAccess::Origin>(std::move(row));
   }
-  return room->samples[sample]->row.rows.get();
+  return room->samples[sample].origin->row.rows.get();
 }
 
 /// Why there can be no decision, or "".
@@ -147,15 +194,33 @@ std::string BeliefEngine::Impl::WhyNot(const BeliefQuestion& question, const Jud
   return room->sampler->WhyNotFree(believed(), RowsOf(0));
 }
 
+void BeliefEngine::Impl::Draw(const BeliefQuestion& question, uint32_t sample) {
+  rows::Rows* const row = RowsOf(sample);
+  Drawn& to = room->samples[sample];
+  room->sampler->Draw(believed(), question.seed, sample, row, &to.who);
+  to.order.assign(1, 0);
+  for (const whatif::DrawnOthers::Drawn& each : to.who.others) to.order.push_back(each.slot.place);
+  std::vector<uint32_t>& sorted = places;
+  sorted.assign(to.order.begin(), to.order.end());
+  std::ranges::sort(sorted);
+  for (uint32_t place = 0, i = 0; place < room->ids.size(); place++)
+    if (i < sorted.size() && sorted[i] == place)
+      i++;
+    else
+      to.order.push_back(place);
+  to.sightings.clear();
+  if (to.who.HasRules()) BranchAccess::Watch(*room->branches, *row, &to.sightings);
+}
+
 /// Starts a future from its sample. All plans of a sample begin together, so it is drawn once.
 void BeliefEngine::Impl::Begin(const BeliefQuestion& question, uint32_t branch,
-                               const Sample& sample) {
-  rows::Rows* const row = RowsOf(sample.number);
+                               const Sample& sample, bool records) {
   if (sample.number >= drawn) {
-    room->sampler->Draw(believed(), question.seed, sample.number, row);
+    Draw(question, sample.number);
     drawn = sample.number + 1;
   }
-  BranchAccess::Restore(*room->branches, branch, room->samples[sample.number], sample.number == 0);
+  BranchAccess::Restore(*room->branches, branch, room->samples[sample.number].origin,
+                        records || sample.number == 0);
   uint64_t step = StepsOf(believed().delay);
   const uint64_t hold = std::max<uint64_t>(1, question.hold / interval());
   for (const Velocity& each : question.plans[sample.candidate].commands) {
@@ -165,28 +230,72 @@ void BeliefEngine::Impl::Begin(const BeliefQuestion& question, uint32_t branch,
   }
 }
 
+void BeliefEngine::Impl::MoveRuledOthers() {
+  living.clear();
+  room->decider->ForEachLiving([&](uint32_t branch, const Sample& sample) {
+    const Drawn& from = room->samples[sample.number];
+    const std::vector<Sighting>& seen = (*room->branches)[branch].sightings;
+    if (!from.who.HasRules()) return;
+    living.push_back(
+        {branch, sample, &from.who,
+         seen.empty() ? from.sightings.data() : seen.data() + seen.size() - room->ids.size()});
+  });
+  room->ruled->Move(living);
+}
+
+DecisionTask BeliefEngine::Impl::TaskOf(const BeliefQuestion& question) const {
+  DecisionTask task;
+  task.candidates = question.plans.size();
+  task.steps = question.horizon / interval();
+  task.interval = seconds();
+  task.watched = room->ids.size();
+  for (size_t i = 0; i < believed().others.size(); i++)
+    task.other_radii.push_back(believed().RadiusOf(i));
+  return task;
+}
+
 template <typename F>
 Decision BeliefEngine::Impl::With(const BeliefQuestion& question, Judge* judge, F decide) {
   Decision decision;
   decision.error = WhyNot(question, *judge);
   if (!decision.error.empty()) return decision;
-  const uint64_t steps = question.horizon / interval();
-  if (auto* const to_goal = dynamic_cast<GoalJudge*>(judge)) Prepare(to_goal, steps);
-  drawn = 0;
   try {
-    return decide({question.plans.size(), steps, judge, [&](uint32_t branch, const Sample& sample) {
-                     Begin(question, branch, sample);
-                   }});
+    return Decide(question, judge, decide);
   } catch (const LoadError& error) {  // of populations, which do not fit with this seed
     decision.error = error.what();
-    return decision;
+  } catch (const std::domain_error& error) {  // of rules
+    decision.error = error.what();
   }
+  return decision;
 }
 
-void BeliefEngine::Impl::Prepare(GoalJudge* judge, uint64_t steps) const {
-  judge->share_ = 1 / static_cast<double>(std::max<uint64_t>(1, steps));
-  judge->others_ = believed().others.size();
-  judge->other_radius_ = believed().options.other_radius;
+template <typename F>
+Decision BeliefEngine::Impl::Decide(const BeliefQuestion& question, Judge* judge, F decide) {
+  const std::vector<TrackedOther>& others = believed().others;
+  const bool has_rules = std::ranges::any_of(others, [](const TrackedOther& other) {
+    return std::ranges::any_of(other.behaviours, [](const Behaviour& behaviour) {
+      return behaviour.kind == Behaviour::kRule;
+    });
+  });
+  whatif::OrderedJudge ordered(
+      judge, room->ids.size(), [this](uint32_t sample) -> const auto& {
+        return room->samples[sample].order;
+      });
+  const bool is_ordered = room->sampler->has_one_group();
+  drawn = 0;
+  room->sampler->Assign(believed());
+  whatif::Decider::Task task;
+  task.about = TaskOf(question);
+  task.judge = is_ordered ? judge : &ordered;
+  task.begin = [&](uint32_t branch, const Sample& sample) {
+    Begin(question, branch, sample, judge->ScoresFutures());
+  };
+  task.name_of = [&](size_t plan) { return question.plans[plan].name; };
+  if (has_rules) task.before_step = [this] { MoveRuledOthers(); };
+  Decision decision = decide(task);
+  if (!is_ordered)
+    for (Outcome& outcome : decision.outcomes) ordered.Order(0, &outcome.sightings);
+  return decision;
 }
 
 BeliefEngine::BeliefEngine(Belief* belief, const Options& options)
@@ -219,29 +328,6 @@ std::string BeliefEngine::StepDevice() const {
 
 uint64_t BeliefEngine::steps_on_device() const {
   return IsReady() ? impl_->room->branches->steps_on_device() : 0;
-}
-
-// ---- the usual judge ----------------------------------------------------------------------------
-
-GoalJudge::GoalJudge(double x, double y, double radius, double penalty, double tolerance)
-    : x_(x), y_(y), radius_(radius), penalty_(penalty), tolerance_(tolerance) {}
-
-bool GoalJudge::WatchSample(const Sighting* watched, const Sample&, SampleResult* result) {
-  const Pose& robot = watched[0].pose;
-  const double distance = Hypotenuse(x_ - robot.x, y_ - robot.y);
-  result->score -= distance * share_;
-  // A robot that stands is not stalled if somebody runs into it, but the other one is.
-  constexpr double kNear = 0.02;  // m
-  const double near = radius_ + other_radius_ + kNear;
-  bool touches = watched[0].stalled;
-  for (size_t i = 1; i <= others_ && !touches; i++)
-    touches = watched[i].stalled &&
-              Hypotenuse(watched[i].pose.x - robot.x, watched[i].pose.y - robot.y) < near;
-  if (touches) {
-    result->collided = true;
-    result->score -= penalty_;
-  }
-  return touches || distance < tolerance_;
 }
 
 }  // namespace Stg

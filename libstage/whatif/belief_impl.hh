@@ -36,18 +36,42 @@ struct BeliefContent {
              const Covariance& velocity_covariance, const std::string& whose);
   };
 
-  /// Name of a model that stands for the other with this number in the world of an engine.
+  /// Others whose models are equal: of one kind and with one controller.
+  struct Group {
+    uint32_t kind;
+    std::string controller;  ///< property `ctrl`; empty for those whom rules move
+    uint32_t room, used;     ///< others that it has room for, and that have such a hypothesis
+
+    /// True for the group of the kind that there is from the start.
+    bool is_first() const { return controller == kBehaviours; }
+  };
+
+  /// Name of a model that stands for an other in the world of an engine. `number`: in the order of
+  /// groups.
   static std::string NameOf(size_t number) { return "belief.other" + std::to_string(number); }
+  static constexpr char kBehaviours[] = "stage/behaviour";
   static constexpr char kMapName[] = "belief.map";
   bool HasGrid() const { return options.columns > 0; }
+  double RadiusOf(size_t other) const { return options.kinds[others[other].kind].radius; }
+  /// Index of the group of somebody of this kind with this behaviour; groups.size() if there is
+  /// none.
+  size_t GroupOf(uint32_t kind, const Behaviour& behaviour) const;
+  /// Calls f(group) for each group that somebody needs, once.
+  template <typename F>
+  void ForEachGroup(const TrackedOther& other, F f) const;
   /// True if the grid has an occupied cell at a point in the frame of the world file.
   bool IsOccupied(double x, double y) const;
-  /// Makes the world that futures are simulated in, with room for `room` others, which are far
-  /// away. Returns null, after a message, if it cannot be loaded.
-  std::unique_ptr<World> MakeWorld(uint32_t room) const;
+  /// Makes groups that somebody needs. Returns false, after a message, if that is impossible.
+  bool AddGroups(const TrackedOther& other);
+  /// Counts somebody as a member of its groups, or no more, and makes room for it.
+  void Count(const TrackedOther& other, bool joins);
+  /// Makes the world that futures are simulated in, with room for these groups, who are far away.
+  /// Returns null, after a message, if it cannot be loaded.
+  std::unique_ptr<World> MakeWorld(const std::vector<Group>& with) const;
   /// Loads the text of a world, which may name the picture of the grid.
   std::unique_ptr<World> Load(const std::string& content) const;
 
+  std::string TextOf(const Group& group, size_t first) const;
   std::string MapText() const;
   // Numbers in the units of the file.
   std::string Metres(double value) const;
@@ -59,12 +83,27 @@ struct BeliefContent {
   bool ready = false;
   Moving robot;
   double delay = 0;
-  uint32_t room = 0;
   std::vector<uint8_t> cells;        // of the grid, as SetGrid() has them
   uint64_t version_of_cells = 0;     // another one after each change
+  std::vector<Group> groups;         // the first are those that are there from the start, by kind
+  uint64_t version_of_groups = 0;    // another one after each change of room, or of being used
   std::vector<TrackedOther> others;  // in the order of their ids
   std::vector<Moving> moving;        // of the others
 };
+
+template <typename F>
+void BeliefContent::ForEachGroup(const TrackedOther& other, F f) const {
+  static const Behaviour goes_on;
+  const size_t count = other.behaviours.size();
+  if (count == 0) return f(GroupOf(other.kind, goes_on));
+  for (size_t i = 0; i < count; i++) {
+    const size_t group = GroupOf(other.kind, other.behaviours[i]);
+    bool is_new = true;
+    for (size_t k = 0; k < i; k++)
+      if (GroupOf(other.kind, other.behaviours[k]) == group) is_new = false;
+    if (is_new) f(group);
+  }
+}
 
 }  // namespace whatif
 

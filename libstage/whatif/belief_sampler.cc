@@ -6,7 +6,6 @@
 
 #include "geometry/trigonometry.hh"
 #include "kernels/row_behaviour.h"
-#include "messages/assert.hh"
 #include "models/noise.hh"
 #include "motion/drive.hh"
 #include "rows/planar.hh"
@@ -40,6 +39,8 @@ void Drive(const rows::Planar& velocity, size_t mover, rows::Columns* columns) {
 double KindOf(Behaviour::Kind kind) {
   switch (kind) {
     case Behaviour::kStand:
+    case Behaviour::kController:  // of that name: there are no arguments
+    case Behaviour::kRule:        // has no controller
       return ROW_STANDS;
     case Behaviour::kGoOn:
       return ROW_GOES_ON;
@@ -54,7 +55,7 @@ double KindOf(Behaviour::Kind kind) {
 }
 
 const Behaviour& Choose(const std::vector<Behaviour>& behaviours, RandomStream* random) {
-  static const Behaviour goes_on;
+  static const Behaviour goes_on;  // needs no other group than BeliefContent::ForEachGroup() says
   const double place = random->Uniform();
   if (behaviours.empty()) return goes_on;
   double sum = 0, all = 0;
@@ -66,8 +67,47 @@ const Behaviour& Choose(const std::vector<Behaviour>& behaviours, RandomStream* 
 
 }  // namespace
 
+bool DrawnOthers::HasRules() const {
+  return std::ranges::any_of(
+      others, [](const Drawn& each) { return each.behaviour->kind == Behaviour::kRule; });
+}
+
+BeliefSampler::BeliefSampler(const rows::Scene& scene, uint32_t robot, std::vector<Group> groups)
+    : robot_(robot), groups_(std::move(groups)), memory_(scene.movers.size(), kNoMemory) {
+  for (const rows::ControlGroup& group : scene.controls.groups)
+    for (size_t i = 0; i < group.controls.size(); i++)
+      if (group.memory_size == ROW_BEHAVIOUR_SIZE)
+        memory_[group.controls[i].mover] = group.first_memory + i * group.memory_size;
+}
+
+const BeliefSampler::Group* BeliefSampler::Find(uint32_t kind,
+                                                const std::string& controller) const {
+  for (const Group& group : groups_)
+    if (group.kind == kind && group.controller == controller) return &group;
+  return nullptr;
+}
+
+bool BeliefSampler::Fits(const BeliefContent& belief) const {
+  return std::ranges::all_of(belief.groups, [&](const BeliefContent::Group& wanted) {
+    const Group* const group = Find(wanted.kind, wanted.controller);
+    return wanted.used == 0 || (group && group->slots.size() >= wanted.used);
+  });
+}
+
+void BeliefSampler::Assign(const BeliefContent& belief) {
+  const size_t groups = belief.groups.size();
+  wanted_.clear();
+  for (const BeliefContent::Group& group : belief.groups)
+    wanted_.push_back(Find(group.kind, group.controller));
+  taken_.assign(groups, 0);
+  slots_.assign(belief.others.size() * groups, UINT32_MAX);
+  for (size_t i = 0; i < belief.others.size(); i++)
+    belief.ForEachGroup(belief.others[i],
+                        [&](size_t group) { slots_[i * groups + group] = taken_[group]++; });
+}
+
 void BeliefSampler::Draw(const BeliefContent& belief, uint64_t seed, uint32_t number,
-                         rows::Rows* to) const {
+                         rows::Rows* to, DrawnOthers* drawn) const {
   const uint64_t of_sample = MixSeeds(seed, number);
   to->Reset(0, of_sample);
   RandomStream random(MixSeeds(of_sample, 0));
@@ -77,32 +117,44 @@ void BeliefSampler::Draw(const BeliefContent& belief, uint64_t seed, uint32_t nu
   AddErrors(belief.robot.velocity_errors, &random, &velocity);
   to->PlaceMover(0, robot_, pose);
   Drive({velocity.x, velocity.y, velocity.a}, robot_, &to->columns);
+  drawn->others.clear();
   for (size_t i = 0; i < belief.others.size(); i++) {
     RandomStream of_other(MixSeeds(of_sample, belief.others[i].id + 1));
-    DrawOther(belief, i, &of_other, to);
+    const Behaviour& behaviour = Choose(belief.others[i].behaviours, &of_other);
+    drawn->others.push_back(
+        {belief.others[i].id, &behaviour, DrawOther(belief, i, behaviour, &of_other, to)});
   }
 }
 
 /// Draws again while somebody would be in an obstacle or in the robot, but not for ever: what is
 /// believed may be like that.
-void BeliefSampler::DrawOther(const BeliefContent& belief, size_t other, RandomStream* random,
-                              rows::Rows* to) const {
+BeliefSlot BeliefSampler::DrawOther(const BeliefContent& belief, size_t other,
+                                    const Behaviour& behaviour, RandomStream* random,
+                                    rows::Rows* to) const {
   constexpr int kAttempts = 16;
   const BeliefContent::Moving& moving = belief.moving[other];
-  const uint32_t mover = others_[other];
-  const Behaviour& behaviour = Choose(belief.others[other].behaviours, random);
+  const size_t group = belief.GroupOf(belief.others[other].kind, behaviour);
+  const uint32_t taken = slots_[other * belief.groups.size() + group];
+  const BeliefSlot& slot = wanted_[group]->slots[taken];
   Velocity velocity = moving.velocity;
   AddErrors(moving.velocity_errors, random, &velocity);
   Pose pose;
   for (int attempt = 0; attempt <= kAttempts; attempt++) {
     pose = moving.pose;
     if (attempt < kAttempts) AddErrors(moving.pose_errors, random, &pose);
-    to->PlaceMover(0, mover, pose);
-    if (IsFree(belief, mover, to)) break;
+    to->PlaceMover(0, slot.mover, pose);
+    if (IsFree(belief, other, slot.mover, to)) break;
   }
   if (behaviour.kind == Behaviour::kStand) velocity = Velocity();
-  Drive(InFrame(velocity, pose.a), mover, &to->columns);
-  double* const memory = MemoryOf(mover, to);
+  Drive(InFrame(velocity, pose.a), slot.mover, &to->columns);
+  if (wanted_[group]->controller == BeliefContent::kBehaviours)
+    SetMemory(behaviour, velocity, &to->columns.memory[memory_[slot.mover]]);
+  return slot;
+}
+
+/// Writes the numbers of stage/behaviour, see kernels/row_behaviour.h.
+void BeliefSampler::SetMemory(const Behaviour& behaviour, const Velocity& velocity,
+                              double* memory) const {
   memory[ROW_BEHAVIOUR_KIND] = KindOf(behaviour.kind);
   memory[ROW_BEHAVIOUR_X] = behaviour.x;
   memory[ROW_BEHAVIOUR_Y] = behaviour.y;
@@ -113,31 +165,19 @@ void BeliefSampler::DrawOther(const BeliefContent& belief, size_t other, RandomS
   memory[ROW_BEHAVIOUR_RATE] = 0;
 }
 
-/// The numbers of the controller of somebody, see kernels/row_behaviour.h.
-double* BeliefSampler::MemoryOf(uint32_t mover, rows::Rows* rows) const {
-  for (const rows::ControlGroup& group : rows->scene().controls.groups) {
-    const auto control = std::ranges::find(group.controls, mover, &rows::Control::mover);
-    if (control == group.controls.end()) continue;
-    STAGE_ASSERT(group.memory_size == ROW_BEHAVIOUR_SIZE);
-    const auto place = static_cast<size_t>(control - group.controls.begin());
-    return &rows->columns.memory[group.first_memory + place * group.memory_size];
-  }
-  STAGE_ASSERT(false);
-  return nullptr;
-}
-
 bool BeliefSampler::IsInObstacle(const BeliefContent& belief, uint32_t mover, rows::Rows* rows) {
   const rows::Planar& here = rows->columns.pose[mover];
   return belief.IsOccupied(here.x, here.y) || rows->IsInObstacle(0, mover);
 }
 
-bool BeliefSampler::IsFree(const BeliefContent& belief, uint32_t mover, rows::Rows* rows) const {
+bool BeliefSampler::IsFree(const BeliefContent& belief, size_t other, uint32_t mover,
+                           rows::Rows* rows) const {
   if (IsInObstacle(belief, mover, rows)) return false;
   const rows::Planar& here = rows->columns.pose[mover];
   const rows::Planar& robot = rows->columns.pose[robot_];
   const double x = here.x - robot.x, y = here.y - robot.y;
   const Size size = rows->scene().movers[robot_].model->GetGeom().size;
-  const double least = belief.options.other_radius + std::min(size.x, size.y) / 2;
+  const double least = belief.RadiusOf(other) + std::min(size.x, size.y) / 2;
   return x * x + y * y >= least * least;
 }
 

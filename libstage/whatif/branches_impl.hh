@@ -189,6 +189,10 @@ class BranchAccess {
   /// sightings of all steps are kept, otherwise only those of the last one.
   static void Restore(Branches& branches, uint32_t branch, std::shared_ptr<Origin> from,
                       bool records);
+  /// Appends the sightings of the watched models of a row.
+  static void Watch(Branches& branches, const rows::Rows& rows, std::vector<Sighting>* to) {
+    branches.impl_->ModelsOf(rows.scene())->Watch(rows, 0, to);
+  }
 };
 
 }  // namespace Stg

@@ -24,6 +24,10 @@ bool Judge::WatchSample(const Sighting* watched, const Sample& sample, SampleRes
   return Watch(watched, sample.candidate, &result->score);
 }
 
+void Judge::BeginDecision(const DecisionTask&) {}
+bool Judge::ScoresFutures() const { return false; }
+void Judge::ScoreFutures(const Future*, size_t, SampleResult*) {}
+
 Bounds Judge::Outlook(uint64_t) const {
   const double any = std::numeric_limits<double>::infinity();
   return Bounds(-any, any);
@@ -32,20 +36,30 @@ Bounds Judge::Outlook(uint64_t) const {
 struct ConsequenceEngine::Impl {
   Impl(const World& prototype, const Options& options)
       : interval(std::max<usec_t>(1, prototype.sim_interval)),
+        watched(options.watched.size()),
         branches(prototype, 0, whatif::OptionsOfBranches(options)),
         decider(options, &branches) {}
 
   void Begin(const Question& question, uint32_t branch, const Sample& sample);
-  whatif::Decider::Task TaskOf(const Question& question, Judge* judge) {
-    return {question.candidates.size(), question.horizon / interval, judge,
-            [&](uint32_t branch, const Sample& sample) { Begin(question, branch, sample); },
-            [&](size_t candidate) { return question.candidates[candidate].name; }};
-  }
+  whatif::Decider::Task TaskOf(const Question& question, Judge* judge);
 
   const usec_t interval;
+  const size_t watched;
   Branches branches;
   whatif::Decider decider;
 };
+
+whatif::Decider::Task ConsequenceEngine::Impl::TaskOf(const Question& question, Judge* judge) {
+  whatif::Decider::Task task;
+  task.about.candidates = question.candidates.size();
+  task.about.steps = question.horizon / interval;
+  task.about.interval = static_cast<double>(interval) * 1e-6;
+  task.about.watched = watched;
+  task.judge = judge;
+  task.begin = [&](uint32_t branch, const Sample& sample) { Begin(question, branch, sample); };
+  task.name_of = [&](size_t candidate) { return question.candidates[candidate].name; };
+  return task;
+}
 
 void ConsequenceEngine::Impl::Begin(const Question& question, uint32_t branch,
                                     const Sample& sample) {

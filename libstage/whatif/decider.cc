@@ -107,22 +107,30 @@ bool Decider::Watcher::Watch(const Sighting* watched, uint32_t branch, double* s
 }
 
 void Decider::BeginTask(const Task& task) {
+  task.judge->BeginDecision(task.about);
   watcher_.judge = task.judge;
-  watcher_.candidates = std::max<size_t>(1, task.candidates);
+  watcher_.candidates = std::max<size_t>(1, task.about.candidates);
   watcher_.branches = &branches_;
   watcher_.collided.clear();
-  samples_.assign(task.candidates, 0);
-  dominated_.assign(task.candidates, false);
-  is_told_apart_.assign(task.candidates, false);
+  watcher_.scores.clear();
+  samples_.assign(task.about.candidates, 0);
+  dominated_.assign(task.about.candidates, false);
+  is_told_apart_.assign(task.about.candidates, false);
+  has_reached_horizon_.assign(task.about.candidates, false);
   for (uint32_t branch = 0; branch < branches_.count(); branch++) branches_.Retire(branch);
-  count_ = 0;
+  count_ = scored_ = 0;
   AddSamples(task, least_samples_);
 }
 
-/// Begins samples of all candidates that can still win, so that each has `end`.
+/// Begins samples of all candidates that can still win, so that each has `end`. Earlier ones stay
+/// as they are.
 void Decider::AddSamples(const Task& task, uint32_t end) {
   const uint32_t first = count_;
-  count_ = static_cast<uint32_t>(task.candidates) * end;
+  ForEachLiving([&](uint32_t branch, const Sample& sample) {
+    branches_.Retire(branch);
+    has_reached_horizon_[sample.candidate] = true;
+  });
+  count_ = static_cast<uint32_t>(task.about.candidates) * end;
   if (branches_.count() < count_) branches_.Resize(count_);
   watcher_.collided.resize(count_, 0);
   for (uint32_t branch = first; branch < count_; branch++) {
@@ -130,6 +138,31 @@ void Decider::AddSamples(const Task& task, uint32_t end) {
     if (dominated_[sample.candidate] || is_told_apart_[sample.candidate]) continue;
     task.begin(branch, sample);
     samples_[sample.candidate] = sample.number + 1;
+  }
+}
+
+/// Lets the judge score the futures that it has not seen yet.
+void Decider::ScoreFutures() {
+  if (!watcher_.judge->ScoresFutures()) return;
+  watcher_.scores.resize(count_, 0);
+  std::vector<Future> futures;
+  std::vector<SampleResult> results;
+  std::vector<uint32_t> numbers;
+  for (uint32_t branch = scored_; branch < count_; branch++) {
+    const Sample sample = watcher_.SampleAt(branch);
+    const Branch& of = branches_[branch];
+    if (sample.number >= samples_[sample.candidate] || of.state == Branch::kFailed) continue;
+    futures.push_back({sample, of.sightings.data(), of.steps});
+    SampleResult& result = results.emplace_back();
+    result.score = of.score;
+    result.collided = watcher_.collided[branch] != 0;
+    numbers.push_back(branch);
+  }
+  scored_ = count_;
+  watcher_.judge->ScoreFutures(futures.data(), futures.size(), results.data());
+  for (size_t i = 0; i < numbers.size(); i++) {
+    watcher_.scores[numbers[i]] = results[i].score;
+    watcher_.collided[numbers[i]] = results[i].collided;
   }
 }
 
@@ -159,15 +192,17 @@ Outcome Decider::OutcomeOf(size_t candidate) const {
   const uint32_t count = samples_[candidate];
   for (uint32_t sample = 0; sample < count; sample++) {
     const Branch& branch = SampleOf(candidate, sample);
-    outcome.score += branch.score / count;
-    outcome.scores.push_back(branch.score);
+    const double score = ScoreOf(NumberOf(candidate, sample));
+    outcome.score += score / count;
+    outcome.scores.push_back(score);
     outcome.collided.push_back(watcher_.collided[NumberOf(candidate, sample)]);
     outcome.steps = std::max(outcome.steps, branch.steps);
     if (sample == 0) outcome.sightings = branch.sightings;
     if (branch.state == Branch::kFailed) outcome.error = branch.error;
   }
   outcome.dominated = dominated_[candidate];
-  outcome.ended = !AnySampleIs(Branch::kAlive, candidate) && !outcome.dominated;
+  outcome.ended = !AnySampleIs(Branch::kAlive, candidate) && !has_reached_horizon_[candidate] &&
+                  !outcome.dominated;
   return outcome;
 }
 
@@ -186,10 +221,10 @@ Bounds Decider::ReachOf(size_t candidate, uint64_t steps_left) const {
 }
 
 /// Retires candidates whose mean score can no longer beat that of the best one. If there may be
-/// more samples, nobody knows that.
+/// more samples, or scores come at the end, nobody knows that.
 void Decider::DropDominated(uint64_t steps_left) {
   if (options_.preference.kind != Preference::kMean || options_.preference.max_risk < 1) return;
-  if (most_samples_ > least_samples_) return;
+  if (most_samples_ > least_samples_ || watcher_.judge->ScoresFutures()) return;
   double best = -std::numeric_limits<double>::infinity();
   for (size_t candidate = 0; candidate < samples_.size(); candidate++)
     if (!dominated_[candidate] && !AnySampleIs(Branch::kFailed, candidate))
@@ -278,15 +313,23 @@ std::optional<size_t> Decider::FindRefused() const {
   return std::nullopt;
 }
 
+void Decider::Step(const Task& task, uint64_t steps) {
+  if (!task.before_step) return branches_.Step(steps, &watcher_);
+  for (uint64_t i = 0; i < steps; i++) {
+    task.before_step();
+    branches_.Step(1, &watcher_);
+  }
+}
+
 /// Makes rounds until all samples have made so many steps or have ended. Returns false if it was
 /// told to stop before, or a command was refused.
-bool Decider::ReachHorizon(uint64_t steps, const GoOn& go_on, Decision* decision) {
+bool Decider::ReachHorizon(const Task& task, const GoOn& go_on, Decision* decision) {
   for (uint64_t done = 0;;) {
-    const uint64_t alive = CountAlive(), left = steps - done;
+    const uint64_t alive = CountAlive(), left = task.about.steps - done;
     if (alive == 0 || left == 0) return true;
     const uint64_t next = std::min(std::max<uint64_t>(1, options_.round), left);
     if (!go_on(decision->scenario_steps, alive * next, decision->rounds)) return false;
-    branches_.Step(next, &watcher_);
+    Step(task, next);
     done += next;
     decision->rounds++;
     decision->steps = std::max(decision->steps, done);
@@ -299,7 +342,8 @@ bool Decider::ReachHorizon(uint64_t steps, const GoOn& go_on, Decision* decision
 Decision Decider::Decide(const Task& task, const GoOn& go_on) {
   Decision decision;
   BeginTask(task);
-  decision.complete = ReachHorizon(task.steps, go_on, &decision);
+  decision.complete = ReachHorizon(task, go_on, &decision);
+  ScoreFutures();
   Summarize(&decision);
   if (!decision.complete) decision.reason = Decision::kBudget;
   for (uint32_t count = least_samples_; decision.complete;) {
@@ -307,10 +351,11 @@ Decision Decider::Decide(const Task& task, const GoOn& go_on) {
     if (count >= most_samples_ || decision.reason == Decision::kToldApart) break;
     count = std::min(2 * count, most_samples_);
     AddSamples(task, count);
-    if (!ReachHorizon(task.steps, go_on, &decision)) {
+    if (!ReachHorizon(task, go_on, &decision)) {
       decision.reason = Decision::kBudget;
       break;
     }
+    ScoreFutures();
     Summarize(&decision);
   }
   if (FindRefused()) Summarize(&decision);

@@ -25,11 +25,12 @@ class Decider {
   /// `begin` restores the branch of a sample and gives it its commands.
   using Begin = std::function<void(uint32_t branch, const Sample& sample)>;
   struct Task {
-    size_t candidates;
-    uint64_t steps;  ///< to look ahead
+    DecisionTask about;
     Judge* judge;
     Begin begin;
     std::function<std::string(size_t candidate)> name_of = {};  ///< for messages; may be empty
+    /// Called before each step of all samples, if it is not empty.
+    std::function<void()> before_step;
   };
 
   /// The branches must outlive this.
@@ -40,6 +41,13 @@ class Decider {
   /// Repeats the rounds of `decision` without a budget.
   Decision Replay(const Task& task, const Decision& decision);
 
+  /// Calls f(branch, sample) for each sample that is simulated.
+  template <typename F>
+  void ForEachLiving(F f) const {
+    for (uint32_t branch = 0; branch < count_; branch++)
+      if (branches_[branch].state == Branch::kAlive) f(branch, watcher_.SampleAt(branch));
+  }
+
  private:
   /// Forwards the callbacks of a branch to the judge, with the sample that it is.
   struct Watcher : Scenario {
@@ -47,6 +55,7 @@ class Decider {
     size_t candidates = 1;
     const Branches* branches = nullptr;
     std::vector<uint8_t> collided;  // by branch
+    std::vector<double> scores;     // by branch, if the judge scores futures
 
     Sample SampleAt(uint32_t branch) const {
       return {branch % candidates, static_cast<uint32_t>(branch / candidates)};
@@ -63,6 +72,10 @@ class Decider {
 
   void BeginTask(const Task& task);
   void AddSamples(const Task& task, uint32_t end);
+  void ScoreFutures();
+  double ScoreOf(uint32_t branch) const {
+    return watcher_.judge->ScoresFutures() ? watcher_.scores[branch] : branches_[branch].score;
+  }
   uint64_t CountAlive() const;
   uint64_t CountSteps() const;
   Outcome OutcomeOf(size_t candidate) const;
@@ -80,18 +93,21 @@ class Decider {
   bool AnySampleIs(Branch::State state, size_t candidate) const;
   std::optional<size_t> FindRefused() const;
   std::string WhyNone(const Task& task, const Decision& decision) const;
-  bool ReachHorizon(uint64_t steps, const GoOn& go_on, Decision* decision);
+  void Step(const Task& task, uint64_t steps);
+  bool ReachHorizon(const Task& task, const GoOn& go_on, Decision* decision);
   Decision Decide(const Task& task, const GoOn& go_on);
 
   const ConsequenceEngine::Options options_;
   const uint32_t least_samples_, most_samples_;
   Branches& branches_;
   Watcher watcher_;
-  uint32_t count_ = 0;  // of branches that the decision uses
+  uint32_t count_ = 0;   // of branches that the decision uses
+  uint32_t scored_ = 0;  // of branches whose futures have been scored
   // By candidate.
-  std::vector<uint32_t> samples_;    // that are simulated
-  std::vector<bool> dominated_;      // gets no further steps
-  std::vector<bool> is_told_apart_;  // gets no further samples
+  std::vector<uint32_t> samples_;          // that are simulated
+  std::vector<bool> dominated_;            // gets no further steps
+  std::vector<bool> is_told_apart_;        // gets no further samples
+  std::vector<bool> has_reached_horizon_;  // in samples that are not alive any more
 };
 
 }  // namespace Stg::whatif

@@ -10,8 +10,12 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <atomic>
+#include <initializer_list>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <thread>
 #include <vector>
 
 #include "bindings.hh"
@@ -39,22 +43,44 @@ void Try(F f) {
   });
 }
 
-/// A belief that several threads may use, one at a time.
+/// A belief that several threads may use, one at a time. A function that a decision calls must not
+/// use it, as the decision does.
 class PyBelief {
  public:
   PyBelief(const std::string& file, const std::string& robot, const Belief::Options& options)
       : belief_(file, robot, options) {}
 
+  /// Calls f(&belief) without the GIL, see Try().
   template <typename F>
-  void Change(F f) {
+  void Use(F f) {
     Try([&] {
+      if (user_ == std::this_thread::get_id())
+        throw Failure{Kind::kStage,
+                      "a function that decides or moves others cannot use its belief, expected it "
+                      "to be changed between decisions"};
       const std::lock_guard lock(mutex_);
+      const Mark mark(&user_);
       return f(&belief_);
     });
   }
 
   Belief belief_;
+
+ private:
+  /// Says which thread uses the belief, while the object lives.
+  class Mark {
+   public:
+    explicit Mark(std::atomic<std::thread::id>* of) : of_(*of) { of_ = std::this_thread::get_id(); }
+    ~Mark() { of_ = std::thread::id(); }
+    Mark(const Mark&) = delete;
+    Mark& operator=(const Mark&) = delete;
+
+   private:
+    std::atomic<std::thread::id>& of_;
+  };
+
   std::mutex mutex_;
+  std::atomic<std::thread::id> user_;
 };
 
 Pose PoseAt(const double* numbers) { return Pose(numbers[0], numbers[1], 0, numbers[2]); }
@@ -72,17 +98,23 @@ void Check(bool is_right) {
   if (!is_right) throw nb::value_error("found an array of another shape");
 }
 
+/// `sizes`: radius, height and room by kind of others.
 std::shared_ptr<PyBelief> MakeBelief(const std::string& file, const std::string& robot,
-                                     const Numbers& lengths, const Numbers& origin, uint32_t room,
+                                     const Numbers& lengths, const Numbers& origin,
+                                     const Table& sizes, const std::vector<std::string>& bodies,
                                      uint32_t rows, uint32_t columns) {
-  Check(lengths.size() == 4 && origin.size() == 3);
+  Check(lengths.size() == 2 && origin.size() == 3 && sizes.shape(1) == 3 &&
+        sizes.shape(0) == bodies.size());
   Belief::Options options;
-  options.other_radius = lengths(0);
-  options.other_height = lengths(1);
-  options.resolution = lengths(2);
-  options.wall_height = lengths(3);
+  options.resolution = lengths(0);
+  options.wall_height = lengths(1);
+  options.kinds.clear();
+  for (size_t i = 0; i < bodies.size(); i++) {
+    const double* const size = &sizes(i, 0);
+    options.kinds.emplace_back(size[0], size[1], static_cast<uint32_t>(size[2]));
+    options.kinds.back().body = bodies[i];
+  }
   options.origin = PoseAt(origin.data());
-  options.room = room;
   options.rows = rows;
   options.columns = columns;
   std::shared_ptr<PyBelief> made;
@@ -96,20 +128,91 @@ std::shared_ptr<PyBelief> MakeBelief(const std::string& file, const std::string&
 void SetRobot(PyBelief& to, const Numbers& numbers) {
   Check(numbers.size() == 24);
   const double* const at = numbers.data();
-  to.Change([&](Belief* belief) {
+  to.Use([&](Belief* belief) {
     return belief->SetRobot(PoseAt(at), VelocityAt(at + 3), CovarianceAt(at + 6),
                             CovarianceAt(at + 15));
   });
 }
 
+/// Sightings of samples or futures as arrays: x, y, heading; velocities; stalls.
+struct SightingArrays {
+  SightingArrays(size_t count, size_t of_models)
+      : models(of_models),
+        poses(count * of_models * 3),
+        velocities(count * of_models * 3),
+        stalled(count * of_models) {}
+
+  void Add(const Sighting* seen) {
+    for (size_t i = 0; i < models; i++, next++) {
+      const double numbers[] = {seen[i].pose.x, seen[i].pose.y, seen[i].pose.a};
+      const double moves[] = {seen[i].velocity.x, seen[i].velocity.y, seen[i].velocity.a};
+      std::copy(numbers, numbers + 3, &poses[3 * next]);
+      std::copy(moves, moves + 3, &velocities[3 * next]);
+      stalled[next] = seen[i].stalled;
+    }
+  }
+
+  const size_t models;
+  size_t next = 0;
+  std::vector<double> poses, velocities;
+  std::vector<uint8_t> stalled;
+};
+
+/// An array of this shape with the content of a vector, which it keeps. The caller holds the GIL.
+template <typename T>
+nb::object ArrayOf(std::vector<T> values, std::initializer_list<size_t> shape) {
+  auto* const kept = new std::vector<T>(std::move(values));
+  const nb::capsule owner(kept, [](void* of) noexcept { delete static_cast<std::vector<T>*>(of); });
+  return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), shape, owner));
+}
+
+/// A hypothesis that is a Python function: see stagesim.Behaviour. The Python object of the belief
+/// keeps the function, so that the garbage collector sees cycles.
+class PyRule : public BehaviourRule {
+ public:
+  explicit PyRule(nb::handle function) : function_(function) {}
+
+  void Move(const Moment* moments, size_t count, size_t others, Velocity* velocities) override {
+    SightingArrays seen(count, 1 + others);
+    std::vector<int64_t> own(count), samples(count), plans(count);
+    std::vector<uint64_t> ids(count);
+    std::vector<double> times(count);
+    for (size_t i = 0; i < count; i++) {
+      seen.Add(moments[i].seen);
+      own[i] = static_cast<int64_t>(moments[i].own);
+      plans[i] = static_cast<int64_t>(moments[i].sample.candidate);
+      samples[i] = moments[i].sample.number;
+      ids[i] = moments[i].id;
+      times[i] = moments[i].time;
+    }
+    const nb::gil_scoped_acquire gil;
+    const nb::object found = function_(
+        ArrayOf(std::move(seen.poses), {count, 1 + others, 3}), ArrayOf(std::move(own), {count}),
+        ArrayOf(std::move(ids), {count}), ArrayOf(std::move(plans), {count}),
+        ArrayOf(std::move(samples), {count}), ArrayOf(std::move(times), {count}));
+    const auto table = nb::cast<Table>(found);
+    Check(table.shape(0) == count && table.shape(1) == 3);
+    for (size_t i = 0; i < count; i++) velocities[i] = VelocityAt(&table(i, 0));
+  }
+
+ private:
+  const nb::handle function_;
+};
+
 /// Replaces all others. `numbers`: pose, velocity and their covariances by other; `behaviours`:
-/// number of the other, kind, weight, x, y, speed. If one is refused, the others stay forgotten.
-void SetOthers(PyBelief& to, const Ids& ids, const Table& numbers, const Table& behaviours) {
-  Check(numbers.shape(0) == ids.size() && numbers.shape(1) == 24 && behaviours.shape(1) == 6);
+/// number of the other, kind, weight, x, y, speed; `by`: for each of these a controller, a function
+/// or None, which the caller keeps until it replaces the others again. If one is refused, nobody is
+/// tracked.
+void SetOthers(PyBelief& to, const Ids& ids, const Table& numbers, const Ids& kinds,
+               const Table& behaviours, const nb::list& by) {
+  Check(numbers.shape(0) == ids.size() && numbers.shape(1) == 24 && behaviours.shape(1) == 6 &&
+        kinds.size() == ids.size() && by.size() == behaviours.shape(0));
   std::vector<TrackedOther> others;
+  std::map<PyObject*, std::shared_ptr<BehaviourRule>> rules;
   for (size_t i = 0; i < ids.size(); i++) {
     const double* const at = numbers.data() + 24 * i;
     TrackedOther& other = others.emplace_back(ids(i));
+    other.kind = static_cast<uint32_t>(kinds(i));
     other.pose = PoseAt(at);
     other.velocity = VelocityAt(at + 3);
     other.pose_covariance = CovarianceAt(at + 6);
@@ -118,21 +221,76 @@ void SetOthers(PyBelief& to, const Ids& ids, const Table& numbers, const Table& 
   for (size_t k = 0; k < behaviours.shape(0); k++) {
     const double* const at = behaviours.data() + 6 * k;
     const auto i = static_cast<size_t>(at[0]);
-    Check(at[0] >= 0 && i < others.size() && at[1] >= 0 && at[1] < 5);
+    Check(at[0] >= 0 && i < others.size() && at[1] >= 0 && at[1] <= double{Behaviour::kRule});
     Behaviour behaviour(static_cast<Behaviour::Kind>(static_cast<int>(at[1])), at[3], at[4], at[5],
                         at[2]);
+    if (behaviour.kind == Behaviour::kController)
+      behaviour.controller = nb::cast<std::string>(by[k]);
+    if (behaviour.kind == Behaviour::kRule) {
+      const nb::object function = by[k];
+      std::shared_ptr<BehaviourRule>& rule = rules[function.ptr()];
+      if (!rule) rule = std::make_shared<PyRule>(function);
+      behaviour.rule = rule;
+    }
     others[i].behaviours.push_back(behaviour);
   }
-  to.Change([&](Belief* belief) {
+  to.Use([&](Belief* belief) {
     belief->ClearOthers();
-    return std::ranges::all_of(others,
-                               [&](const TrackedOther& other) { return belief->SetOther(other); });
+    const bool are_set = std::ranges::all_of(
+        others, [&](const TrackedOther& other) { return belief->SetOther(other); });
+    if (!are_set) belief->ClearOthers();
+    return are_set;
   });
+}
+
+/// A judge that is a Python function: see ConsequenceEngine.choose.
+class PyJudge : public Judge {
+ public:
+  /// The function must outlive this.
+  explicit PyJudge(nb::handle function) : function_(function) {}
+
+  bool NeedsWorld() const override { return false; }
+  bool ScoresFutures() const override { return true; }
+  void BeginDecision(const DecisionTask& task) override { task_ = task; }
+  void ScoreFutures(const Future* futures, size_t count, SampleResult* results) override;
+
+ private:
+  const nb::handle function_;
+  DecisionTask task_;
+};
+
+void PyJudge::ScoreFutures(const Future* futures, size_t count, SampleResult* results) {
+  if (count == 0) return;
+  // No future ends before the others do.
+  const auto steps = static_cast<size_t>(futures[0].steps);
+  const size_t models = 1 + task_.other_radii.size();
+  SightingArrays seen(count * steps, models);
+  std::vector<int64_t> plans(count), samples(count);
+  for (size_t i = 0; i < count; i++) {
+    for (size_t step = 0; step < steps; step++)
+      seen.Add(futures[i].sightings + step * task_.watched);
+    plans[i] = static_cast<int64_t>(futures[i].sample.candidate);
+    samples[i] = futures[i].sample.number;
+  }
+  const nb::gil_scoped_acquire gil;
+  const nb::object found = function_(
+      ArrayOf(std::move(seen.poses), {count, steps, models, 3}),
+      ArrayOf(std::move(seen.velocities), {count, steps, models, 3}),
+      ArrayOf(std::move(seen.stalled), {count, steps, models}),
+      ArrayOf(std::vector<double>(task_.other_radii), {task_.other_radii.size()}),
+      ArrayOf(std::move(plans), {count}), ArrayOf(std::move(samples), {count}), task_.interval);
+  const auto table = nb::cast<Table>(found);
+  Check(table.shape(0) == count && table.shape(1) == 2);
+  for (size_t i = 0; i < count; i++) {
+    results[i].score = table(i, 0);
+    results[i].collided = table(i, 1) != 0;
+  }
 }
 
 /// A question as Python asks it.
 struct Asked {
   BeliefQuestion question;
+  nb::object judge;  // a function; None: that of the goal
   double goal_x, goal_y, radius, penalty, tolerance;
   Budget budget;
 };
@@ -141,21 +299,24 @@ class PyEngine {
  public:
   PyEngine(std::shared_ptr<PyBelief> belief, const BeliefEngine::Options& options)
       : belief_(std::move(belief)) {
-    const std::lock_guard lock(belief_->mutex_);
-    engine_ = std::make_unique<BeliefEngine>(&belief_->belief_, options);
+    belief_->Use([&](Belief* of) {
+      engine_ = std::make_unique<BeliefEngine>(of, options);
+      return engine_->IsReady();
+    });
   }
-  bool IsReady() const { return engine_->IsReady(); }
   std::string device() const { return engine_->StepDevice(); }
   size_t watched() const { return engine_->watched(); }
 
   /// `earlier`: a decision to be repeated; null: a new one.
   Decision Decide(const Asked& asked, const Decision* earlier) {
     Decision decision;
-    Try([&] {
-      const std::lock_guard lock(belief_->mutex_);
-      GoalJudge judge(asked.goal_x, asked.goal_y, asked.radius, asked.penalty, asked.tolerance);
-      decision = earlier ? engine_->Replay(asked.question, *earlier, &judge)
-                         : engine_->Choose(asked.question, asked.budget, &judge);
+    GoalJudge to_goal(asked.goal_x, asked.goal_y, asked.radius, asked.penalty, asked.tolerance);
+    std::unique_ptr<PyJudge> own;
+    if (!asked.judge.is_none()) own = std::make_unique<PyJudge>(asked.judge);
+    Judge* const judge = own ? static_cast<Judge*>(own.get()) : &to_goal;
+    belief_->Use([&](Belief*) {
+      decision = earlier ? engine_->Replay(asked.question, *earlier, judge)
+                         : engine_->Choose(asked.question, asked.budget, judge);
       return true;
     });
     if (!decision.error.empty()) throw Failure{Kind::kStage, decision.error};
@@ -182,17 +343,14 @@ std::shared_ptr<PyEngine> MakeEngine(const std::shared_ptr<PyBelief>& belief, ui
   options.threads = threads;
   options.device_steps = on_device;
   options.device_choice = device;
-  std::shared_ptr<PyEngine> made;
-  Try([&] {
-    made = std::make_shared<PyEngine>(belief, options);
-    return made->IsReady();
-  });
-  return made;
+  return std::make_shared<PyEngine>(belief, options);
 }
 
-Asked AskedOf(const Plans& plans, const Numbers& numbers, uint64_t steps, uint64_t seed) {
+Asked AskedOf(const Plans& plans, const Numbers& numbers, const nb::object& judge, uint64_t steps,
+              uint64_t seed) {
   Check(numbers.size() == 10);
-  Asked asked{{}, numbers(0), numbers(1), numbers(2), numbers(3), numbers(4), Budget(numbers(7))};
+  Asked asked{{},         judge,      numbers(0), numbers(1),
+              numbers(2), numbers(3), numbers(4), Budget(numbers(7))};
   asked.question.horizon = static_cast<usec_t>(numbers(5) * 1e6 + 0.5);
   asked.question.hold = static_cast<usec_t>(numbers(6) * 1e6 + 0.5);
   asked.question.seed = seed;
@@ -223,21 +381,21 @@ void BindBelief(nb::module_& module) {
   using namespace nb::literals;
   nb::class_<PyBelief>(module, "Belief")
       .def("set_robot", &SetRobot, "numbers"_a)
-      .def("set_others", &SetOthers, "ids"_a, "numbers"_a, "behaviours"_a)
+      .def("set_others", &SetOthers, "ids"_a, "numbers"_a, "kinds"_a, "behaviours"_a, "by"_a)
       .def(
           "set_grid",
           [](PyBelief& to, const Cells& cells) {
-            to.Change([&](Belief* belief) { return belief->SetGrid(cells.data(), cells.size()); });
+            to.Use([&](Belief* belief) { return belief->SetGrid(cells.data(), cells.size()); });
           },
           "cells"_a)
       .def(
           "set_delay",
           [](PyBelief& to, double seconds) {
-            to.Change([&](Belief* belief) { return belief->SetDelay(seconds); });
+            to.Use([&](Belief* belief) { return belief->SetDelay(seconds); });
           },
           "seconds"_a);
-  module.def("make_belief", &MakeBelief, "file"_a, "robot"_a, "lengths"_a, "origin"_a, "room"_a,
-             "rows"_a, "columns"_a);
+  module.def("make_belief", &MakeBelief, "file"_a, "robot"_a, "lengths"_a, "origin"_a, "sizes"_a,
+             "bodies"_a, "rows"_a, "columns"_a);
   nb::class_<Decision>(module, "Decision")
       .def_ro("best", &Decision::best)
       .def_ro("samples", &Decision::samples)
@@ -273,18 +431,18 @@ void BindBelief(nb::module_& module) {
       .def_prop_ro("watched", &PyEngine::watched)
       .def(
           "choose",
-          [](PyEngine& engine, const Plans& plans, const Numbers& numbers, uint64_t steps,
-             uint64_t seed) {
-            return engine.Decide(AskedOf(plans, numbers, steps, seed), nullptr);
+          [](PyEngine& engine, const Plans& plans, const Numbers& numbers, const nb::object& judge,
+             uint64_t steps, uint64_t seed) {
+            return engine.Decide(AskedOf(plans, numbers, judge, steps, seed), nullptr);
           },
-          "plans"_a, "numbers"_a, "steps"_a, "seed"_a)
+          "plans"_a, "numbers"_a, "judge"_a.none(), "steps"_a, "seed"_a)
       .def(
           "replay",
-          [](PyEngine& engine, const Plans& plans, const Numbers& numbers, uint64_t steps,
-             uint64_t seed, const Decision& decision) {
-            return engine.Decide(AskedOf(plans, numbers, steps, seed), &decision);
+          [](PyEngine& engine, const Plans& plans, const Numbers& numbers, const nb::object& judge,
+             uint64_t steps, uint64_t seed, const Decision& decision) {
+            return engine.Decide(AskedOf(plans, numbers, judge, steps, seed), &decision);
           },
-          "plans"_a, "numbers"_a, "steps"_a, "seed"_a, "decision"_a);
+          "plans"_a, "numbers"_a, "judge"_a.none(), "steps"_a, "seed"_a, "decision"_a);
   module.def("make_engine", &MakeEngine, "belief"_a, "samples"_a, "most_samples"_a, "preference"_a,
              "numbers"_a, "threads"_a, "device"_a, "on_device"_a);
 }

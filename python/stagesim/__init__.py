@@ -16,7 +16,7 @@ from ._contacts import BatchContacts
 from ._core import Model, RangeSensor, Snapshot, View
 from ._paths import shipped_worlds
 from .batch import Batch
-from .belief import Behaviour, Belief, ConsequenceEngine, Decision
+from .belief import Behaviour, Belief, ConsequenceEngine, Decision, Moments, OtherKind, Sightings
 from .device_array import DeviceArray
 from .errors import GoneError, StageError, WorldError
 from .fleet import Fleet, Reading, Sensor, sensor_types
@@ -31,9 +31,9 @@ Ranger = Fiducials = Blobs = Camera = Sensor  # former names
 
 __version__: str = _core.version()
 __all__ = [
-    "Batch", "BatchContacts", "Behaviour", "Belief", "ConsequenceEngine", "Contacts", "Decision", "DeviceArray", "Film", "Fleet", "Futures", "GoneError", "Model", "RangeSensor",
-    "Reading", "Sensor", "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "scenes", "sensor_types",
-    "shipped_worlds",
+    "Batch", "BatchContacts", "Behaviour", "Belief", "ConsequenceEngine", "Contacts", "Decision", "DeviceArray", "Film",
+    "Fleet", "Futures", "GoneError", "Model", "Moments", "OtherKind", "RangeSensor", "Reading", "Sensor", "Sightings",
+    "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "scenes", "sensor_types", "shipped_worlds",
 ]
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,9 +15,35 @@ from . import _core, _paths
 from ._batch_arguments import device_choice
 from ._checks import integer, shown
 
+if TYPE_CHECKING:
+    from .scenes import GridMap
+
 Floats = npt.NDArray[np.float64]
-KINDS = ("stand", "go on", "go to", "social force", "orca")
+KINDS = ("stand", "go on", "go to", "social force", "orca", "controller", "function")
 REASONS = ("horizon", "told apart", "budget")
+
+
+class Moments(NamedTuple):
+    """Before a step of the samples: k others whom a function moves, each in a sample of a plan."""
+
+    poses: Floats  #: of the robot and of all n others, in the order of their ids: shape (k, 1 + n, 3)
+    own: npt.NDArray[np.int64]  #: place among these n + 1 of the one who is moved: shape (k,)
+    ids: npt.NDArray[np.uint64]  #: of the one who is moved: shape (k,)
+    plans: npt.NDArray[np.int64]  #: number of the plan: shape (k,)
+    samples: npt.NDArray[np.int64]  #: number of the sample: shape (k,)
+    times: Floats  #: seconds since the beginning: shape (k,)
+
+
+class Sightings(NamedTuple):
+    """All sightings of k futures, each a sample of a plan, after each of m steps."""
+
+    poses: Floats  #: of the robot and of all n others, in the order of their ids: shape (k, m, 1 + n, 3)
+    velocities: Floats  #: in their own frames, m/s and rad/s: shape (k, m, 1 + n, 3)
+    stalled: npt.NDArray[np.bool_]  #: whether contact has kept them from moving: shape (k, m, 1 + n)
+    radii: Floats  #: of the others, metres: shape (n,)
+    plans: npt.NDArray[np.int64]  #: number of the plan: shape (k,)
+    samples: npt.NDArray[np.int64]  #: number of the sample: shape (k,)
+    interval: float  #: seconds of a step
 
 
 class Behaviour(NamedTuple):
@@ -25,16 +51,37 @@ class Behaviour(NamedTuple):
 
     Args:
         kind: "stand"; "go on" with the present velocity; or to a goal: "go to" straight, "social force" like the controller
-            stage/pedestrian, "orca" like stage/orca. Nobody sees walls.
+            stage/pedestrian, "orca" like stage/orca; "controller"; or "function".
         weight: of its probability, above 0; those of all behaviours need not add up to 1.
         goal: x and y, metres, in the frame of the world file.
         speed: on the way to the goal, m/s; 0: that of the present velocity.
+        controller: a batch controller and its arguments, as the property ctrl of a world file: "stage/wander speed=0.3".
+        function: called in each step with Moments of all samples that have it; returns velocities in the frame of the world
+            file, m/s and rad/s: shape (k, 2) or (k, 3). Such samples are simulated in lockstep, which takes more time.
     """
 
     kind: str = "go on"
     weight: float = 1.0
     goal: tuple[float, float] = (0.0, 0.0)
     speed: float = 0.0
+    controller: str = ""
+    function: Callable[[Moments], npt.ArrayLike] | None = None
+
+
+class OtherKind(NamedTuple):
+    """Others of a size, which are discs.
+
+    Args:
+        radius, height: metres.
+        body: further properties and children in the language of world files, such as a ranger: social forces, reciprocal
+            avoidance and controllers see walls by them, and nothing else.
+        room: number of others that there is room for from the start; doubled when there are more.
+    """
+
+    radius: float = 0.25
+    height: float = 1.7
+    body: str = ""
+    room: int = 8
 
 
 class Belief:
@@ -46,25 +93,37 @@ class Belief:
     Args:
         file: a world file; one that ships with Stage may be named without its folder.
         robot: name of the position model that decides.
-        grid: rows and columns of an occupancy grid in addition to the walls of the file; None: there is none.
+        grid: rows and columns of an occupancy grid in addition to the walls of the file; or a stagesim.scenes.GridMap, or the
+            path of a map.yaml, which give its size, cells, resolution, origin and height; None: there is none.
         resolution: side of a cell of the grid.
         origin: pose of the outer corner of the grid's cell in row 0 and column 0, as in nav_msgs/OccupancyGrid.
         wall_height: height of occupied cells.
         other_radius, other_height: of others.
         room: number of others that there is room for from the start; doubled when there are more.
+        kinds: kinds of others, at least one; None: one kind of the given radius, height and room.
 
     Raises:
         StageError: the file can't be loaded, or has no such robot.
         ValueError: a number is out of range.
     """
 
-    def __init__(self, file: str | os.PathLike[str], robot: str, *, grid: tuple[int, int] | None = None,
+    def __init__(self, file: str | os.PathLike[str], robot: str, *, grid: tuple[int, int] | GridMap | str | os.PathLike[str] | None = None,
                  resolution: float = 0.05, origin: npt.ArrayLike = (0, 0, 0), wall_height: float = 1.0,
-                 other_radius: float = 0.25, other_height: float = 1.7, room: int = 8) -> None:
-        self.grid = None if grid is None else (integer(grid[0], "grid", 1, 10000), integer(grid[1], "grid", 1, 10000))
+                 other_radius: float = 0.25, other_height: float = 1.7, room: int = 8,
+                 kinds: Sequence[OtherKind] | None = None) -> None:
+        map_given = _map_of(grid)
+        if map_given is not None:
+            grid, resolution, wall_height = map_given.shape, map_given.resolution, map_given.height
+            origin = np.asarray(map_given.origin, float)[[0, 1, -1]]
+        self.grid = None if grid is None else _side(grid)
+        all_kinds = [OtherKind(other_radius, other_height, "", room)] if kinds is None else list(kinds)
+        sizes = [(kind.radius, kind.height, integer(kind.room, "room", 1, 100000)) for kind in all_kinds]
+        self._kinds = len(all_kinds)
         self._core = _core.make_belief(
-            _paths.resolve(file), robot, np.array([other_radius, other_height, resolution, wall_height], float),
-            _numbers(origin, "origin", (3,)), integer(room, "room", 1, 100000), *(self.grid or (0, 0)))
+            _paths.resolve(file), robot, np.array([resolution, wall_height], float), _numbers(origin, "origin", (3,)),
+            np.array(sizes, float).reshape(-1, 3), [kind.body for kind in all_kinds], *(self.grid or (0, 0)))
+        if map_given is not None:
+            self.set_grid(map_given.occupied)
 
     def set_robot(self, pose: npt.ArrayLike, velocity: npt.ArrayLike = (0, 0, 0),
                   pose_covariance: npt.ArrayLike | None = None, velocity_covariance: npt.ArrayLike | None = None) -> None:
@@ -78,7 +137,7 @@ class Belief:
 
     def set_others(self, ids: npt.ArrayLike, poses: npt.ArrayLike, velocities: npt.ArrayLike | None = None,
                    pose_covariances: npt.ArrayLike | None = None, velocity_covariances: npt.ArrayLike | None = None,
-                   behaviours: Sequence[Sequence[Behaviour]] | None = None) -> None:
+                   behaviours: Sequence[Sequence[Behaviour]] | None = None, kinds: npt.ArrayLike | None = None) -> None:
         """Replaces all tracked others by n others.
 
         Args:
@@ -86,7 +145,9 @@ class Belief:
             poses: shape (n, 3).
             velocities: in the frame of the world file, m/s and rad/s: shape (n, 3); None: all stand.
             pose_covariances, velocity_covariances: shape (n, 3, 3), or (3, 3) for all; None: there are no errors.
-            behaviours: hypotheses for each of them; None or an empty sequence: they go on.
+            behaviours: hypotheses for each of them; None or an empty sequence: they go on. A controller that is named for the
+                first time makes the world of the belief anew.
+            kinds: their kinds, as numbers of Belief's argument: shape (n,); None: all are of the first kind.
 
         Raises:
             StageError: a number makes no sense; nobody is tracked then.
@@ -100,10 +161,18 @@ class Belief:
         n = len(numbers)
         rows = _rows(n, poses, np.zeros((n, 3)) if velocities is None else velocities, pose_covariances,
                      velocity_covariances)
-        table = [] if behaviours is None else [_row(i, each) for i, all_of in enumerate(behaviours) for each in all_of]
+        of_kinds = np.zeros(n, int) if kinds is None else np.asarray(kinds)
+        if of_kinds.shape != (n,) or of_kinds.dtype.kind not in "iu" or not ((0 <= of_kinds) & (of_kinds < self._kinds)).all():
+            raise ValueError(f"found {shown(kinds)} as kinds, expected whole numbers below {self._kinds}: shape ({n},)")
         if behaviours is not None and len(behaviours) != n:
             raise ValueError(f"found behaviours of {len(behaviours)} others, expected {n}")
-        self._core.set_others(numbers.astype(np.uint64), rows, np.array(table, float).reshape(-1, 6))
+        pairs = [(i, each) for i, all_of in enumerate(behaviours or ()) for each in all_of]
+        makers = _makers([each for _, each in pairs])
+        try:
+            self._core.set_others(numbers.astype(np.uint64), rows, of_kinds.astype(np.uint64),
+                                  np.array([_row(i, each) for i, each in pairs], float).reshape(-1, 6), makers)
+        finally:
+            self._makers = makers  # the compiled belief doesn't keep functions
 
     def set_grid(self, cells: npt.ArrayLike, threshold: int = 65) -> None:
         """Replaces the cells of the grid.
@@ -233,29 +302,36 @@ class ConsequenceEngine:
         """Name of the device that makes the steps, or None."""
         return self._core.device or None
 
-    def choose(self, plans: npt.ArrayLike, goal: npt.ArrayLike, *, radius: float, horizon: float = 5.0, hold: float = 1.0,
-               seed: int = 1, seconds: float = 0.0, steps: int = 0, joules: float = 0.0, watts: float = 0.0,
-               penalty: float = 100.0, tolerance: float = 0.2) -> Decision:
-        """Returns the best plan: the one with the least mean distance to the goal during the horizon.
+    def choose(self, plans: npt.ArrayLike, goal: npt.ArrayLike | None = None, *, radius: float | None = None,
+               horizon: float = 5.0, hold: float = 1.0, seed: int = 1, seconds: float = 0.0, steps: int = 0,
+               joules: float = 0.0, watts: float = 0.0, penalty: float = 100.0, tolerance: float = 0.2,
+               judge: Callable[[Sightings], Any] | None = None) -> Decision:
+        """Returns the best plan: the one with the least mean distance to the goal during the horizon, or with the best score.
 
         Args:
             plans: velocities of the robot in its own frame, (x, y, turn rate): shape (p, 3), or (p, m, 3) for m velocities
                 after each other, the last one for good. The first plan is chosen if nothing is known.
-            goal: x and y, metres.
-            radius: of the robot, metres, for contacts with others who run into it.
+            goal: x and y, metres; None if there is a judge.
+            radius: of the robot, metres, for contacts with others who run into it; needed with a goal.
             horizon: simulated seconds to look ahead, with the delay.
             hold: duration of each velocity, seconds.
             seed: of the samples: equal seeds and beliefs have equal samples.
             seconds, steps, joules: budgets of time, of steps of all samples, and of `watts` times the seconds; 0: no limit.
             penalty: of a collision, which ends a sample, in metres of the mean distance.
             tolerance: the goal is reached within this distance, metres.
+            judge: called with the Sightings of all samples that have been simulated, and again if more are added; returns scores,
+                higher is better: shape (k,), or a pair of scores and truth values that say which futures have collided.
 
         Raises:
             StageError: there can be no decision: the robot would be in an obstacle, or can't obey a plan.
             ValueError: a shape is wrong, or a number is out of range.
         """
-        return self._decide(None, *_asked(plans, goal, radius, penalty, tolerance, horizon, hold, seconds, joules, watts,
-                                          steps, seed))
+        if (goal is None) == (judge is None):
+            raise ValueError("found a goal and a judge, or none of them, expected one")
+        if goal is not None and radius is None:
+            raise ValueError("found no radius of the robot, expected metres")
+        return self._decide(None, *_asked(plans, (0, 0) if goal is None else goal, judge, radius or 0.0, penalty, tolerance,
+                                          horizon, hold, seconds, joules, watts, steps, seed))
 
     def replay(self, decision: Decision) -> Decision:
         """Repeats a decision of this engine about the same belief, without its budgets: exactly."""
@@ -266,8 +342,9 @@ class ConsequenceEngine:
         return Decision(core, asked, self._core.watched)
 
 
-def _asked(plans: npt.ArrayLike, goal: npt.ArrayLike, *numbers: Any) -> tuple[Any, ...]:
-    """The arguments of the compiled functions: plans, numbers, steps, seed."""
+def _asked(plans: npt.ArrayLike, goal: npt.ArrayLike, judge: Callable[[Sightings], Any] | None,
+           *numbers: Any) -> tuple[Any, ...]:
+    """The arguments of the compiled functions: plans, numbers, judge, steps, seed."""
     array = np.asarray(plans, np.float64)
     array = array[:, None] if array.ndim == 2 else array
     if array.ndim != 3 or array.shape[2] != 3 or array.shape[1] == 0:
@@ -275,8 +352,68 @@ def _asked(plans: npt.ArrayLike, goal: npt.ArrayLike, *numbers: Any) -> tuple[An
     given = [float(number) for number in numbers[:-2]]
     if not all(math.isfinite(number) and number >= 0 for number in given):
         raise ValueError("found a number that is negative or not finite, expected metres, seconds, joules and watts")
-    return (np.ascontiguousarray(array), np.concatenate([_numbers(goal, "goal", (2,)), given]),
+    return (np.ascontiguousarray(array), np.concatenate([_numbers(goal, "goal", (2,)), given]), judge and _Judge(judge),
             integer(numbers[-2], "steps", 0), integer(numbers[-1], "seed", 0, 2**64 - 1))
+
+
+class _Judge:
+    """A judge as the compiled function calls it: returns scores and collisions, shape (k, 2)."""
+
+    def __init__(self, function: Callable[[Sightings], Any]) -> None:
+        self._function = function
+
+    def __call__(self, poses: Floats, velocities: Floats, stalled: npt.NDArray[np.uint8], *rest: Any) -> Floats:
+        found = self._function(Sightings(poses, velocities, stalled.view(bool), *rest))
+        scores, collided = found if isinstance(found, tuple) and len(found) == 2 else (found, False)
+        table = np.zeros((len(poses), 2))
+        array = np.asarray(scores, float)
+        if array.shape != (len(poses),) or not np.isfinite(array).all():
+            raise ValueError(f"found scores of shape {array.shape} from the judge, expected {len(poses)} finite numbers")
+        table[:, 0] = array
+        table[:, 1] = np.broadcast_to(np.asarray(collided, bool), (len(poses),))
+        return table
+
+
+class _Rule:
+    """A function that moves others as the compiled function calls it: returns velocities, shape (k, 3)."""
+
+    def __init__(self, function: Callable[[Moments], npt.ArrayLike]) -> None:
+        self._function = function
+
+    def __call__(self, *given: Any) -> Floats:
+        moments = Moments(*given)
+        found = np.asarray(self._function(moments), float)
+        k = len(moments.ids)
+        if found.shape not in ((k, 2), (k, 3)):
+            raise ValueError(f"found velocities of shape {found.shape} from a function that moves others, expected {(k, 3)}")
+        velocities = np.zeros((k, 3))
+        velocities[:, :found.shape[1]] = found
+        return velocities
+
+
+def _map_of(grid: Any) -> GridMap | None:
+    """The map that a grid is given by, if it isn't given by its size."""
+    if isinstance(grid, (str, os.PathLike)):
+        from .scenes import GridMap
+        return GridMap.from_file(grid)
+    return None if grid is None or isinstance(grid, (tuple, list)) else grid
+
+
+def _side(grid: Any) -> tuple[int, int]:
+    return integer(grid[0], "grid", 1, 10000), integer(grid[1], "grid", 1, 10000)
+
+
+def _makers(behaviours: Sequence[Behaviour]) -> list[str | _Rule | None]:
+    """Controllers and functions of behaviours. Those with the same function are moved by one call."""
+    rules: dict[int, _Rule] = {}
+    makers: list[str | _Rule | None] = []
+    for behaviour in behaviours:
+        function = behaviour.function if behaviour.kind == "function" else None
+        if behaviour.kind == "function" and not callable(function):
+            raise ValueError(f"found {shown(function)} as the function of a behaviour, expected a function")
+        rule = None if function is None else rules.setdefault(id(function), _Rule(function))
+        makers.append(behaviour.controller if behaviour.kind == "controller" else rule)
+    return makers
 
 
 def _numbers(given: npt.ArrayLike, name: str, shape: tuple[int, ...]) -> Floats:

@@ -135,7 +135,7 @@ TEST_F(BeliefTest, FuturesAreThoseOfAWorld) {
   drive("r", 0.5, 0, 0.5);
   drive("a", -0.2, -0.2, 0);
   drive("b", 0.1, 0.4, 0);
-  const size_t watched = 1 + belief.options().room;
+  const size_t watched = 1 + belief.options().kinds[0].room;
   ASSERT_EQ(seen.size(), 40 * watched);
   bool stalled = false;
   for (size_t step = 0; step < seen.size() / watched; step++) {
@@ -186,7 +186,7 @@ TEST_F(BeliefTest, TheRobotObeysAfterItsDelay) {
   Belief belief(file_, "r");
   ASSERT_TRUE(belief.SetDelay(0.25));
   belief.SetRobot(Pose(), Velocity(0.2, 0, 0, 0));
-  const size_t watched = 1 + belief.options().room;
+  const size_t watched = 1 + belief.options().kinds[0].room;
   const Decision decision = Choose(&belief, OptionsWith(1));
   const std::vector<Sighting>& ahead = decision.outcomes[1].sightings;
   EXPECT_NEAR(ahead[2 * watched].pose.x, 0.06, 1e-9) << "0.25 s are three steps";
@@ -211,7 +211,7 @@ TEST_F(BeliefTest, RandomNumbersBelongToSamplesAndOthers) {
   const Decision first = Choose(&one, options), second = Choose(&two, options);
   for (size_t plan = 0; plan < 3; plan++)
     EXPECT_EQ(first.outcomes[plan].scores, second.outcomes[plan].scores);
-  const size_t watched = 1 + one.options().room;
+  const size_t watched = 1 + one.options().kinds[0].room;
   const auto place = [&](size_t plan) { return first.outcomes[plan].sightings[2 + watched].pose; };
   EXPECT_EQ(place(0).x, place(1).x);
   EXPECT_NE(place(0).x, 1);
@@ -356,7 +356,7 @@ TEST_F(BeliefTest, OthersGoToTheirGoals) {
   }
   const std::vector<Sighting> seen = Choose(&belief, OptionsWith(1)).outcomes[0].sightings;
   for (size_t i = 0; i < 3; i++) {
-    const Sighting& last = seen[seen.size() - 1 - belief.options().room + 1 + i];
+    const Sighting& last = seen[seen.size() - 1 - belief.options().kinds[0].room + 1 + i];
     EXPECT_NEAR(last.pose.x, 2, 0.25) << i;
     EXPECT_NEAR(last.pose.y, 5.0 * static_cast<double>(i), 0.05) << i;
   }
@@ -376,7 +376,7 @@ TEST_F(BeliefTest, OthersEvadeEachOther) {
       ASSERT_TRUE(belief.SetOther(other));
     }
     const std::vector<Sighting> seen = Choose(&belief, OptionsWith(1)).outcomes[0].sightings;
-    const size_t watched = 1 + belief.options().room;
+    const size_t watched = 1 + belief.options().kinds[0].room;
     bool touched = false;
     for (size_t step = 0; step < seen.size() / watched; step++)
       touched |= seen[step * watched + 1].stalled;
@@ -458,8 +458,8 @@ TEST_F(BeliefTest, OptionsThatMakeNoSenseAreRefused) {
   EXPECT_FALSE(is_ready([](Belief::Options* o) { o->columns = 10001; }));
   EXPECT_FALSE(is_ready([](Belief::Options* o) { o->resolution = 0; }));
   EXPECT_FALSE(is_ready([](Belief::Options* o) { o->wall_height = NAN; }));
-  EXPECT_FALSE(is_ready([](Belief::Options* o) { o->other_radius = -1; }));
-  EXPECT_FALSE(is_ready([](Belief::Options* o) { o->room = 1000000; }));
+  EXPECT_FALSE(is_ready([](Belief::Options* o) { o->kinds[0].radius = -1; }));
+  EXPECT_FALSE(is_ready([](Belief::Options* o) { o->kinds[0].room = 1000000; }));
   EXPECT_FALSE(is_ready([](Belief::Options* o) { o->origin.x = INFINITY; }));
 }
 

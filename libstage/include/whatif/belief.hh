@@ -26,6 +26,26 @@ struct Covariance {
   explicit Covariance(double x = 0, double y = 0, double a = 0);
 };
 
+/// Somebody before a step of a sample, for a BehaviourRule.
+struct Moment {
+  Sample sample;
+  double time;           ///< s, since the beginning of the sample
+  const Sighting* seen;  ///< of the robot, and of all others in the order of their ids
+  size_t own;            ///< place in `seen` of the one who is to be moved
+  uint64_t id;           ///< of the one who is to be moved
+};
+
+/// Moves others in futures, as one hypothesis of how they behave. Samples that have such a
+/// behaviour are simulated in lockstep, which takes more time.
+class BehaviourRule {
+ public:
+  virtual ~BehaviourRule() {}
+  /// Writes a velocity for each moment, in the frame of the world file, which is held during the
+  /// step that begins. Called once in each step with all samples, by the thread that decides.
+  /// `others`: how many follow the robot in Moment::seen.
+  virtual void Move(const Moment* moments, size_t count, size_t others, Velocity* velocities) = 0;
+};
+
 /// A way in which somebody may behave.
 struct Behaviour {
   enum Kind {
@@ -33,20 +53,40 @@ struct Behaviour {
     kGoOn,         ///< with its present velocity
     kGoTo,         ///< straight to a goal, and stop there
     kSocialForce,  ///< to a goal as a pedestrian, see the controller stage/pedestrian
-    kOrca          ///< to a goal by reciprocal collision avoidance, see stage/orca
+    kOrca,         ///< to a goal by reciprocal collision avoidance, see stage/orca
+    kController,   ///< as a batch controller does, see docs/controllers.md
+    kRule          ///< as a function of one's own does
   };
 
   Kind kind;
   double weight;  ///< of its probability, above 0; those of all behaviours need not add up to 1
   double x, y;    ///< goal, m
   double speed;   ///< m/s, on the way to the goal; 0: that of the present velocity
+  std::string controller;  ///< with its arguments, as the property `ctrl` of a world file
+  std::shared_ptr<BehaviourRule> rule;
 
   Behaviour(Kind of = kGoOn, double w = 1) : kind(of), weight(w), x(0), y(0), speed(0) {}
   Behaviour(Kind of, double to_x, double to_y, double v = 0, double w = 1)
       : kind(of), weight(w), x(to_x), y(to_y), speed(v) {}
+  explicit Behaviour(const std::string& by, double w = 1)
+      : kind(kController), weight(w), x(0), y(0), speed(0), controller(by) {}
+  explicit Behaviour(const std::shared_ptr<BehaviourRule>& by, double w = 1)
+      : kind(kRule), weight(w), x(0), y(0), speed(0), rule(by) {}
 };
 
-/// Somebody or something that moves and is tracked: a disc.
+/// Others of a size, which are discs.
+struct OtherKind {
+  double radius, height;  ///< m
+  /// Further properties and children in the language of world files, such as a ranger: social
+  /// forces, reciprocal avoidance and controllers see walls by them.
+  std::string body;
+  uint32_t room;  ///< for others from the start; doubled when there are more
+
+  explicit OtherKind(double r = 0.25, double h = 1.7, uint32_t n = 8)
+      : radius(r), height(h), room(n) {}
+};
+
+/// Somebody or something that moves and is tracked.
 struct TrackedOther {
   uint64_t id;  ///< as the tracker numbers it
   Pose pose;    ///< in the frame of the world file
@@ -54,35 +94,28 @@ struct TrackedOther {
   Velocity velocity;  ///< in the frame of the world file, not of the other
   Covariance velocity_covariance;
   std::vector<Behaviour> behaviours;  ///< hypotheses; none: it goes on
+  uint32_t kind;                      ///< index of Belief::Options::kinds
 
-  explicit TrackedOther(uint64_t number = 0) : id(number) {}
+  explicit TrackedOther(uint64_t number = 0) : id(number), kind(0) {}
 };
 
 /// The belief of a robot: a world file for what is known for sure, and measurements, which are
 /// changed in place 10 to 50 times a second. No change reads a file, and none allocates memory but
-/// to make room for more others than ever before. Only one thread may use a belief at a time.
+/// to make room for more others than ever before, and for a controller when it is named first. Only
+/// one thread may use a belief at a time.
 ///
 /// Functions return false, after a message, and change nothing if a number makes no sense.
 class Belief {
  public:
   struct Options {
-    double other_radius;  ///< m, of the discs
-    double other_height;  ///< m
-    uint32_t room;        ///< for others from the start; doubled when there are more
+    std::vector<OtherKind> kinds;  ///< of others; at least one
     /// Cells of an occupancy grid, in addition to the walls of the world file; 0: there is none.
     uint32_t columns, rows;
     double resolution;   ///< m, side of a cell
     Pose origin;         ///< of the outer corner of the first cell, in the frame of the world file
     double wall_height;  ///< m, of occupied cells
 
-    Options()
-        : other_radius(0.25),
-          other_height(1.7),
-          room(8),
-          columns(0),
-          rows(0),
-          resolution(0.05),
-          wall_height(1) {}
+    Options() : kinds(1), columns(0), rows(0), resolution(0.05), wall_height(1) {}
   };
 
   /// Reads a world file with a position model of this name, the robot that will decide.
@@ -151,15 +184,13 @@ class GoalJudge : public Judge {
   GoalJudge(double x, double y, double radius, double penalty = 100, double tolerance = 0.2);
 
   bool NeedsWorld() const override { return false; }
+  void BeginDecision(const DecisionTask& task) override;
   bool WatchSample(const Sighting* watched, const Sample& sample, SampleResult* result) override;
 
  private:
-  friend class BeliefEngine;
   double x_, y_, radius_, penalty_, tolerance_;
-  // Set by the engine before each decision.
-  double share_ = 0;   // of the horizon, that a step is
-  size_t others_ = 0;  // watched after the robot
-  double other_radius_ = 0;
+  double share_ = 0;  // of the horizon, that a step is
+  std::vector<double> other_radii_;
 };
 
 /// Chooses among plans by their consequences in samples of a belief: each sample draws all poses,

@@ -44,12 +44,33 @@ struct SampleResult {
   SampleResult() : score(0), collided(false) {}
 };
 
+/// The subject of a decision.
+struct DecisionTask {
+  size_t candidates;
+  uint64_t steps;   ///< of the horizon
+  double interval;  ///< s, duration of a step
+  size_t watched;   ///< number of sightings of each step
+  /// Radii of the others of a belief, in metres and in the order of their ids: sightings 1, 2, ...
+  /// of each step are theirs. ConsequenceEngine leaves it empty.
+  std::vector<double> other_radii;
+
+  DecisionTask() : candidates(0), steps(0), interval(0), watched(0) {}
+};
+
+/// All sightings of a sample from its beginning on.
+struct Future {
+  Sample sample;
+  const Sighting* sightings;  ///< DecisionTask::watched for each step
+  uint64_t steps;
+};
+
 /// Scores the consequences of candidates. Several threads call its functions at once, each with a
 /// world of its own. A judge that overrides Watch() instead of Score(), and NeedsWorld() to return
 /// false, makes decisions about closed worlds several times as fast; see Scenario.
 ///
 /// Override either the functions with the number of a candidate, or those with a Sample, which can
-/// also tell samples apart and report collisions.
+/// also tell samples apart and report collisions, or ScoreFutures(), which sees all samples at
+/// once.
 class Judge {
  public:
   virtual ~Judge() {}
@@ -66,6 +87,14 @@ class Judge {
   virtual void BeginSample(World& world, const Sample& sample);
   virtual bool ScoreSample(World& world, const Sample& sample, SampleResult* result);
   virtual bool WatchSample(const Sighting* watched, const Sample& sample, SampleResult* result);
+  /// Called before the first step of a decision.
+  virtual void BeginDecision(const DecisionTask& task);
+  /// True if ScoreFutures() is to be called. All sightings are kept until then, which takes 72
+  /// bytes for each of them.
+  virtual bool ScoresFutures() const;
+  /// Changes the results of samples that have been simulated: of all that the decision has, or that
+  /// it has added to tell candidates apart. Only the thread that decides calls it.
+  virtual void ScoreFutures(const Future* futures, size_t count, SampleResult* results);
   /// Bounds of what `steps` more steps can add to a score. Tight bounds allow candidates that
   /// cannot win to be dropped early. The default is unbounded.
   virtual Bounds Outlook(uint64_t steps) const;
