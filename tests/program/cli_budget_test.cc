@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// --budget-ms: number of scenarios that fit into the time.
+// --budget-ms: numbers of scenarios, and of samples of a decision, that fit into the time.
 
 #include <gtest/gtest.h>
 
@@ -43,10 +43,41 @@ TEST_F(CliBudget, ReportsHowManyFit) {
   EXPECT_GT(json["branch_bytes"], 0);
 }
 
+TEST_F(CliBudget, MeasuresDecisionsAboutTheFirstRobotThatObeys) {
+  Write("open.world",
+        "position( name \"driven\" pose [0 2 0 0] ctrl \"stage/goal x=3 y=2\" )\n"
+        "position( name \"robot\" alwayson 1 )\n");
+  const Strings arguments = {"--budget-ms", "20", "--budget-horizon", "1",
+                             "--threads",   "1",  "--stats",          Path("b.json").string()};
+  Strings all = arguments;
+  all.push_back("open.world");
+  const Result result = Stage(all);
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_TRUE(Contains(result.out, "a decision of 30 candidates x 10 samples x 1 s: "));
+  EXPECT_TRUE(Contains(result.out, "a decision of 30 candidates in 20 ms: "));
+  EXPECT_TRUE(Contains(result.out, "the candidates are velocities of \"robot\"; no sample ends"))
+      << result.out;
+  const nlohmann::json decision = nlohmann::json::parse(ReadFile(Path("b.json")))["decision"];
+  EXPECT_EQ(decision["candidates"], 30);
+  EXPECT_EQ(decision["samples"], 10);
+  EXPECT_EQ(decision["robot"], "robot");
+  EXPECT_GT(decision["seconds"], 0.0);
+  EXPECT_GT(decision["memory_mb"], 1.0);
+  EXPECT_EQ(decision["why_not_closed"], "");
+  all.back() = simple_;
+  const Result driven = Stage(all);
+  EXPECT_TRUE(Contains(driven.out, "the candidates give no commands, because no robot would obey "))
+      << driven.out;
+  const nlohmann::json none = nlohmann::json::parse(ReadFile(Path("b.json")))["decision"];
+  EXPECT_TRUE(Contains(std::string(none["why_no_robot"]), "is refused: a controller has replaced"));
+  EXPECT_NE(none["why_not_closed"], "");
+}
+
 TEST_F(CliBudget, ReportsTooShortBudget) {
   const Result result = Stage({"--budget-ms", "0.001", "--threads", "1", simple_});
   EXPECT_EQ(result.status, 0) << result.err;
   EXPECT_TRUE(Contains(result.out, "0.001 ms on 1 thread: no scenario\n")) << result.out;
+  EXPECT_TRUE(Contains(result.out, " in 0.001 ms: not one sample of each fits\n")) << result.out;
 }
 
 TEST_F(CliBudget, KeepsItsTimeAndShowsWhatItDoes) {

@@ -11,13 +11,15 @@
 
 #include "insight/explain.hh"
 #include "messages/report.hh"
+#include "models/position.hh"
+#include "stage/budget_search.hh"
 #include "stage/console.hh"
+#include "stage/decision_budget.hh"
 #include "stage/format.hh"
 #include "stage/interrupt.hh"
 #include "stage/process.hh"
 #include "stage/report.hh"
 #include "stage/run.hh"
-#include "stage/status_line.hh"
 #include "whatif/branches.hh"
 
 namespace Stg::program {
@@ -31,16 +33,15 @@ constexpr uint32_t kMaxScenarios = 100000;
 struct Budget {
   uint64_t steps = 0;  // per scenario
   unsigned threads = 1;
-  uint32_t scenarios = 0;       // maximum number that fits
-  bool is_lower_bound = false;  // the search ran out of time before a number did not fit
-  double decision = 0;          // for that many scenarios
-  double scenario = 0;          // for one scenario on one thread
-  size_t row = 0, shared = 0;   // bytes per branch, and shared by all
+  Fit scenarios;        // that fit
+  double scenario = 0;  // for one scenario on one thread
+  DecisionBudget decisions;
+  size_t row = 0, shared = 0;  // bytes per branch, and shared by all
 };
 
-class DecisionTimer {
+class ScenarioTimer {
  public:
-  DecisionTimer(const World& world, const Snapshot& now, uint64_t steps, unsigned threads)
+  ScenarioTimer(const World& world, const Snapshot& now, uint64_t steps, unsigned threads)
       : now_(now), steps_(steps), branches_(world, 0, OptionsWith(threads)) {}
 
   bool IsReady() const { return branches_.IsReady(); }
@@ -48,16 +49,8 @@ class DecisionTimer {
 
   /// Size of a branch at its end, bytes.
   size_t RowBytes() const { return branches_.StateOf(0).size(); }
-  /// Seconds for this many scenarios: the median of up to kMaxTries runs, fewer if they take long.
   double Seconds(uint32_t scenarios) {
-    constexpr size_t kMaxTries = 5;
-    constexpr double kMaxTime = 0.5;  // seconds after which no further run starts
-    std::vector<double> seconds;
-    const double start = WallClock();
-    do seconds.push_back(OneTry(scenarios));
-    while (seconds.size() < kMaxTries && WallClock() - start < kMaxTime);
-    std::ranges::sort(seconds);
-    return seconds[(seconds.size() - 1) / 2];
+    return MedianSeconds([&] { return OneTry(scenarios); });
   }
   /// Creates the threads' worlds. Returns the time of one scenario including that.
   double WarmUp() { return OneTry(1); }
@@ -82,57 +75,28 @@ class DecisionTimer {
   Branches branches_;
 };
 
-/// Searches for the maximum number of scenarios within the budget, in limited time.
-class Search {
- public:
-  /// A measurement takes at most about twice the budget. The whole search therefore takes about six
-  /// budgets, or slightly over fifteen seconds.
-  Search(double seconds, DecisionTimer* timer, Budget* budget, bool shows_progress)
-      : seconds_(seconds),
-        end_(WallClock() + std::max(15.0, 4 * seconds)),
-        timer_(*timer),
-        budget_(*budget),
-        shows_progress_(shows_progress) {}
-
-  void Go() {
-    timer_.WarmUp();
-    uint32_t more = 1;  // does not fit, once the loop below has ended with time left
-    bool fits = true;
-    while (more < kMaxScenarios && HasTime() && (fits = Fits(more))) {
-      // The number that would fit at the measured rate, but at most twice the last one.
-      const double guess = more * seconds_ / std::max(budget_.decision, 1e-9);
-      more = std::min(2 * more, std::max(more + 1, static_cast<uint32_t>(std::min(guess, 1e9))));
-    }
-    while (!fits && IsWide(more) && HasTime()) {
-      const uint32_t middle = budget_.scenarios + (more - budget_.scenarios) / 2;
-      if (!Fits(middle)) more = middle;
-    }
-    budget_.is_lower_bound = fits || IsWide(more);
-    line_.Erase();
-  }
-
- private:
-  /// True if the interval is wider than 1 %, because timings vary by more than that.
-  bool IsWide(uint32_t more) const {
-    return budget_.scenarios + budget_.scenarios / 100 + 1 < more;
-  }
-  bool HasTime() const { return WallClock() < end_; }
-  bool Fits(uint32_t scenarios) {
-    if (shows_progress_)
-      line_.Print(Format(" %u scenarios fit; trying %u", budget_.scenarios, scenarios));
-    const double time = timer_.Seconds(scenarios);
-    if (time > seconds_) return false;
-    budget_.scenarios = scenarios;
-    budget_.decision = time;
-    return true;
-  }
-
-  const double seconds_, end_;
-  DecisionTimer& timer_;
-  Budget& budget_;
-  const bool shows_progress_;
-  StatusLine line_;
-};
+std::string TextOf(const DecisionBudget& decisions, const Options& options, double horizon) {
+  const Fit& samples = decisions.samples;
+  std::string text =
+      Format("a decision of %u candidates x %u samples x %g s: ", DecisionBudget::kCandidates,
+             DecisionBudget::kSamples, horizon) +
+      (decisions.is_estimate ? "about " : "") + Rounded(decisions.seconds * 1e3) +
+      Format(" ms, with %.1f MB of memory for the process\n", decisions.memory_mb) +
+      Format("a decision of %u candidates in %g ms: ", DecisionBudget::kCandidates,
+             options.budget_ms) +
+      (samples.count == 0 ? "not one sample of each fits"
+                          : Count(samples.count, "sample") + " of each" +
+                                (samples.is_lower_bound ? " or more" : "")) +
+      "\n";
+  text += decisions.robot.empty()
+              ? "  the candidates give no commands, because no robot would obey them "
+                "(--no-controllers leaves out what drives them)\n"
+              : "  the candidates are velocities of " + messages::Quoted(decisions.robot) +
+                    "; no sample ends early\n";
+  if (!decisions.why_slow.empty())
+    text += "  the samples need objects, because " + decisions.why_slow + "\n";
+  return text;
+}
 
 std::string TextOf(const Options& options, const World& world, const Budget& budget) {
   const double interval = static_cast<double>(world.sim_interval) / 1e6;
@@ -145,30 +109,53 @@ std::string TextOf(const Options& options, const World& world, const Budget& bud
                  static_cast<double>(world.SimTimeNow()) / 1e6);
   text += Format("%g ms on %u thread%s: ", options.budget_ms, budget.threads,
                  budget.threads == 1 ? "" : "s");
-  if (budget.scenarios == 0)
+  if (budget.scenarios.count == 0)
     text += "no scenario\n";
   else
-    text += Count(budget.scenarios, "scenario") + (budget.is_lower_bound ? " or more" : "") +
-            Format(" (they take %.3g ms)\n", budget.decision * 1e3);
+    text += Count(budget.scenarios.count, "scenario") +
+            (budget.scenarios.is_lower_bound ? " or more" : "") +
+            Format(" (they take %.3g ms)\n", budget.scenarios.seconds * 1e3);
   text += Format("one scenario on one thread: %.3g ms, %.0f times as fast as real time\n",
                  budget.scenario * 1e3, horizon / budget.scenario);
+  text += TextOf(budget.decisions, options, horizon);
   text += Format("a branch takes %zu bytes, and all together %zu\n", budget.row, budget.shared);
   return text;
 }
 
-nlohmann::json JsonOf(const Options& options, const World& world, const Budget& budget) {
-  return {{"world", options.worldfiles[0]},
+nlohmann::ordered_json JsonOf(const DecisionBudget& decisions) {
+  return {{"candidates", DecisionBudget::kCandidates},
+          {"samples", DecisionBudget::kSamples},
+          {"seconds", decisions.seconds},
+          {"is_estimate", decisions.is_estimate},
+          {"memory_mb", decisions.memory_mb},
+          {"samples_that_fit", decisions.samples.count},
+          {"samples_are_least", decisions.samples.is_lower_bound},
+          {"robot", decisions.robot},
+          {"why_no_robot", decisions.why_no_robot},
+          {"why_not_closed", decisions.why_slow}};
+}
+
+nlohmann::ordered_json JsonOf(const Options& options, const World& world, const Budget& budget) {
+  return {{"program", "stage"},
+          {"world", options.worldfiles[0]},
           {"budget_seconds", options.budget_ms / 1e3},
           {"steps", budget.steps},
           {"interval_seconds", static_cast<double>(world.sim_interval) / 1e6},
           {"simulated_seconds", static_cast<double>(world.SimTimeNow()) / 1e6},
           {"threads", budget.threads},
-          {"scenarios", budget.scenarios},
-          {"scenarios_are_least", budget.is_lower_bound},
-          {"decision_seconds", budget.decision},
+          {"scenarios", budget.scenarios.count},
+          {"scenarios_are_least", budget.scenarios.is_lower_bound},
+          {"decision_seconds", budget.scenarios.seconds},
           {"scenario_seconds", budget.scenario},
+          {"decision", JsonOf(budget.decisions)},
           {"branch_bytes", budget.row},
           {"shared_bytes", budget.shared}};
+}
+
+/// A robot that decides from a belief usually has no subscribers in its world file.
+void SubscribeToFirstRobot(World* world) {
+  const std::vector<ModelPosition*> robots = RobotsOf(*world);
+  if (!robots.empty() && !robots[0]->HasSubscribers()) robots[0]->Subscribe();
 }
 
 /// Returns null, after a message, if the world cannot be loaded.
@@ -178,6 +165,7 @@ World* LoadAndRun(const Options& options) {
   World* const world = worlds.front().world;
   const usec_t start = options.run.duration > 0 ? options.run.duration : kStart;
   world->SetQuitTime(0);
+  SubscribeToFirstRobot(world);
   while (world->SimTimeNow() < start && CaughtSignal() == 0)
     if (world->Update()) break;
   return world;
@@ -201,8 +189,8 @@ int PrintBudget(const Options& options) {
     const double seconds = options.budget_ms / 1e3;
     const bool shows = ShowsAll();
     PrintProgress("measuring what a scenario takes");
-    DecisionTimer one(*world, now, budget.steps, 1);
-    DecisionTimer all(*world, now, budget.steps, static_cast<unsigned>(options.run.threads));
+    ScenarioTimer one(*world, now, budget.steps, 1);
+    ScenarioTimer all(*world, now, budget.steps, static_cast<unsigned>(options.run.threads));
     if (!one.IsReady() || !all.IsReady()) return 1;
     budget.threads = all.threads();
     budget.scenario = one.WarmUp();
@@ -210,7 +198,14 @@ int PrintBudget(const Options& options) {
     const bool is_hopeless = budget.scenario > std::max(4 * seconds, 1.0);
     if (!is_hopeless) budget.scenario = one.Seconds(1);
     budget.row = one.RowBytes();
-    if (!is_hopeless) Search(seconds, &all, &budget, shows).Go();
+    PrintProgress("measuring what a decision takes");
+    budget.decisions = MeasureDecisions(
+        *world, now, {budget.steps, seconds, budget.scenario, budget.threads, shows});
+    if (!is_hopeless) {
+      all.WarmUp();
+      budget.scenarios = SearchFit(
+          seconds, [&](uint32_t scenarios) { return all.Seconds(scenarios); }, "scenarios", shows);
+    }
   }
   PrintUnlessReport(report, TextOf(options, *world, budget));
   if (report) report->Write(JsonOf(options, *world, budget).dump(2) + "\n");

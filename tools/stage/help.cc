@@ -51,8 +51,9 @@ Output
                        robot has one; SENSOR and SAMPLE are numbers from 0. As JSON too with --stats
   --budget-ms MS       print how many scenarios this machine simulates in MS milliseconds: what-if
                        runs of the world from its state after 1 s (or --duration), each of
-                       --budget-horizon seconds, on all processors (or --threads). Takes some
-                       seconds, or six times MS if that is more. As JSON too with --stats
+                       --budget-horizon seconds, on all processors (or --threads); and how long a
+                       decision of 30 candidates takes, and how many samples of each fit. Takes
+                       up to half a minute, or 12 times MS if that is more. As JSON too with --stats
   --budget-horizon SECONDS
                        simulated seconds of a scenario of --budget-ms (default 5)
   --stats FILE         at the end write statistics of the run (robots, speed, rays, memory, times)
