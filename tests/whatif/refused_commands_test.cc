@@ -338,7 +338,8 @@ TEST(RefusedCommands, ABeliefInARobotThatItsControllerDrivesIsAnError) {
   question.plans = {Plan("ahead", Velocity(0.5, 0, 0, 0))};
   GoalJudge judge(5, 0, 0.2);
   EXPECT_EQ(engine.Choose(question, Budget(), &judge).error,
-            "candidate 0: the command before step 0 to \"r\" is refused: its controller replaces "
+            "candidate 0 (\"ahead\"): the command before step 0 to \"r\" is refused: its "
+            "controller replaces "
             "each command; take it out of `ctrl` in the world file of the branches");
 }
 
