@@ -117,13 +117,41 @@ bool whatif::BeliefContent::Moving::Set(const Pose& new_pose, const Covariance& 
   return true;
 }
 
-bool whatif::BeliefContent::IsOccupied(double x, double y) const {
+/// A point in the frame of the grid, in cells.
+void whatif::BeliefContent::ToCells(double x, double y, double* column, double* row) const {
   const SineCosine turn = SinCos(options.origin.a);
   const double dx = x - options.origin.x, dy = y - options.origin.y;
-  const double column = (dx * turn.cosine + dy * turn.sine) / options.resolution;
-  const double row = (dy * turn.cosine - dx * turn.sine) / options.resolution;
+  *column = (dx * turn.cosine + dy * turn.sine) / options.resolution;
+  *row = (dy * turn.cosine - dx * turn.sine) / options.resolution;
+}
+
+bool whatif::BeliefContent::IsOccupied(double x, double y) const {
+  double column, row;
+  ToCells(x, y, &column, &row);
   if (!(column >= 0 && column < options.columns && row >= 0 && row < options.rows)) return false;
-  return cells[static_cast<size_t>(row) * options.columns + static_cast<size_t>(column)] != 0;
+  return cells_that_count()[static_cast<size_t>(row) * options.columns +
+                            static_cast<size_t>(column)] != 0;
+}
+
+void whatif::BeliefContent::ClearCells() {
+  if (!options.others_clear_cells) return;
+  cleared_cells = cells;
+  for (size_t other = 0; other < others.size(); other++) {
+    double column, row;
+    ToCells(moving[other].pose.x, moving[other].pose.y, &column, &row);
+    const double reach = RadiusOf(other) / options.resolution + 1;
+    const auto first = [&](double place) {
+      return static_cast<size_t>(std::max(0.0, place - reach));
+    };
+    const auto end = [&](double place, uint32_t count) {
+      return static_cast<size_t>(constrain(place + reach + 1, 0, count));
+    };
+    for (size_t r = first(row); r < end(row, options.rows); r++)
+      for (size_t c = first(column); c < end(column, options.columns); c++)
+        if (Hypotenuse(static_cast<double>(c) + 0.5 - column, static_cast<double>(r) + 0.5 - row) <
+            reach)
+          cleared_cells[r * options.columns + c] = 0;
+  }
 }
 
 // ---- groups of others ---------------------------------------------------------------------------

@@ -152,9 +152,12 @@ std::string BeliefEngine::Impl::TakeGrid() {
   if (NeedsRoom()) MakeRoom();
   room->version_of_groups = believed().version_of_groups;
   if (!room->error.empty()) return room->error;
-  if (!believed().HasGrid() || room->version_of_cells == believed().version_of_cells) return "";
+  const bool may_have_changed = believed().options.others_clear_cells ||
+                                room->version_of_cells != believed().version_of_cells;
+  if (!believed().HasGrid() || !may_have_changed) return "";
+  belief.impl_->ClearCells();
   try {
-    const bool has_changed = room->subscriptions->map()->Set(believed().cells);
+    const bool has_changed = room->subscriptions->map()->Set(believed().cells_that_count());
     if (has_changed && !room->branches->StepDevice().empty())
       PoolAccess::ForgetDeviceStates(BranchAccess::PoolOf(*room->branches));
   } catch (const LoadError& error) {

@@ -59,6 +59,12 @@ struct BeliefContent {
   /// Calls f(group) for each group that somebody needs, once.
   template <typename F>
   void ForEachGroup(const TrackedOther& other, F f) const;
+  /// The cells that count, see Belief::Options::others_clear_cells and ClearCells().
+  const std::vector<uint8_t>& cells_that_count() const {
+    return options.others_clear_cells ? cleared_cells : cells;
+  }
+  /// Frees the cells near others, if the options say so.
+  void ClearCells();
   /// True if the grid has an occupied cell at a point in the frame of the world file.
   bool IsOccupied(double x, double y) const;
   /// Makes groups that somebody needs. Returns false, after a message, if that is impossible.
@@ -73,6 +79,7 @@ struct BeliefContent {
 
   std::string TextOf(const Group& group, size_t first) const;
   std::string MapText() const;
+  void ToCells(double x, double y, double* column, double* row) const;
   // Numbers in the units of the file.
   std::string Metres(double value) const;
   std::string Radians(double value) const;
@@ -83,12 +90,13 @@ struct BeliefContent {
   bool ready = false;
   Moving robot;
   double delay = 0;
-  std::vector<uint8_t> cells;        // of the grid, as SetGrid() has them
-  uint64_t version_of_cells = 0;     // another one after each change
-  std::vector<Group> groups;         // the first are those that are there from the start, by kind
-  uint64_t version_of_groups = 0;    // another one after each change of room, or of being used
-  std::vector<TrackedOther> others;  // in the order of their ids
-  std::vector<Moving> moving;        // of the others
+  std::vector<uint8_t> cells;          // of the grid, as SetGrid() has them
+  std::vector<uint8_t> cleared_cells;  // without those near others
+  uint64_t version_of_cells = 0;       // another one after each change
+  std::vector<Group> groups;           // the first are those that are there from the start, by kind
+  uint64_t version_of_groups = 0;      // another one after each change of room, or of being used
+  std::vector<TrackedOther> others;    // in the order of their ids
+  std::vector<Moving> moving;          // of the others
 };
 
 template <typename F>

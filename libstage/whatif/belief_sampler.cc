@@ -127,7 +127,7 @@ void BeliefSampler::Draw(const BeliefContent& belief, uint64_t seed, uint32_t nu
 }
 
 /// Draws again while somebody would be in an obstacle or in the robot, but not for ever: what is
-/// believed may be like that.
+/// believed may be like that. Then he stands, because he could not move, which takes long to find.
 BeliefSlot BeliefSampler::DrawOther(const BeliefContent& belief, size_t other,
                                     const Behaviour& behaviour, RandomStream* random,
                                     rows::Rows* to) const {
@@ -139,16 +139,19 @@ BeliefSlot BeliefSampler::DrawOther(const BeliefContent& belief, size_t other,
   Velocity velocity = moving.velocity;
   AddErrors(moving.velocity_errors, random, &velocity);
   Pose pose;
-  for (int attempt = 0; attempt <= kAttempts; attempt++) {
+  bool is_free = false;
+  for (int attempt = 0; attempt <= kAttempts && !is_free; attempt++) {
     pose = moving.pose;
     if (attempt < kAttempts) AddErrors(moving.pose_errors, random, &pose);
     to->PlaceMover(0, slot.mover, pose);
-    if (IsFree(belief, other, slot.mover, to)) break;
+    is_free = IsFree(belief, other, slot.mover, to);
   }
-  if (behaviour.kind == Behaviour::kStand) velocity = Velocity();
+  static const Behaviour standing(Behaviour::kStand);
+  const bool stands = behaviour.kind == Behaviour::kStand || !is_free;
+  if (stands) velocity = Velocity();
   Drive(InFrame(velocity, pose.a), slot.mover, &to->columns);
   if (wanted_[group]->controller == BeliefContent::kBehaviours)
-    SetMemory(behaviour, velocity, &to->columns.memory[memory_[slot.mover]]);
+    SetMemory(stands ? standing : behaviour, velocity, &to->columns.memory[memory_[slot.mover]]);
   return slot;
 }
 

@@ -102,12 +102,13 @@ void Check(bool is_right) {
 std::shared_ptr<PyBelief> MakeBelief(const std::string& file, const std::string& robot,
                                      const Numbers& lengths, const Numbers& origin,
                                      const Table& sizes, const std::vector<std::string>& bodies,
-                                     uint32_t rows, uint32_t columns) {
+                                     uint32_t rows, uint32_t columns, bool others_clear_cells) {
   Check(lengths.size() == 2 && origin.size() == 3 && sizes.shape(1) == 3 &&
         sizes.shape(0) == bodies.size());
   Belief::Options options;
   options.resolution = lengths(0);
   options.wall_height = lengths(1);
+  options.others_clear_cells = others_clear_cells;
   options.kinds.clear();
   for (size_t i = 0; i < bodies.size(); i++) {
     const double* const size = &sizes(i, 0);
@@ -395,7 +396,7 @@ void BindBelief(nb::module_& module) {
           },
           "seconds"_a);
   module.def("make_belief", &MakeBelief, "file"_a, "robot"_a, "lengths"_a, "origin"_a, "sizes"_a,
-             "bodies"_a, "rows"_a, "columns"_a);
+             "bodies"_a, "rows"_a, "columns"_a, "others_clear_cells"_a);
   nb::class_<Decision>(module, "Decision")
       .def_ro("best", &Decision::best)
       .def_ro("samples", &Decision::samples)

@@ -101,6 +101,8 @@ class Belief:
         other_radius, other_height: of others.
         room: number of others that there is room for from the start; doubled when there are more.
         kinds: kinds of others, at least one; None: one kind of the given radius, height and room.
+        others_clear_cells: cells near the place of an other, up to its radius and the side of a cell, count as free. For grids
+            that are made from a robot's own sensors, which show others as obstacles.
 
     Raises:
         StageError: the file can't be loaded, or has no such robot.
@@ -110,7 +112,7 @@ class Belief:
     def __init__(self, file: str | os.PathLike[str], robot: str, *, grid: tuple[int, int] | GridMap | str | os.PathLike[str] | None = None,
                  resolution: float = 0.05, origin: npt.ArrayLike = (0, 0, 0), wall_height: float = 1.0,
                  other_radius: float = 0.25, other_height: float = 1.7, room: int = 8,
-                 kinds: Sequence[OtherKind] | None = None) -> None:
+                 kinds: Sequence[OtherKind] | None = None, others_clear_cells: bool = False) -> None:
         map_given = _map_of(grid)
         if map_given is not None:
             grid, resolution, wall_height = map_given.shape, map_given.resolution, map_given.height
@@ -121,7 +123,8 @@ class Belief:
         self._kinds = len(all_kinds)
         self._core = _core.make_belief(
             _paths.resolve(file), robot, np.array([resolution, wall_height], float), _numbers(origin, "origin", (3,)),
-            np.array(sizes, float).reshape(-1, 3), [kind.body for kind in all_kinds], *(self.grid or (0, 0)))
+            np.array(sizes, float).reshape(-1, 3), [kind.body for kind in all_kinds], *(self.grid or (0, 0)),
+            bool(others_clear_cells))
         if map_given is not None:
             self.set_grid(map_given.occupied)
 

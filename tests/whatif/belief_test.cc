@@ -292,6 +292,49 @@ TEST_F(BeliefTest, TheGridIsAnObstacle) {
 }
 
 /// Units of the world file are those of its own numbers only.
+TEST_F(BeliefTest, SomebodyDeepInAnObstacleStands) {
+  Belief belief(file_, "r", WithGrid());
+  std::vector<uint8_t> cells(80 * 60, 0);
+  for (size_t row = 20; row < 40; row++)
+    for (size_t column = 40; column < 60; column++) cells[row * 80 + column] = 1;
+  belief.SetGrid(cells.data(), cells.size());
+  belief.SetOther(OtherAt(1, Pose(3, 0, 0, 0), Velocity(-1, 0, 0, 0)));
+  const Decision decision = Choose(&belief, OptionsWith(1));
+  EXPECT_EQ(decision.outcomes[0].sightings.back().pose.x, -10000) << "far away";
+  const size_t watched = 1 + belief.options().kinds[0].room;
+  EXPECT_EQ(decision.outcomes[0].sightings[39 * watched + 1].pose.x, 3);
+}
+
+/// A person whom the robot's sensors see is in the grid, too, and is not to be stopped by that.
+TEST_F(BeliefTest, OthersMayClearCells) {
+  std::vector<uint8_t> cells(80 * 60, 0);
+  for (size_t row = 28; row < 32; row++)
+    for (size_t column = 48; column < 52; column++) cells[row * 80 + column] = 1;
+  const auto end_of = [&](bool clears) {
+    Belief::Options options = WithGrid();
+    options.others_clear_cells = clears;
+    Belief belief(file_, "r", options);
+    BeliefEngine engine(&belief, OptionsWith(1));
+    GoalJudge judge(5, 5, 0.2);
+    belief.SetGrid(cells.data(), cells.size());
+    double x = 0;
+    for (const double start : {5.0, 3.0}) {
+      belief.SetOther(OtherAt(1, Pose(start, 0, 0, 0), Velocity(0, 0.5, 0, 0)));
+      const Decision decision = engine.Choose(question_, Budget(), &judge);
+      EXPECT_EQ(decision.error, "");
+      x = decision.outcomes[0].sightings[39 * 9 + 1].pose.y;
+    }
+    // Cells come back when the other has gone.
+    belief.ClearOthers();
+    question_.plans[1].commands[0].x = 1;
+    EXPECT_EQ(engine.Choose(question_, Budget(), &judge).outcomes[1].CollisionRisk(), 1);
+    question_.plans[1].commands[0].x = 0.5;
+    return x;
+  };
+  EXPECT_LT(end_of(false), 0.5);
+  EXPECT_NEAR(end_of(true), 2, 1e-9);
+}
+
 TEST_F(BeliefTest, WorldFilesMayHaveAnyUnits) {
   const char robot[] =
       "position( name \"r\" alwayson 1 round 1 drive \"diff\" localization \"gps\" ";

@@ -114,6 +114,9 @@ class Belief {
     double resolution;   ///< m, side of a cell
     Pose origin;         ///< of the outer corner of the first cell, in the frame of the world file
     double wall_height;  ///< m, of occupied cells
+    /// Cells near the place of a tracked other, up to its radius and the side of a cell, count as
+    /// free: grids that are made from a robot's own sensors show others as obstacles.
+    bool others_clear_cells;
 
     Options() : kinds(1), columns(0), rows(0), resolution(0.05), wall_height(1) {}
   };
