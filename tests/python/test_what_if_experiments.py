@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 MODULES = ("corridor", "crossing", "dynamic_window", "reliability", "robots", "run", "tables", "trips")
-PATIENCE = {"corridor": 8, "crossing": 2, "samples": 1, "reliability": 0}  # simulated seconds, to keep this short
+PATIENCE = {"corridor": 3, "crossing": 1, "samples": 0.5, "reliability": 0}  # simulated seconds, to keep this short
 
 
 @pytest.fixture(scope="module")
@@ -99,8 +99,12 @@ def test_intervals(code: SimpleNamespace) -> None:
 @pytest.mark.parametrize(("believed", "is_right"), [(1.0, True), (0.0, False)])
 def test_predicted_chances_of_collisions_are_those_of_what_happens(believed: float, is_right: bool, code: SimpleNamespace) -> None:
     """If the robot believes that there are no errors, predictions are wrong, and this tells it."""
-    outcomes = [code.reliability.outcome_of(number, 100, believed) for number in range(150)]
-    risks, collided = np.array([outcome[:2] for outcome in outcomes], float).T
-    tenths = code.reliability.tenths(risks, collided)
+    decisions, risks, collided = 300, [], []
+    for number in range(decisions):
+        case = code.reliability.case_of(number)
+        case = case._replace(plans=case.plans[:1])
+        risks.append(code.reliability.predict(case, 100, number, believed).risk[0])
+        collided.append(code.reliability.carry_out(case, 0, number))
+    tenths = code.reliability.tenths(np.array(risks), np.array(collided))
     assert all(tenth.agrees for tenth in tenths) == is_right
-    assert sum(tenth.count for tenth in tenths) == 150
+    assert sum(tenth.count for tenth in tenths) == decisions
