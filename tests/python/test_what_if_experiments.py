@@ -12,8 +12,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-MODULES = ("corridor", "crossing", "dynamic_window", "reliability", "robots", "run", "tables", "trips")
-PATIENCE = {"corridor": 3, "crossing": 1, "samples": 0.5, "reliability": 0}  # simulated seconds, to keep this short
+MODULES = ("corridor", "crossing", "dynamic_window", "ethical", "pictures", "reliability", "robots", "run", "tables", "trips")
+PATIENCE = {"corridor": 3, "crossing": 1, "samples": 0.5, "ethical": 1, "reliability": 0}  # simulated seconds, to keep this short
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +86,38 @@ def test_the_dynamic_window_can_always_stop(code: SimpleNamespace) -> None:
         assert speed <= max(least, np.sqrt(2 * free * scene.limits.acceleration)) + 1e-12
     straight = driver.dist(seen, np.array([[0.5]]), np.array([[0.0]]))[0, 0]
     assert straight == pytest.approx(1.5 - 0.25 - 0.2 - code.dynamic_window.MARGIN, abs=0.1)
+
+
+def test_h_is_saved_by_who_knows_how_he_walks(code: SimpleNamespace) -> None:
+    rows = {row.names[0]: row for row in code.ethical.EXPERIMENT.rows if row.noise.place < 0.05}
+    for name, is_saved in (("straight ahead", False), ("ethical, right: knows how H walks", True), ("ethical, wrong: H stops", False)):
+        scene = rows[name].scene(1)
+        end = code.trips.travel(scene, rows[name].driver(scene, 1), rows[name].noise, 1)
+        assert (not end.fell, end.arrived, end.collided) == (is_saved, is_saved, False), name
+
+
+def test_the_ethical_robot_prefers_h_to_its_errand(code: SimpleNamespace) -> None:
+    """Futures: to the goal; to the goal while H falls; elsewhere; elsewhere, touching H."""
+    scene = code.ethical.scene(1)
+    robot = code.ethical.Ethical(scene, code.ethical.EXACT, code.ethical.right, 1, 1)
+    poses = np.full((4, 2, 2, 3), 5.0)
+    poses[:2, :, 0, :2] = scene.goal
+    poses[1, 1, 1] = 0
+    poses[3, 1, 1] = poses[3, 1, 0] + 0.3
+    stalled = np.zeros((4, 2, 2), bool)
+    stalled[3, 1, 1] = stalled[0, 1, 1] = True  # H at a wall touches nobody
+    scores, bad = robot.judge(SimpleNamespace(poses=poses, stalled=stalled))
+    assert bad.tolist() == [False, True, False, True]
+    assert scores.argsort().tolist() == [1, 3, 2, 0]
+
+
+def test_pictures(code: SimpleNamespace, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    scene, noise = code.ethical.scene(1), code.ethical.SMALL
+    robot = code.ethical.Ethical(scene, noise, code.ethical.right, 1, 2)
+    pyplot = code.pictures.load_pyplot()
+    code.pictures.picture(pyplot, tmp_path / "p.png", [(scene, robot, noise, 0.5)], (4, 3), (-5, 5, -3, 2))
+    assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_intervals(code: SimpleNamespace) -> None:

@@ -11,7 +11,7 @@ from tables import Experiment, Row
 from trips import Noise, Other, Scene
 
 NOISE = Noise(place=0.05, heading=0.02, speed=0.05)
-WALLS = (((-7.0, 1.0), (7.0, 1.0)), ((-7.0, -1.0), (7.0, -1.0)))
+WALLS = (((-16.0, 1.0), (8.0, 1.0)), ((-16.0, -1.0), (8.0, -1.0)))
 SAMPLES, HORIZON = 30, 3.0
 
 
@@ -19,7 +19,7 @@ def scene(seed: int, kind: str) -> Scene:
     """Both begin at random places of the width, 8 m from each other."""
     random = np.random.default_rng([seed, 2])
     mine, start, goal = random.uniform(-0.5, 0.5, 3)
-    other = Other((4, start), (-6, goal), random.uniform(0.4, 0.7), kind)
+    other = Other((4, start), (-12, goal), random.uniform(0.4, 0.7), kind)
     return Scene("corridor.world", (-4, mine, 0), (4, 0), (other,), WALLS, patience=60)
 
 

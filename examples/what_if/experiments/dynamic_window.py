@@ -76,7 +76,7 @@ def along(heading: float, turned: Floats, way: Floats) -> Floats:
 def distance_to(wall: Floats, places: Floats) -> Floats:
     """Metres from places to a wall between two points."""
     direction = wall[1] - wall[0]
-    share = np.clip((places - wall[0]) @ direction / (direction @ direction), 0, 1)
+    share = np.clip(((places - wall[0]) * direction).sum(-1) / (direction**2).sum(), 0, 1)
     return np.linalg.norm(places - wall[0] - share[..., None] * direction, axis=-1)
 
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import stagesim as st
-from tables import binomial_interval, line_of
+from tables import FIRST_SEED, binomial_interval, line_of
 from trips import HERE, NEAR, Floats, Scene
 
 SCENE = Scene("open.world", (0, 0, 0), (100, 0), ())
@@ -168,7 +168,8 @@ class Reliability:
 
     def tasks(self, seeds: int) -> list[int]:
         """Numbers of the first decisions: ten for each seed."""
-        return list(range(0, seeds * self.each, self.each))
+        first = FIRST_SEED * self.each
+        return list(range(first, first + seeds * self.each, self.each))
 
     def work(self, task: int, _: float) -> list[Outcome]:
         """Ten decisions."""

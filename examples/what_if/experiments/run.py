@@ -19,10 +19,11 @@ from typing import Any
 
 import corridor
 import crossing
+import ethical
 import reliability
 
 EXPERIMENTS: dict[str, Any] = {"corridor": corridor.EXPERIMENT, "crossing": crossing.EXPERIMENT, "samples": crossing.SAMPLES,
-                               "reliability": reliability.EXPERIMENT}
+                               "ethical": ethical.EXPERIMENT, "reliability": reliability.EXPERIMENT}
 
 
 def work(name: str, task: Any, patience: float) -> Any:
