@@ -8,18 +8,19 @@ import shlex
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any, Callable, Sequence
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import PoseStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from patience import PATIENCE
 from ros_testing import Client, Process
 from std_msgs.msg import Float64MultiArray, Header, String
 from visualization_msgs.msg import MarkerArray
-from what_if_messages import KEPT, goal
+from what_if_messages import KEPT, goal, occupancy, odometry, pose
 
 Start = Callable[..., Process]
 ROBOT = 'size [0.4 0.4 0.4] round 1 drive "diff" localization "gps" )\n'
@@ -87,7 +88,8 @@ def test_a_robot_drives_round_a_wall_and_another_robot_twice_alike(start: Start,
         node = decide(start, alone, "a", "/a", lockstep=True, goal="[4.0, 0.0]", others="/b/ground_truth")
         figures = lockstep(start, client, both, {"a": places}, 12, ["a"])
         node.end()
-        answers = {now: (message.twist.linear.x, message.twist.angular.z) for now, message in by_time(commands).items()}
+        answers = {now: (message.twist.linear.x, message.twist.angular.z) for now, message in by_time(commands).items()
+                   if now > 0}  # at its end, the node stops the robot with a stamp of 0
         found.append((figures["state"], answers))
         distances = [np.hypot(*(place(message) - (3, 0.8))) for message in places]
         assert np.hypot(*(place(places[-1]) - (4, 0))) < 0.3 and min(distances) > 0.45
@@ -96,13 +98,14 @@ def test_a_robot_drives_round_a_wall_and_another_robot_twice_alike(start: Start,
 
 
 def test_two_robots_that_decide_cross_without_contact(start: Start, client: Client, write: Any) -> None:
+    """Each takes the believed place of the other one."""
     both = write("both.world", EMPTY + 'position( name "a" pose [0 0 0 0] ' + ROBOT +
                  'position( name "b" pose [2 -2 0 90] ' + ROBOT)
     alone = write("alone.world", EMPTY + 'position( name "robot" ' + ROBOT)
     goals = {"a": (4, 0), "b": (2, 2)}
     places = {name: client.listen(Odometry, f"/{name}/ground_truth") for name in goals}
     for name, other in (("a", "b"), ("b", "a")):
-        decide(start, alone, "robot", f"/{name}", lockstep=True, others=f"/{other}/ground_truth",
+        decide(start, alone, "robot", f"/{name}", lockstep=True, others=f"/{other}/what_if/robot",
                goal=str([float(number) for number in goals[name]]))
     lockstep(start, client, both, places, 14, "ab")
     for name, goal_of_robot in goals.items():
@@ -136,6 +139,30 @@ def test_a_killed_node_is_started_anew_and_the_robot_stands_meanwhile(start: Sta
     client.until(lambda: status and status[-1].data == "has arrived")
     chosen = [marker for message in futures for marker in message.markers if marker.scale.x == 0.05]
     assert chosen and all(marker.color.g > 0 for marker in chosen)
+
+
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
+def test_a_node_that_ends_stops_its_robot(start: Start, client: Client, write: Any, sign: int) -> None:
+    """Its inputs come from publishers that keep their last message, and from those that do not."""
+    node = decide(start, write("a.world", EMPTY + 'position( name "robot" ' + ROBOT), "robot", "/a", localization="both",
+                  map_topic="/map", rate=5.0, deadline=1.0, pose_gap=300.0)
+    commands = client.listen(Twist, "/a/cmd_vel")
+    for topic, message in (("/map", occupancy(np.zeros((80, 80)), origin=(-4, -4, 0))),
+                           ("/a/pose", pose(time.time_ns(), (0, 0, 0)))):
+        client.node.create_publisher(type(message), topic, KEPT).publish(message)
+    talk = {"/a/goal_pose": goal(3, 0), "/a/ground_truth": None}
+    publishers = {topic: client.node.create_publisher(PoseStamped if message else Odometry, topic, 10)
+                  for topic, message in talk.items()}
+
+    def drives() -> bool:
+        publishers["/a/goal_pose"].publish(talk["/a/goal_pose"])
+        publishers["/a/ground_truth"].publish(odometry(time.time_ns(), (1, 1, 1), frame="odom"))
+        return bool(commands and commands[-1].linear.x > 0)
+
+    client.until(drives)
+    status, text = node.end(sign)
+    assert status == 0 and "Traceback" not in text
+    client.until(lambda: commands[-1].linear.x == 0)
 
 
 def test_the_commands_of_the_page_drive_the_robot_to_its_goal(ros: None, client: Client) -> None:

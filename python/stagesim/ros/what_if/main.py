@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import argparse
 import logging
+import signal
 from typing import Sequence
 
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, ParameterUninitializedException
+from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from ...errors import StageError
@@ -34,9 +36,12 @@ def run(argv: Sequence[str]) -> int | str:
     """Runs the node; returns the argument of sys.exit(): 0, or an error in one line."""
     chosen = options(argv)
     logging.basicConfig(format="%(message)s")  # shows the warnings of worlds
-    rclpy.init(args=[printable(word) for word in argv])
+    # ROS would shut down at once, and the robot would get no command to stop any more.
+    rclpy.init(args=[printable(word) for word in argv], signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = WhatIfNode(chosen.world, chosen.robot)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: node.end())
         try:
             node.run()
         finally:
@@ -44,11 +49,7 @@ def run(argv: Sequence[str]) -> int | str:
         return 0
     except (StageError, ValueError, InvalidParameterTypeException, ParameterUninitializedException) as error:
         return f"stagesim.ros.what_if: {error}"
-    except KeyboardInterrupt:
-        return 0
-    except RuntimeError:  # rclpy raises it if a signal has shut it down while the node was working
-        if rclpy.ok():
-            raise
+    except KeyboardInterrupt:  # before the node was there
         return 0
     finally:
         rclpy.try_shutdown()

@@ -15,6 +15,7 @@ import numpy as np
 import rclpy
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -67,7 +68,7 @@ class WhatIfNode(Node):
                  parameters: Mapping[str, Any] | None = None) -> None:
         super().__init__("what_if", parameter_overrides=[Parameter(key, value=value)
                                                          for key, value in (parameters or {}).items()])
-        self.status, self.decisions = "", 0
+        self.status, self.decisions, self._ends = "", 0, False
         self._executor = Executor(self)
         self._deadline = Deadline(self._tell_late)
         try:
@@ -106,7 +107,8 @@ class WhatIfNode(Node):
         self._contradictions.clear()
         self._commands: list[Command] = []
         self._due: int | None = None  # time of the next decision
-        self._answered = self._asked_again = self._told = -1  # times in lockstep
+        self._answered = self._told = -1  # times in lockstep
+        self._asked_again = False
         self._last_time = -1
         self._has_news = False
         self._heard: dict[str, int] = {}  # newest stamp by topic
@@ -138,7 +140,8 @@ class WhatIfNode(Node):
         for qos in (QoSProfile(depth=10), _KEPT):
             self._subscribe(PoseStamped, "goal_pose", self._take_goal, qos)
         if values["map_topic"]:
-            self._subscribe(OccupancyGrid, values["map_topic"], self._take_map, _KEPT)
+            self._subscribe(OccupancyGrid, values["map_topic"], self._take_map,
+                            QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         for topic in dict.fromkeys(self._must_hear + self._trackers):
             def take(message: Odometry, topic: str = topic) -> None:
                 self._take_other(topic, message)
@@ -160,12 +163,13 @@ class WhatIfNode(Node):
             else:
                 self._complained.pop(topic, None)
 
-        self.create_subscription(kind, topic, handle, qos)
+        # Half of the subscriptions to poses and goals fit no publisher, which is no reason for a warning.
+        self.create_subscription(kind, topic, handle, qos,
+                                 event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=qos is not _KEPT))
 
     def _take_clock(self, message: Clock) -> None:
         now = message.clock.sec * SECOND + message.clock.nanosec
-        if now == self._answered:
-            self._asked_again = now
+        self._asked_again |= now == self._told
         self._told_time = now
 
     def _take_odometry(self, message: Odometry) -> None:
@@ -223,10 +227,14 @@ class WhatIfNode(Node):
         return self._told_time if self._uses_clock else self.get_clock().now().nanoseconds
 
     def run(self, duration: float = math.inf) -> None:
-        """Runs until ROS is shut down, or for `duration` seconds of real time."""
+        """Runs until end() is called or ROS is shut down, or for `duration` seconds of real time."""
         end = time.monotonic() + duration
-        while rclpy.ok() and time.monotonic() < end:
+        while not self._ends and rclpy.ok() and time.monotonic() < end:
             self.turn()
+
+    def end(self) -> None:
+        """Makes run() return soon."""
+        self._ends = True
 
     def turn(self) -> None:
         """Serves ROS for a moment, and decides if it is time."""
@@ -274,16 +282,15 @@ class WhatIfNode(Node):
 
     def _answer_step(self, now: int | None) -> None:
         """Decides for a step of a simulation that waits, once all measurements of its time are there."""
-        if now is None or now == 0:
+        if not now:
             return
-        if now == self._asked_again:  # the answer was lost
-            self._asked_again = -1
-            self._publish_command(now, self._commands[-1].velocity if self._commands else np.zeros(3))
+        if self._asked_again and now == self._answered:  # the answer was lost
+            self._publish_command(now, self._commands[-1].velocity)
+        if self._asked_again or (self._told != now and self._localization.newest == now):
+            self._asked_again, self._told = False, now
+            self._tell_place(now)
         if now == self._answered or self._localization.newest != now:
             return
-        if self._told != now:
-            self._told = now
-            self._tell_place(now)
         if all(self._heard.get(topic) == now for topic in self._must_hear):
             self._cycle(now)
             self._answered = now
@@ -427,6 +434,7 @@ class WhatIfNode(Node):
         """Stops the robot, and destroys the node."""
         self._deadline.close()
         if rclpy.ok() and hasattr(self, "_cmd_vel"):
-            self._cmd_vel.publish(TwistStamped() if self._stamped else Twist())
+            # With a stamp of 0, it is no answer to a simulation that waits.
+            self._publish_command(0 if self._values["lockstep"] else self.now or 0, np.zeros(3))
         self._executor.close()
         self.destroy_node()

@@ -32,7 +32,7 @@ PARAMETERS = {
     "world_file": _text("", "the world file with the robot, and the walls that are known for sure"),
     "robot": _text("robot", "name of the robot in it"),
     "rate": _number(10.0, "decisions per second", 0, 1000, above=True),
-    "budget": _number(0.4, "share of a period that simulated futures may take; without lockstep", 0, 1, above=True),
+    "budget": _number(0.6, "share of a period that simulated futures may take; without lockstep", 0, 1, above=True),
     "deadline": _number(0.9, "share of a period after which a decision is late; without lockstep", 0, 1, above=True),
     "horizon": _number(5.0, "simulated seconds to look ahead", 0, 1000, above=True),
     "samples": _number(10, "futures of each plan", 1, 100000),
