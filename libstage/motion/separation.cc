@@ -9,11 +9,19 @@
 namespace Stg::motion {
 namespace {
 
+/// Most contacts are those of discs with edges of walls. Functions with numbers of corners as
+/// arguments of templates are compiled for these; 0: any number. Results are equal.
+template <uint32_t count>
+inline uint32_t CountOf(const Hull& hull) {
+  return count > 0 ? count : hull.count;
+}
+
 /// The first corner that is farthest along d.
-uint32_t Support(const Hull& hull, Vector d) {
+template <uint32_t count>
+inline uint32_t Support(const Hull& hull, Vector d) {
   uint32_t best = 0;
   double most = Dot(hull.corners[0], d);
-  for (uint32_t i = 1; i < hull.count; i++) {
+  for (uint32_t i = 1; i < CountOf<count>(hull); i++) {
     const double along = Dot(hull.corners[i], d);
     if (along > most) {
       most = along;
@@ -24,8 +32,9 @@ uint32_t Support(const Hull& hull, Vector d) {
 }
 
 /// The separation of the cores, the polygons without their radii, across a given normal.
-Separation CoresAcross(const Hull& a, const Hull& b, Vector normal) {
-  const uint32_t ia = Support(a, normal), ib = Support(b, -normal);
+template <uint32_t count_a = 0, uint32_t count_b = 0>
+inline Separation CoresAcross(const Hull& a, const Hull& b, Vector normal) {
+  const uint32_t ia = Support<count_a>(a, normal), ib = Support<count_b>(b, -normal);
   return {normal, Dot(normal, b.corners[ib] - a.corners[ia]), ia, ib};
 }
 
@@ -104,17 +113,18 @@ struct Simplex {
 };
 
 /// The algorithm of Gilbert, Johnson and Keerthi (1988), which keeps the widest strip.
+template <uint32_t count_a, uint32_t count_b>
 Separation SeparateCores(const Hull& a, const Hull& b, Vector guess) {
   constexpr int kTurns = 12;
   constexpr double kExact = 1e-12;
-  Separation best = CoresAcross(a, b, guess);
+  Separation best = CoresAcross<count_a, count_b>(a, b, guess);
   Simplex simplex;
   simplex.p = b.corners[best.b] - a.corners[best.a];
   for (int turn = 0; turn < kTurns; turn++) {
     Vector normal;
     double distance;
     if (!simplex.Nearest(&normal, &distance)) return LeastOverlap(a, b, best);
-    const Separation found = CoresAcross(a, b, normal);
+    const Separation found = CoresAcross<count_a, count_b>(a, b, normal);
     if (found.gap > best.gap) best = found;
     if (found.gap >= distance - kExact) return best;
     if (!simplex.Add(b.corners[found.b] - a.corners[found.a])) return LeastOverlap(a, b, best);
@@ -283,7 +293,9 @@ bool GoesStraight(const Moving& piece) {
 }  // namespace
 
 double GapAcross(const Hull& a, const Hull& b, Vector normal) {
-  return CoresAcross(a, b, normal).gap - a.radius - b.radius;
+  const Separation found =
+      a.count == 1 && b.count == 2 ? CoresAcross<1, 2>(a, b, normal) : CoresAcross(a, b, normal);
+  return found.gap - a.radius - b.radius;
 }
 
 Separation Separate(const Hull& a, const Hull& b, Vector guess) {
@@ -293,7 +305,8 @@ Separation Separate(const Hull& a, const Hull& b, Vector guess) {
     const Vector normal = distance > 1e-13 ? (1.0 / distance) * difference : guess;
     return {normal, distance - a.radius - b.radius, 0, 0};
   }
-  Separation found = SeparateCores(a, b, guess);
+  Separation found = a.count == 1 && b.count == 2 ? SeparateCores<1, 2>(a, b, guess)
+                                                  : SeparateCores<0, 0>(a, b, guess);
   found.gap -= a.radius + b.radius;
   return found;
 }
