@@ -14,6 +14,8 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -150,13 +152,33 @@ void Scatter(Stg::RandomStream* random, std::vector<uint8_t>* cells) {
 /// How the grid is filled in a round.
 using Fill = std::function<void(int round, std::vector<uint8_t>* cells)>;
 
-/// Prints the times of updates with 20 others and such a grid, and of decisions without others.
+/// A belief with some others in a grid, and its engine.
+struct Decider {
+  Decider(uint64_t count, const Stg::Belief::Options& of_belief,
+          const Stg::BeliefEngine::Options& options)
+      : others(count), belief(kFile, "robot", of_belief) {
+    for (uint64_t id = 0; id < others; id++) belief.SetOther(Other(id, 0));
+    engine = std::make_unique<Stg::BeliefEngine>(&belief, options);
+  }
+  /// Microseconds of an update, or nothing if it fails.
+  std::optional<double> Update(int round, const std::vector<uint8_t>& cells) {
+    const double start = Stg::threads::WallClock();
+    belief.SetRobot(Stg::Pose(0.005 * round, 0, 0, 0), Stg::Velocity(0.3, 0, 0, 0),
+                    Stg::Covariance(0.05, 0.05, 0.02));
+    for (uint64_t id = 0; id < others; id++) belief.SetOther(Other(id, 0.005 * round));
+    if (!belief.SetGrid(cells.data(), cells.size()) || !engine->TakeGrid().empty()) return {};
+    return 1e6 * (Stg::threads::WallClock() - start);
+  }
+
+  const uint64_t others;
+  Stg::Belief belief;
+  std::unique_ptr<Stg::BeliefEngine> engine;
+};
+
+/// Prints the times of updates with 20 others and such a grid, and of decisions among five.
 int MeasureGrid(const char* name, const Stg::Belief::Options& of_belief,
                 const Stg::BeliefEngine::Options& options, const Fill& fill) {
-  Stg::Belief belief(kFile, "robot", of_belief);
-  for (uint64_t id = 0; id < 20; id++) belief.SetOther(Other(id, 0));
-  Stg::BeliefEngine engine(&belief, options);
-  if (!engine.IsReady()) return 1;
+  Decider many(20, of_belief, options), few(5, of_belief, options);
   std::vector<uint8_t> cells(200 * 200);
   std::vector<double> updates, decisions, steps, occupied;
   Stg::BeliefQuestion question;
@@ -164,21 +186,18 @@ int MeasureGrid(const char* name, const Stg::Belief::Options& of_belief,
   Stg::GoalJudge judge(4, 0, 0.28);
   for (int round = 0; round < 200; round++) {
     fill(round, &cells);
-    const double start = Stg::threads::WallClock();
-    belief.SetRobot(Stg::Pose(0.005 * round, 0, 0, 0), Stg::Velocity(0.3, 0, 0, 0),
-                    Stg::Covariance(0.05, 0.05, 0.02));
-    for (uint64_t id = 0; id < 20; id++) belief.SetOther(Other(id, 0.01 * round));
-    if (!belief.SetGrid(cells.data(), cells.size()) || !engine.TakeGrid().empty()) return 1;
-    updates.push_back(1e6 * (Stg::threads::WallClock() - start));
+    const std::optional<double> update = many.Update(round, cells);
+    if (!update) return 1;
+    updates.push_back(*update);
     occupied.push_back(static_cast<double>(std::count(cells.begin(), cells.end(), 1)));
     if (round % 10 != 0) continue;
-    belief.ClearOthers();
-    const Stg::Decision decision = engine.Choose(question, Stg::Budget(), &judge);
+    if (!few.Update(round, cells)) return 1;
+    const Stg::Decision decision = few.engine->Choose(question, Stg::Budget(), &judge);
     decisions.push_back(1e3 * decision.seconds);
     steps.push_back(1e9 * decision.seconds / static_cast<double>(decision.scenario_steps));
   }
   std::printf(
-      "%s, %.0f cells: update with 20 others %.1f us, decision without others %.2f ms, "
+      "%s, %.0f cells: update with 20 others %.1f us, decision among five %.2f ms, "
       "%.0f ns a step\n",
       name, Median(occupied), Median(updates), Median(decisions), Median(steps));
   return 0;

@@ -11,7 +11,7 @@
 
 #include "insight/explain.hh"
 #include "messages/report.hh"
-#include "models/position.hh"
+#include "models/model.hh"
 #include "stage/budget_search.hh"
 #include "stage/console.hh"
 #include "stage/decision_budget.hh"
@@ -154,7 +154,7 @@ nlohmann::ordered_json JsonOf(const Options& options, const World& world, const 
 
 /// A robot that decides from a belief usually has no subscribers in its world file.
 void SubscribeToFirstRobot(World* world) {
-  const std::vector<ModelPosition*> robots = RobotsOf(*world);
+  const std::vector<Model*> robots = RobotsOf(*world);
   if (!robots.empty() && !robots[0]->HasSubscribers()) robots[0]->Subscribe();
 }
 

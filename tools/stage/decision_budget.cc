@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "models/position.hh"
+#include "models/model.hh"
 #include "stage/process.hh"
 #include "whatif/consequence_engine.hh"
 #include "world/world.hh"
@@ -41,7 +41,7 @@ class Decisions {
       : world_(world), limits_(limits), robots_(RobotsOf(world)) {
     question_.now = now;
     question_.candidates.resize(DecisionBudget::kCandidates);
-    for (const ModelPosition* robot : robots_) options_.watched.push_back(robot->GetId());
+    for (const Model* robot : robots_) options_.watched.push_back(robot->GetId());
     options_.threads = limits.threads;
     options_.keep = Snapshot::kLean;
   }
@@ -77,7 +77,7 @@ class Decisions {
     Decide(1);  // makes the threads' worlds
   }
   /// Speeds from 0.1 to 0.5 m/s, each with several turn rates; the first candidate goes on as now.
-  void GiveCommandsTo(const ModelPosition& robot) {
+  void GiveCommandsTo(const Model& robot) {
     for (uint32_t i = 1; i < question_.candidates.size(); i++)
       question_.candidates[i].commands = {
           {0, robot.GetId(), Command::kSetSpeed, 0.1 * (1 + i % 5), 0, 0.2 * (i / 5) - 0.5}};
@@ -90,7 +90,7 @@ class Decisions {
 
   const World& world_;
   const DecisionLimits& limits_;
-  const std::vector<ModelPosition*> robots_;
+  const std::vector<Model*> robots_;
   Question question_;
   ConsequenceEngine::Options options_;
   std::unique_ptr<ConsequenceEngine> engine_;
@@ -98,10 +98,10 @@ class Decisions {
 
 }  // namespace
 
-std::vector<ModelPosition*> RobotsOf(const World& world) {
-  std::vector<ModelPosition*> robots;
+std::vector<Model*> RobotsOf(const World& world) {
+  std::vector<Model*> robots;
   for (Model* model : world.GetAllModels())
-    if (auto* robot = dynamic_cast<ModelPosition*>(model)) robots.push_back(robot);
+    if (model->Drives()) robots.push_back(model);
   std::ranges::sort(robots, {}, &Model::GetId);
   return robots;
 }

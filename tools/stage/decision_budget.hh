@@ -13,7 +13,7 @@
 #include "world/snapshot.hh"
 
 namespace Stg {
-class ModelPosition;
+class Model;
 class World;
 }  // namespace Stg
 
@@ -42,7 +42,7 @@ struct DecisionLimits {
 };
 
 /// All robots of a world, by number.
-std::vector<ModelPosition*> RobotsOf(const World& world);
+std::vector<Model*> RobotsOf(const World& world);
 
 DecisionBudget MeasureDecisions(const World& world, const Snapshot& now,
                                 const DecisionLimits& limits);
