@@ -153,8 +153,8 @@ class PoolAccess {
   /// Call it after OnDevice()->Step() and the like.
   static void NoteDeviceSteps(WorldPool& pool);
   static void NoteDeviceSteps(WorldPool& pool, const rows::Rows* rows);
-  /// Call it when the map of a scene changes, see rows::ChangingMap: states that only the device
-  /// has are lost.
+  /// Call it when the map of a scene changes, see rows::ChangingMap: states that the device has are
+  /// not specified until somebody writes them.
   static void ForgetDeviceStates(WorldPool& pool);
   /// Forgets the device's rows after an error; what only the device had is lost.
   static void AbandonDevice(WorldPool& pool);

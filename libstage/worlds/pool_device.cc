@@ -30,11 +30,11 @@ rows::DeviceRows* PoolDevice::Send(rows::Rows* rows) {
         std::make_unique<rows::DeviceRows>(rows->shared_scene(), rows->size(), device_->Another());
     copy = copies_.emplace_back(std::move(made)).get();
   }
-  if (copy->device_is_old) {
+  if (copy->device_has != kNewestStates) {
     STAGE_ASSERT(!copy->host_is_old);
     copy->on_device->Renew();
-    copy->on_device->Write(*rows);
-    copy->device_is_old = false;
+    if (copy->device_has == kOldStates) copy->on_device->Write(*rows);
+    copy->device_has = kNewestStates;
   }
   return copy->on_device.get();
 }
@@ -42,7 +42,7 @@ rows::DeviceRows* PoolDevice::Send(rows::Rows* rows) {
 void PoolDevice::ForgetStates() {
   for (const auto& copy : copies_) {
     copy->host_is_old = false;
-    copy->device_is_old = true;
+    if (copy->device_has == kNewestStates) copy->device_has = kForgottenStates;
   }
 }
 

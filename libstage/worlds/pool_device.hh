@@ -35,7 +35,8 @@ class PoolDevice {
   /// Call it before rows are changed on the host, after Fetch().
   void NoteChange(const rows::Rows* rows) {
     Copy* const copy = Find(rows);
-    if (copy && !copy->device_is_old.load(std::memory_order_relaxed)) copy->device_is_old = true;
+    if (copy && copy->device_has.load(std::memory_order_relaxed) != kOldStates)
+      copy->device_has = kOldStates;
   }
 
   // No other thread may call anything during a call of these:
@@ -56,18 +57,20 @@ class PoolDevice {
   void Forget(const rows::Rows* rows);
   /// Forgets why scenes can't be stepped, before one of them is deleted.
   void ForgetReasons() { why_not_.clear(); }
-  /// Forgets states of rows that only the device has. Send() sends those of the host, and scenes
-  /// whose maps have changed.
+  /// Forgets states of rows that the device has: they are not specified, also on the host, until
+  /// somebody writes them. Send() sends scenes whose maps have changed.
   void ForgetStates();
   /// Forgets all rows after an error; what only the device had is lost.
   void Abandon() { copies_.clear(); }
 
  private:
+  enum DeviceHas { kNewestStates, kOldStates, kForgottenStates };
   /// Rows that are on the device, too.
   struct Copy {
     rows::Rows* rows;
     std::unique_ptr<rows::DeviceRows> on_device;
-    std::atomic<bool> host_is_old{false}, device_is_old{true};
+    std::atomic<bool> host_is_old{false};
+    std::atomic<DeviceHas> device_has{kOldStates};
   };
   Copy* Find(const rows::Rows* rows) const {
     for (const auto& copy : copies_)
