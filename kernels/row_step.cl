@@ -55,14 +55,17 @@ __kernel void reset_rows(const uint first, __global const ulong* image, __global
   row_reset(&w, given + (size_t)world_of_item(first) * given_bytes, columns);
 }
 
-/* Puts the worlds of a list into the state of `start`, each with given_bytes bytes of its own. */
+/* Puts the worlds of a list into states of `starts`, which have start_words words of 8 bytes each:
+ * start_of has the number of that of each world. Each has given_bytes bytes of its own. */
 __kernel void restore_rows(const uint first, __global const ulong* image, __global ulong* state,
-                           __global const uint* worlds, __global const ulong* start,
+                           __global const uint* worlds, __global const ulong* starts,
+                           __global const uint* start_of, const uint start_words,
                            __global const uchar* given, const ulong columns,
                            const uint given_bytes) {
-  const row_world_t w = world_number(image, state, state, worlds[world_of_item(first)]);
-  row_restore(&w, (__global const row_byte*)start,
-              given + (size_t)world_of_item(first) * given_bytes, columns, 0);
+  const uint place = world_of_item(first);
+  const row_world_t w = world_number(image, state, state, worlds[place]);
+  __global const ulong* const start = starts + (size_t)start_of[place] * start_words;
+  row_restore(&w, (__global const row_byte*)start, given + (size_t)place * given_bytes, columns, 0);
 }
 
 /* Each work-item gives one robot a command. */
@@ -97,18 +100,18 @@ ulong chosen_world(__global const uint* list, __global const uchar* flags, const
   return choice == ROW_LISTED_WORLDS ? list[number] : number;
 }
 
-/* Writes entries of worlds to an array. */
+/* Writes entries of worlds to an array, which is `offset` bytes behind `to`. */
 __kernel void gather_rows(__global const uint* list, __global const uchar* flags, const uint choice,
                           const uint first, const uint worlds, const uint count,
                           __global const ulong* image, __global ulong* state,
                           __global const row_entry_t* entries, __global const ulong* values,
                           const uint kind, const uint column, const uint elements,
-                          const uint of_readings, __global uchar* to) {
+                          const uint of_readings, __global uchar* to, const ulong offset) {
   const ulong world = chosen_world(list, flags, choice, first, worlds, count);
   const row_array_t array = array_of(kind, column, elements, of_readings);
   if (world != NO_WORLD) {
     const row_world_t w = world_number(image, state, state, world);
-    row_gather(&w, &array, entries[(uint)get_global_id(0) % count], values, to);
+    row_gather(&w, &array, entries[(uint)get_global_id(0) % count], values, to + offset);
   }
 }
 

@@ -172,7 +172,7 @@ CudaBytes CudaRowDevice::BytesOf(std::span<const T> elements, const std::string&
 cuda::Address CudaRowDevice::Send(std::span<const std::byte> data, const std::string& name,
                                   CudaBytes* to) {
   if (to->size() < data.size() || to->size() == 0)
-    *to = CudaBytes(device_, std::max<size_t>(2 * data.size(), 8), name);
+    *to = CudaBytes(device_, std::max<size_t>((to->size() > 0 ? 2 : 1) * data.size(), 8), name);
   if (!data.empty())
     Check(device_->functions().to_device(to->address(), data.data(), data.size()), name);
   return to->address();
@@ -193,9 +193,11 @@ void CudaRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffer
     groups_ = ChooseRowGroups(buffers, limits_);
     outlines_ = rows::HasOutlines(image);
     of_islands_ = ChooseIslandGroups(buffers, groups_, limits_);
-    image_ = BytesOf(image, "the scene");
-    state_ = CudaBytes(device_, buffers.state_bytes, "the state of all worlds");
-    scratch_ = CudaBytes(device_, buffers.scratch_bytes, "steps of all worlds");
+    Send(std::as_bytes(image), "the scene", &image_);
+    if (state_.size() != buffers.state_bytes)
+      state_ = CudaBytes(device_, buffers.state_bytes, "the state of all worlds");
+    if (scratch_.size() != buffers.scratch_bytes)
+      scratch_ = CudaBytes(device_, buffers.scratch_bytes, "steps of all worlds");
   });
 }
 
@@ -267,15 +269,18 @@ void CudaRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std:
   });
 }
 
-void CudaRowDevice::Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
+void CudaRowDevice::Restore(std::span<const uint32_t> worlds, const rows::RowStarts& starts,
                             std::span<const std::byte> given, uint64_t columns) {
   if (worlds.empty()) return;
   Call([&] {
     const cuda::Address list = SendList(worlds);
-    const cuda::Address of_all = Send(start, "the state of a world", &start_);
+    const cuda::Address states = Send(starts.states, "the states of worlds", &starts_);
+    const cuda::Address start_of =
+        Send(std::as_bytes(starts.of_world), "the numbers of states", &start_of_);
     const cuda::Address of_worlds = Send(given, "the columns of worlds", &given_);
-    LaunchForWorlds(kRestore, worlds.size(), image_.address(), state_.address(), list, of_all,
-                    of_worlds, columns, static_cast<uint32_t>(given.size() / worlds.size()));
+    LaunchForWorlds(kRestore, worlds.size(), image_.address(), state_.address(), list, states,
+                    start_of, static_cast<uint32_t>(starts.bytes / sizeof(uint64_t)), of_worlds,
+                    columns, static_cast<uint32_t>(given.size() / worlds.size()));
   });
 }
 
@@ -312,14 +317,14 @@ void CudaRowDevice::SetParts(rows::RowMemory* memory, const std::vector<rows::Ro
   });
 }
 
-void CudaRowDevice::Gather(rows::RowMemory* memory, const rows::RowChoice& worlds) {
+void CudaRowDevice::Gather(rows::RowMemory* memory, const rows::RowChoice& worlds, size_t offset) {
   Call([&] {
     const auto& to = static_cast<const CudaRowMemory&>(*memory);
     for (const CudaRowMemory::Part& part : to.parts_)
       LaunchForEntries(kGather, worlds, part.count, image_.address(), state_.address(),
                        part.entries.address(), part.values.address(), part.array.kind,
                        part.array.column, part.array.elements, part.array.of_readings,
-                       to.bytes_.address());
+                       to.bytes_.address(), uint64_t{offset});
   });
 }
 
@@ -371,10 +376,10 @@ void CudaRowDevice::WriteMemory(rows::RowMemory* memory, const void* from) {
   });
 }
 
-void CudaRowDevice::ReadMemory(rows::RowMemory* memory, void* to) {
+void CudaRowDevice::ReadMemory(rows::RowMemory* memory, void* to, size_t bytes) {
   Call([&] {
     const CudaBytes& from = static_cast<const CudaRowMemory&>(*memory).bytes_;
-    Check(device_->functions().to_host(to, from.address(), memory->bytes()), "an array");
+    Check(device_->functions().to_host(to, from.address(), bytes), "an array");
   });
 }
 

@@ -94,13 +94,13 @@ class CudaRowDevice final : public rows::RowDevice {
   void StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) override;
   void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
              uint64_t columns) override;
-  void Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
+  void Restore(std::span<const uint32_t> worlds, const rows::RowStarts& starts,
                std::span<const std::byte> given, uint64_t columns) override;
   void Give(std::span<const row_given_t> commands) override;
   void Finish() override;
   std::shared_ptr<rows::RowMemory> MakeMemory(size_t bytes) override;
   void SetParts(rows::RowMemory* memory, const std::vector<rows::RowPart>& parts) override;
-  void Gather(rows::RowMemory* memory, const rows::RowChoice& worlds) override;
+  void Gather(rows::RowMemory* memory, const rows::RowChoice& worlds, size_t offset) override;
   void GiveCommands(rows::RowMemory* memory, const rows::RowChoice& worlds) override;
   void Clear(rows::RowMemory* memory, const rows::RowChoice& worlds,
              uint32_t words_per_world) override;
@@ -108,7 +108,7 @@ class CudaRowDevice final : public rows::RowDevice {
              const rows::RowInput& chosen) override;
   void ResetFlagged(const rows::RowInput& flags) override;
   void WriteMemory(rows::RowMemory* memory, const void* from) override;
-  void ReadMemory(rows::RowMemory* memory, void* to) override;
+  void ReadMemory(rows::RowMemory* memory, void* to, size_t bytes) override;
   void WaitForCuda() override;
   bool IsInDefaultStream() const override { return true; }
 
@@ -144,7 +144,8 @@ class CudaRowDevice final : public rows::RowDevice {
   IslandGroups of_islands_{1, 1};
   size_t worlds_ = 0;
   bool outlines_ = false;  // contacts are those of outlines
-  CudaBytes image_, state_, scratch_, list_, given_, start_, commands_, poses_, flags_, entries_;
+  CudaBytes image_, state_, scratch_, list_, given_, starts_, start_of_, commands_, poses_, flags_,
+      entries_;
   std::vector<uint32_t> list_on_device_;
 };
 

@@ -112,7 +112,7 @@ template <typename T>
 /// Writes data for the next kernel. Waits, so the caller may change its data.
 const ::cl::Buffer& ClRowDevice::Send(std::span<const std::byte> data, Transfer* to) {
   if (to->bytes < data.size() || to->bytes == 0) {
-    to->bytes = std::max<size_t>(2 * data.size(), 1);
+    to->bytes = std::max<size_t>((to->bytes > 0 ? 2 : 1) * data.size(), 1);
     to->buffer = MakeBuffer(to->bytes, to->name);
   }
   if (!data.empty()) queue_.enqueueWriteBuffer(to->buffer, CL_TRUE, 0, data.size(), data.data());
@@ -129,10 +129,12 @@ void ClRowDevice::Begin(std::span<const uint64_t> image, const rows::RowBuffers&
     groups_ = is_alone ? RowGroups{1, 1} : ChooseRowGroups(buffers, limits_);
     outlines_ = rows::HasOutlines(image);
     of_islands_ = ChooseIslandGroups(buffers, groups_, limits_);
-    image_ = MakeBuffer(image.size_bytes(), "the scene");
-    state_ = MakeBuffer(buffers.state_bytes, "the state of all worlds");
-    scratch_ = MakeBuffer(buffers.scratch_bytes, "memory for steps of all worlds");
-    queue_.enqueueWriteBuffer(image_, CL_TRUE, 0, image.size_bytes(), image.data());
+    Send(std::as_bytes(image), &image_);
+    if (state_bytes_ != buffers.state_bytes)
+      state_ = MakeBuffer(state_bytes_ = buffers.state_bytes, "the state of all worlds");
+    if (scratch_bytes_ != buffers.scratch_bytes)
+      scratch_ =
+          MakeBuffer(scratch_bytes_ = buffers.scratch_bytes, "memory for steps of all worlds");
   });
 }
 
@@ -180,7 +182,7 @@ void ClRowDevice::LaunchForEntries(RowKernel kernel, const rows::RowChoice& worl
 
 /// Starts to solve islands of all worlds, see kernels/islands.cl.
 void ClRowDevice::SolveIslands(const IslandLaunch& launch) {
-  Launch(launch.kernel, of_islands_.groups, of_islands_.items, 1, image_, state_, scratch_,
+  Launch(launch.kernel, of_islands_.groups, of_islands_.items, 1, image_.buffer, state_, scratch_,
          static_cast<cl_uint>(of_islands_.groups * of_islands_.items), cl_uint{launch.kinds});
 }
 
@@ -192,15 +194,15 @@ void ClRowDevice::StepWorlds(std::span<const uint32_t> worlds, cl_uint is_list, 
   Call([&] {
     const ::cl::Buffer& list = SendList(worlds);
     if (!outlines_) {
-      LaunchForWorlds(kStep, count, list, is_list, image_, state_, scratch_, cl_uint{steps},
+      LaunchForWorlds(kStep, count, list, is_list, image_.buffer, state_, scratch_, cl_uint{steps},
                       cl_uint{unseen});
       return;
     }
     for (uint32_t left = steps; left-- > 0;) {
-      LaunchForWorlds(kBeginOutlines, count, list, is_list, image_, state_, scratch_,
+      LaunchForWorlds(kBeginOutlines, count, list, is_list, image_.buffer, state_, scratch_,
                       cl_uint{unseen + left});
       for (const IslandLaunch& launch : kIslandLaunches) SolveIslands(launch);
-      LaunchForWorlds(kEndOutlines, count, list, is_list, image_, state_, scratch_);
+      LaunchForWorlds(kEndOutlines, count, list, is_list, image_.buffer, state_, scratch_);
     }
   });
 }
@@ -215,18 +217,20 @@ void ClRowDevice::Reset(std::span<const uint32_t> worlds, std::span<const std::b
                         uint64_t columns) {
   if (worlds.empty()) return;
   Call([&] {
-    LaunchForWorlds(kReset, worlds.size(), image_, state_, SendList(worlds), Send(given, &given_),
-                    cl_ulong{columns}, static_cast<cl_uint>(given.size() / worlds.size()));
+    LaunchForWorlds(kReset, worlds.size(), image_.buffer, state_, SendList(worlds),
+                    Send(given, &given_), cl_ulong{columns},
+                    static_cast<cl_uint>(given.size() / worlds.size()));
   });
 }
 
-void ClRowDevice::Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
+void ClRowDevice::Restore(std::span<const uint32_t> worlds, const rows::RowStarts& starts,
                           std::span<const std::byte> given, uint64_t columns) {
   if (worlds.empty()) return;
   Call([&] {
-    LaunchForWorlds(kRestore, worlds.size(), image_, state_, SendList(worlds), Send(start, &start_),
-                    Send(given, &given_), cl_ulong{columns},
-                    static_cast<cl_uint>(given.size() / worlds.size()));
+    LaunchForWorlds(kRestore, worlds.size(), image_.buffer, state_, SendList(worlds),
+                    Send(starts.states, &starts_), Send(std::as_bytes(starts.of_world), &start_of_),
+                    static_cast<cl_uint>(starts.bytes / sizeof(cl_ulong)), Send(given, &given_),
+                    cl_ulong{columns}, static_cast<cl_uint>(given.size() / worlds.size()));
   });
 }
 
@@ -234,7 +238,7 @@ void ClRowDevice::Give(std::span<const row_given_t> commands) {
   if (commands.empty()) return;
   Call([&] {
     Launch(kGive, (commands.size() + limits_.entry_items - 1) / limits_.entry_items,
-           limits_.entry_items, 1, image_, state_, Send(std::as_bytes(commands), &commands_),
+           limits_.entry_items, 1, image_.buffer, state_, Send(std::as_bytes(commands), &commands_),
            static_cast<cl_uint>(commands.size()));
   });
 }
@@ -285,13 +289,13 @@ const ::cl::Buffer& ClRowDevice::SendList(std::span<const uint32_t> worlds) {
   return Send(std::as_bytes(worlds), &list_);
 }
 
-void ClRowDevice::Gather(rows::RowMemory* memory, const rows::RowChoice& worlds) {
+void ClRowDevice::Gather(rows::RowMemory* memory, const rows::RowChoice& worlds, size_t offset) {
   Call([&] {
     const auto& to = static_cast<const ClRowMemory&>(*memory);
     for (const ClRowMemory::Part& part : to.parts_)
-      LaunchForEntries(kGather, worlds, part.count, image_, state_, part.entries, part.values,
-                       part.array.kind, part.array.column, part.array.elements,
-                       part.array.of_readings, to.buffer_);
+      LaunchForEntries(kGather, worlds, part.count, image_.buffer, state_, part.entries,
+                       part.values, part.array.kind, part.array.column, part.array.elements,
+                       part.array.of_readings, to.buffer_, cl_ulong{offset});
   });
 }
 
@@ -299,7 +303,7 @@ void ClRowDevice::GiveCommands(rows::RowMemory* memory, const rows::RowChoice& w
   Call([&] {
     const auto& from = static_cast<const ClRowMemory&>(*memory);
     for (const ClRowMemory::Part& part : from.parts_)
-      LaunchForEntries(kCommand, worlds, part.count, image_, state_, part.entries,
+      LaunchForEntries(kCommand, worlds, part.count, image_.buffer, state_, part.entries,
                        part.array.elements, from.buffer_);
   });
 }
@@ -319,7 +323,7 @@ const ::cl::Buffer& ClRowDevice::Send(const rows::RowInput& input, Transfer* to)
 void ClRowDevice::Place(const std::vector<row_entry_t>& entries, uint32_t robots,
                         const rows::RowInput& poses, const rows::RowInput& chosen) {
   Call([&] {
-    LaunchForWorlds(kPlace, worlds_, image_, state_, scratch_,
+    LaunchForWorlds(kPlace, worlds_, image_.buffer, state_, scratch_,
                     Send(std::as_bytes(std::span(entries)), &entries_),
                     static_cast<cl_uint>(entries.size()), cl_uint{robots}, Send(poses, &poses_),
                     Send(chosen, &flags_));
@@ -327,7 +331,9 @@ void ClRowDevice::Place(const std::vector<row_entry_t>& entries, uint32_t robots
 }
 
 void ClRowDevice::ResetFlagged(const rows::RowInput& flags) {
-  Call([&] { LaunchForWorlds(kResetFlagged, worlds_, image_, state_, Send(flags, &flags_)); });
+  Call([&] {
+    LaunchForWorlds(kResetFlagged, worlds_, image_.buffer, state_, Send(flags, &flags_));
+  });
 }
 
 void ClRowDevice::WriteMemory(rows::RowMemory* memory, const void* from) {
@@ -337,10 +343,9 @@ void ClRowDevice::WriteMemory(rows::RowMemory* memory, const void* from) {
   });
 }
 
-void ClRowDevice::ReadMemory(rows::RowMemory* memory, void* to) {
+void ClRowDevice::ReadMemory(rows::RowMemory* memory, void* to, size_t bytes) {
   Call([&] {
-    queue_.enqueueReadBuffer(static_cast<ClRowMemory*>(memory)->buffer_, CL_TRUE, 0,
-                             memory->bytes(), to);
+    queue_.enqueueReadBuffer(static_cast<ClRowMemory*>(memory)->buffer_, CL_TRUE, 0, bytes, to);
   });
 }
 

@@ -59,13 +59,13 @@ class ClRowDevice final : public rows::RowDevice {
   void StepSome(std::span<const uint32_t> worlds, uint32_t steps, uint32_t unseen) override;
   void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
              uint64_t columns) override;
-  void Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
+  void Restore(std::span<const uint32_t> worlds, const rows::RowStarts& starts,
                std::span<const std::byte> given, uint64_t columns) override;
   void Give(std::span<const row_given_t> commands) override;
   void Finish() override;
   std::shared_ptr<rows::RowMemory> MakeMemory(size_t bytes) override;
   void SetParts(rows::RowMemory* memory, const std::vector<rows::RowPart>& parts) override;
-  void Gather(rows::RowMemory* memory, const rows::RowChoice& worlds) override;
+  void Gather(rows::RowMemory* memory, const rows::RowChoice& worlds, size_t offset) override;
   void GiveCommands(rows::RowMemory* memory, const rows::RowChoice& worlds) override;
   void Clear(rows::RowMemory* memory, const rows::RowChoice& worlds,
              uint32_t words_per_world) override;
@@ -73,7 +73,7 @@ class ClRowDevice final : public rows::RowDevice {
              const rows::RowInput& chosen) override;
   void ResetFlagged(const rows::RowInput& flags) override;
   void WriteMemory(rows::RowMemory* memory, const void* from) override;
-  void ReadMemory(rows::RowMemory* memory, void* to) override;
+  void ReadMemory(rows::RowMemory* memory, void* to, size_t bytes) override;
   void WaitForCuda() override;
 
  private:
@@ -120,10 +120,12 @@ class ClRowDevice final : public rows::RowDevice {
   RowGroups groups_{1, 1};
   IslandGroups of_islands_{1, 1};
   bool outlines_ = false;  // contacts are those of outlines
-  ::cl::Buffer image_, state_, scratch_;
+  ::cl::Buffer state_, scratch_;
+  size_t state_bytes_ = 0, scratch_bytes_ = 0;
+  Transfer image_{"the scene"};
   Transfer list_{"the numbers of worlds"}, given_{"the columns of worlds"},
-      start_{"the state of a world"}, commands_{"commands"}, poses_{"poses"}, flags_{"flags"},
-      entries_{"the entries of poses"};
+      starts_{"the states of worlds"}, start_of_{"the numbers of states"}, commands_{"commands"},
+      poses_{"poses"}, flags_{"flags"}, entries_{"the entries of poses"};
   std::vector<uint32_t> list_on_device_;
   const std::shared_ptr<CudaDevice> cuda_;  // null: CUDA does not have this device
 };

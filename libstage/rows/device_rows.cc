@@ -195,19 +195,29 @@ void DeviceRows::Reset(std::span<const uint32_t> worlds, std::span<const uint64_
   device_->Reset(worlds, buffer_, own_);
 }
 
-void DeviceRows::Restore(std::span<const uint32_t> worlds, const Rows& start, const Rows& own,
-                         ColumnSet of_own) {
+/// Appends the state of a world, as ROW_START has it.
+void DeviceRows::AddStart(const Rows& start) {
   STAGE_ASSERT(&start.scene() == scene_.get() && start.size() == 1);
-  STAGE_ASSERT(&own.scene() == scene_.get() && own.size() == worlds_);
-  start_.clear();
-  size_t own_bytes = 0;
+  const size_t first = start_.size();
   ForEachDeviceColumn(&start.columns, [&](int id, const auto* column) {
     using T = typename std::decay_t<decltype(*column)>::value_type;
-    const size_t bytes = image_.scene().row_bytes[id], at = image_.scene().starts[id];
-    start_.resize(at + bytes);
+    const size_t bytes = image_.scene().row_bytes[id], at = first + image_.scene().starts[id];
+    start_.resize(std::max(start_.size(), at + bytes));
     ToDevice(column->data(), bytes / kSizeOnDevice<T>, start_.data() + at);
-    if (Has(of_own, id)) own_bytes += bytes;
   });
+  start_.resize((start_.size() + ROW_ALIGNMENT - 1) / ROW_ALIGNMENT * ROW_ALIGNMENT);
+}
+
+void DeviceRows::Restore(std::span<const uint32_t> worlds, std::span<const Rows* const> starts,
+                         std::span<const uint32_t> start_of, const Rows& own, ColumnSet of_own) {
+  STAGE_ASSERT(&own.scene() == scene_.get() && own.size() == worlds_);
+  STAGE_ASSERT(worlds.size() == start_of.size());
+  if (worlds.empty()) return;
+  start_.clear();
+  for (const Rows* start : starts) AddStart(*start);
+  size_t own_bytes = 0;
+  for (int id = 0; id < ROW_COLUMNS; id++)
+    if (Has(of_own, id)) own_bytes += image_.scene().row_bytes[id];
   buffer_.resize(worlds.size() * own_bytes);
   size_t of_columns = 0;
   ForEachDeviceColumn(&own.columns, [&](int id, const auto* column) {
@@ -219,12 +229,15 @@ void DeviceRows::Restore(std::span<const uint32_t> worlds, const Rows& start, co
                buffer_.data() + i * own_bytes + of_columns);
     of_columns += bytes;
   });
-  device_->Restore(worlds, start_, buffer_, of_own);
+  device_->Restore(worlds, {start_, start_.size() / starts.size(), start_of}, buffer_, of_own);
 }
 
-void DeviceRows::Watch(std::span<const uint32_t> movers) {
-  if (watched_memory_ && std::ranges::equal(movers, watched_)) return;
+void DeviceRows::Watch(std::span<const uint32_t> movers, size_t moments) {
+  const size_t bytes = worlds_ * kWatchedNumbers * movers.size() * sizeof(double);
+  moments = std::clamp<size_t>(kWatchedBytes / std::max<size_t>(1, bytes), 1, moments);
+  if (watched_memory_ && std::ranges::equal(movers, watched_) && moments <= moments_) return;
   watched_.assign(movers.begin(), movers.end());
+  moments_ = moments;
   const auto elements = static_cast<uint32_t>(kWatchedNumbers * watched_.size());
   RowPart pose, velocity, stalled;
   pose.array = {ROW_NUMBERS, ROW_POSE, elements, 0};
@@ -239,16 +252,23 @@ void DeviceRows::Watch(std::span<const uint32_t> movers) {
     }
     stalled.entries.push_back({first + 6, mover});
   }
-  watched_numbers_.resize(worlds_ * elements);
-  watched_memory_ = device_->MakeMemory(watched_numbers_.size() * sizeof(double));
+  watched_memory_ = device_->MakeMemory(moments_ * bytes);
+  watched_numbers_ = device_->MakeHostMemory(moments_ * bytes);
   device_->SetParts(watched_memory_.get(), {pose, velocity, stalled});
 }
 
-const std::vector<double>& DeviceRows::ReadWatched(std::span<const uint32_t> worlds) {
-  if (watched_.empty()) return watched_numbers_;
-  device_->Gather(watched_memory_.get(), RowChoice(worlds));
-  device_->ReadMemory(watched_memory_.get(), watched_numbers_.data());
-  return watched_numbers_;
+void DeviceRows::NoteWatched(std::span<const uint32_t> worlds, size_t moment) {
+  STAGE_ASSERT(moment < moments_);
+  if (watched_.empty()) return;
+  device_->Gather(watched_memory_.get(), RowChoice(worlds),
+                  moment * NumbersOfMoment() * sizeof(double));
+}
+
+std::span<const double> DeviceRows::ReadWatched(size_t moments) {
+  const size_t count = moments * NumbersOfMoment();
+  if (count > 0)
+    device_->ReadMemory(watched_memory_.get(), watched_numbers_.get(), count * sizeof(double));
+  return {reinterpret_cast<const double*>(watched_numbers_.get()), count};
 }
 
 }  // namespace Stg::rows

@@ -81,15 +81,22 @@ class DeviceRows {
   /// world the numbers of Scene::varied, see Rows::Reset().
   void Reset(std::span<const uint32_t> worlds, std::span<const uint64_t> seeds,
              std::span<const std::span<const double>> given = {});
-  /// Puts worlds, which differ, into the state of the only world of `start`, except for columns
-  /// that come from their own rows in `own`.
-  void Restore(std::span<const uint32_t> worlds, const Rows& start, const Rows& own,
-               ColumnSet of_own);
-  /// Chooses the movers that ReadWatched() reads.
-  void Watch(std::span<const uint32_t> movers);
-  /// Returns kWatchedNumbers numbers of each of them in each world: pose, velocity, and 1 if it has
-  /// stalled. Only those of `worlds` are of now. They stay valid until the next call.
-  const std::vector<double>& ReadWatched(std::span<const uint32_t> worlds);
+  /// Puts worlds, which differ, into states, except for columns that come from their own rows in
+  /// `own`. Each of `starts` has one world; `start_of` has the index of that of each world.
+  void Restore(std::span<const uint32_t> worlds, std::span<const Rows* const> starts,
+               std::span<const uint32_t> start_of, const Rows& own, ColumnSet of_own);
+  /// Chooses the movers that are watched. There is room for their numbers at this many moments, or
+  /// as many as fit into kWatchedBytes.
+  void Watch(std::span<const uint32_t> movers, size_t moments = 1);
+  static constexpr size_t kWatchedBytes = size_t{64} << 20;
+  /// Number of moments that there is room for, at least 1.
+  size_t moments() const { return moments_; }
+  /// Starts to note the numbers of these worlds at a moment.
+  void NoteWatched(std::span<const uint32_t> worlds, size_t moment);
+  /// Returns what was noted at the first `moments` moments, one after the other: kWatchedNumbers
+  /// numbers of each mover in each world: pose, velocity, and 1 if it has stalled. Those of worlds
+  /// that were not noted are unspecified. They stay valid until the next call.
+  std::span<const double> ReadWatched(size_t moments);
   static constexpr size_t kWatchedNumbers = 7;
   /// True if states after loading depend on the seed, so that RowDevice::ResetFlagged() must not be
   /// called.
@@ -98,6 +105,9 @@ class DeviceRows {
  private:
   void Begin();
   void PlanControls();
+  void AddStart(const Rows& start);
+  /// Numbers of all worlds at a moment.
+  size_t NumbersOfMoment() const { return worlds_ * kWatchedNumbers * watched_.size(); }
 
   const std::shared_ptr<const Scene> scene_;
   const size_t worlds_;
@@ -115,8 +125,9 @@ class DeviceRows {
   std::vector<size_t> places_of_controls_;  // by column, in read_for_controls_
   std::shared_ptr<std::byte> read_for_controls_;
   std::vector<uint32_t> watched_;
+  size_t moments_ = 1;
   std::shared_ptr<RowMemory> watched_memory_;
-  std::vector<double> watched_numbers_;
+  std::shared_ptr<std::byte> watched_numbers_;
 };
 
 }  // namespace Stg::rows

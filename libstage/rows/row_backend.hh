@@ -56,6 +56,13 @@ struct RowInput {
   bool is_in_cuda = false;
 };
 
+/// States that worlds are put into, one after the other as in ROW_START.
+struct RowStarts {
+  std::span<const std::byte> states;
+  size_t bytes = 0;                    ///< of a state
+  std::span<const uint32_t> of_world;  ///< number of the state of each world
+};
+
 /// Worlds that a call concerns: all, those of a list, or those whose byte in `flags` is not 0.
 struct RowChoice {
   RowChoice() = default;
@@ -113,7 +120,7 @@ class RowDevice {
   /// Writes and reads bytes of the state. Both wait until they are done.
   virtual void Write(size_t offset, const void* from, size_t bytes) = 0;
   virtual void Read(size_t offset, void* to, size_t bytes) = 0;
-  /// Memory of the host that Read() copies to fastest; valid as long as the device.
+  /// Memory of the host that Read() and ReadMemory() copy to fastest; valid as long as the device.
   virtual std::shared_ptr<std::byte> MakeHostMemory(size_t bytes) {
     return {new std::byte[bytes], std::default_delete<std::byte[]>()};
   }
@@ -125,9 +132,8 @@ class RowDevice {
   /// ROW_START; `given` has those columns of the first world, then of the second one, and so on.
   virtual void Reset(std::span<const uint32_t> worlds, std::span<const std::byte> given,
                      uint64_t columns) = 0;
-  /// Like Reset(), but the other columns come from `start`, which has those of one world as
-  /// ROW_START does.
-  virtual void Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
+  /// Like Reset(), but the other columns come from `starts`.
+  virtual void Restore(std::span<const uint32_t> worlds, const RowStarts& starts,
                        std::span<const std::byte> given, uint64_t columns) = 0;
   /// Starts to give robots commands. No robot is listed twice.
   virtual void Give(std::span<const row_given_t> commands) = 0;
@@ -140,8 +146,9 @@ class RowDevice {
   virtual std::shared_ptr<RowMemory> MakeMemory(size_t bytes) = 0;
   /// Sets what Gather() and GiveCommands() do. The parts belong to the scene of Begin().
   virtual void SetParts(RowMemory* memory, const std::vector<RowPart>& parts) = 0;
-  /// Starts to copy elements of the state of worlds to the memory.
-  virtual void Gather(RowMemory* memory, const RowChoice& worlds) = 0;
+  /// Starts to copy elements of the state of worlds to the memory, from `offset` bytes on, a
+  /// multiple of 8.
+  virtual void Gather(RowMemory* memory, const RowChoice& worlds, size_t offset = 0) = 0;
   /// Starts to copy commands of worlds from the memory.
   virtual void GiveCommands(RowMemory* memory, const RowChoice& worlds) = 0;
   /// Starts to set the bytes of worlds in the memory to 0. They are words of 8 bytes.
@@ -154,9 +161,9 @@ class RowDevice {
   /// Starts to reset those worlds whose byte in `flags` is not 0. They keep their seeds, on which
   /// their states must not depend.
   virtual void ResetFlagged(const RowInput& flags) = 0;
-  /// Writes and reads the whole memory. Both wait until they are done.
+  /// Writes the whole memory, or reads its first bytes. Both wait until they are done.
   virtual void WriteMemory(RowMemory* memory, const void* from) = 0;
-  virtual void ReadMemory(RowMemory* memory, void* to) = 0;
+  virtual void ReadMemory(RowMemory* memory, void* to, size_t bytes) = 0;
   /// Waits until everything that this process has started by CUDA is done.
   virtual void WaitForCuda() = 0;
   /// True if everything is started in CUDA's default stream, so that other work there needs no
@@ -165,7 +172,7 @@ class RowDevice {
 };
 
 /// Raise it whenever the meaning of the interface or of an image changes.
-inline constexpr uint32_t kRowBackendVersion = 7;
+inline constexpr uint32_t kRowBackendVersion = 8;
 
 /// A hash that differs if the layout of shared objects or of records differs.
 constexpr uint64_t RowBackendLayout() {

@@ -345,6 +345,7 @@ void Branches::Impl::Start(uint32_t branch, std::shared_ptr<Origin> from) {
   row.origin = std::move(from);
   row.can_be_row = true;
   row.records = true;
+  row.needs_end = true;
   row.reseed = false;
   row.applied = 0;
   row.latest = nullptr;
@@ -364,6 +365,7 @@ void BranchAccess::Restore(Branches& branches, uint32_t branch, std::shared_ptr<
                            bool records) {
   branches.impl_->Start(branch, std::move(from));
   branches.impl_->rows[branch].records = records;
+  branches.impl_->rows[branch].needs_end = false;
   Branch& seen = branches.impl_->rows[branch].seen;
   seen.state = Branch::kAlive;
   seen.error.clear();

@@ -47,6 +47,7 @@ struct Branches::Impl {
     std::shared_ptr<Origin> origin;     // of `state`, if known; on the device, that of the row
     bool can_be_row = true;             // as far as is known
     bool records = true;                // otherwise only the latest sightings are kept
+    bool needs_end = true;              // somebody may ask for its state after it has ended
     uint64_t seed = 0;
     bool reseed = false;  // reseed before the branch's next step
     CommandCheck check;
@@ -186,7 +187,8 @@ class BranchAccess {
 
   static WorldPool& PoolOf(Branches& branches) { return branches.impl_->pool; }
   /// Starts a branch from a row, which must not change while branches are stepped. `records`: the
-  /// sightings of all steps are kept, otherwise only those of the last one.
+  /// sightings of all steps are kept, otherwise only those of the last one. Its state is not
+  /// specified after it has ended.
   static void Restore(Branches& branches, uint32_t branch, std::shared_ptr<Origin> from,
                       bool records);
   /// Appends the sightings of the watched models of a row.

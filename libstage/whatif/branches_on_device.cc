@@ -2,12 +2,16 @@
 //
 // Branches whose rows a device steps. A state from which several branches start is sent once and
 // copied there. Launches end where commands are due, and after each step if models are watched; the
-// host then gets the poses, velocities and stalls of these only. After an error of the device, the
-// host starts branches from their origins again and repeats their steps.
+// host then gets the poses, velocities and stalls of these only. If nobody asks for the states of
+// branches that have ended, the device makes many steps before the host looks at all of them; those
+// after the end of a branch are wasted. After an error of the device, the host starts branches from
+// their origins again and repeats their steps.
 
 #include <algorithm>
+#include <atomic>
 #include <map>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "messages/report.hh"
@@ -26,6 +30,8 @@ constexpr size_t kFewBranches = 4;
 constexpr uint64_t kMostSteps = 64;
 /// Branches that a thread watches at a time.
 constexpr size_t kGrain = 64;
+/// Steps that are made before the host looks at them, at most.
+constexpr size_t kMostAhead = 16;
 
 }  // namespace
 
@@ -48,13 +54,18 @@ class Branches::Impl::DeviceRun {
   bool Watches() const { return scenario_ || !of_.options.watched.empty(); }
   void RestoreStarts();
   void GiveCommands(std::vector<Rest>* rest);
+  void GiveCommandsAhead(uint64_t made);
   bool TryAddCommands(const Member& member);
-  bool AddCommands(const Member& member);
+  bool AddCommands(const Member& member, uint64_t step);
+  bool CanApplyAhead(const Command& command) const;
   void AddCommand(const row_given_t& given, size_t first);
   uint64_t StepsOfLaunch() const;
+  uint64_t StepsAhead() const;
   void Launch(uint64_t steps);
+  void LaunchWatched(uint64_t steps, uint32_t unseen);
+  void StepMembers(uint64_t steps, uint32_t unseen);
   void NoteFailures(const std::vector<ControlFailure>& failures);
-  void Watch();
+  void Watch(uint64_t steps);
   void Watch(const Member& member, const double* numbers);
   void RemoveEnded();
 
@@ -64,6 +75,7 @@ class Branches::Impl::DeviceRun {
   const RowModels& models_;
   Scenario* const scenario_;
   uint64_t left_;
+  bool goes_ahead_ = true;       // the host may look at several steps at once
   std::vector<Member> members_;  // that are alive
   std::vector<uint32_t> places_;
   std::vector<row_given_t> given_;
@@ -81,6 +93,7 @@ Branches::Impl::DeviceRun::DeviceRun(Impl* of, rows::Rows* in,
   for (const uint32_t branch : branches) {
     Row* const row = &of_.rows[branch];
     members_.push_back({branch, static_cast<uint32_t>(row->at.row), row});
+    goes_ahead_ &= !row->needs_end;
     std::vector<Sighting>& sightings = row->seen.sightings;
     const size_t needed =
         sightings.size() + (row->records ? steps : 1) * of_.options.watched.size();
@@ -90,7 +103,8 @@ Branches::Impl::DeviceRun::DeviceRun(Impl* of, rows::Rows* in,
 }
 
 void Branches::Impl::DeviceRun::Run(std::vector<Rest>* rest) {
-  if (Watches()) device_->Watch(models_.watched_movers());
+  goes_ahead_ &= Watches() && !device_->has_controls_on_host();
+  if (Watches()) device_->Watch(models_.watched_movers(), goes_ahead_ ? kMostAhead : 1);
   RestoreStarts();
   while (left_ > 0) {
     GiveCommands(rest);
@@ -100,22 +114,37 @@ void Branches::Impl::DeviceRun::Run(std::vector<Rest>* rest) {
   device_->device().Finish();
 }
 
-/// Sends the states of branches that have just been restored.
+/// Sends the states of branches that have just been restored: those of origins with the random
+/// numbers of branches that are reseeded, and whole ones.
 void Branches::Impl::DeviceRun::RestoreStarts() {
-  std::map<const Origin*, std::vector<uint32_t>> shared;
-  std::vector<uint32_t> whole;
-  const Origin* any = nullptr;
+  std::vector<const rows::Rows*> starts;
+  std::vector<uint32_t> whole, places[2], start_of[2];
+  std::map<const Origin*, uint32_t> known;
+  const Origin* last = nullptr;
+  uint32_t number = 0;
   for (const Member& member : members_) {
     Row::Start& start = member.row->start;
     if (!std::exchange(start.is_pending, false)) continue;
-    any = member.row->origin.get();
-    (start.is_whole ? whole : shared[any]).push_back(member.place);
+    const Origin* const origin = member.row->origin.get();
+    if (origin != last) {
+      const auto [at, is_new] = known.try_emplace(origin, static_cast<uint32_t>(starts.size()));
+      if (is_new) starts.push_back(origin->row.rows.get());
+      number = at->second;
+      last = origin;
+    }
+    if (start.is_whole) {
+      whole.push_back(member.place);
+    } else {
+      places[start.reseeds].push_back(member.place);
+      start_of[start.reseeds].push_back(number);
+    }
   }
-  if (!any) return;
+  if (starts.empty()) return;
   PoolAccess::NoteDeviceSteps(of_.pool, &rows_);
-  for (const auto& [origin, places] : shared)
-    device_->Restore(places, *origin->row.rows, rows_, kRandomNumbers);
-  if (!whole.empty()) device_->Restore(whole, *any->row.rows, rows_, rows::kAllColumns);
+  device_->Restore(places[0], starts, start_of[0], rows_, 0);
+  device_->Restore(places[1], starts, start_of[1], rows_, kRandomNumbers);
+  const std::vector<uint32_t> any(whole.size(), 0);
+  device_->Restore(whole, std::span(starts).first(1), any, rows_, rows::kAllColumns);
 }
 
 /// Gives all commands that are due.
@@ -131,12 +160,19 @@ void Branches::Impl::DeviceRun::GiveCommands(std::vector<Rest>* rest) {
   device_->Give(given_);
 }
 
+/// Gives the commands that are due after so many steps that the host has not looked at.
+void Branches::Impl::DeviceRun::GiveCommandsAhead(uint64_t made) {
+  given_.clear();
+  for (const Member& member : members_) AddCommands(member, member.row->seen.steps + made);
+  device_->Give(given_);
+}
+
 /// Returns false if the branch leaves the device, because a command that is due needs a World or is
 /// refused.
 bool Branches::Impl::DeviceRun::TryAddCommands(const Member& member) {
   const size_t first = given_.size();
   try {
-    if (AddCommands(member)) return true;
+    if (AddCommands(member, member.row->seen.steps)) return true;
     member.row->can_be_row = false;
   } catch (const CommandRefused& refused) {
     given_.resize(first);
@@ -145,12 +181,13 @@ bool Branches::Impl::DeviceRun::TryAddCommands(const Member& member) {
   return false;
 }
 
-/// Returns false if a command that is due needs a World. Throws CommandRefused.
-bool Branches::Impl::DeviceRun::AddCommands(const Member& member) {
+/// Adds the commands that are due at a step. Returns false if one of them needs a World. Throws
+/// CommandRefused.
+bool Branches::Impl::DeviceRun::AddCommands(const Member& member, uint64_t step) {
   const Branch& seen = member.row->seen;
   const size_t first = given_.size();
   for (size_t& next = member.row->applied;
-       next < seen.commands.size() && seen.commands[next].step <= seen.steps; next++) {
+       next < seen.commands.size() && seen.commands[next].step <= step; next++) {
     if (!models_.CanApply(seen.commands[next])) return false;
     if (const auto given = models_.Given(seen.commands[next], member.place))
       AddCommand(*given, first);
@@ -169,14 +206,36 @@ void Branches::Impl::DeviceRun::AddCommand(const row_given_t& given, size_t firs
   given_.push_back(given);
 }
 
-/// Number of steps until a command is due, or somebody watches.
+/// Number of steps until a command is due, or the host looks at them.
 uint64_t Branches::Impl::DeviceRun::StepsOfLaunch() const {
-  if (Watches()) return 1;
+  if (Watches()) return StepsAhead();
   uint64_t steps = std::min(left_, kMostSteps);
   for (const Member& member : members_) {
     const Branch& seen = member.row->seen;
     if (member.row->applied < seen.commands.size())
       steps = std::min(steps, seen.commands[member.row->applied].step - seen.steps);
+  }
+  return steps;
+}
+
+/// False if a command that is not due yet needs a World or will be refused.
+bool Branches::Impl::DeviceRun::CanApplyAhead(const Command& command) const {
+  try {
+    return models_.CanApply(command);
+  } catch (const CommandRefused&) {
+    return false;
+  }
+}
+
+/// Number of steps until a command cannot be given ahead, or the host looks at them.
+uint64_t Branches::Impl::DeviceRun::StepsAhead() const {
+  if (!goes_ahead_) return 1;
+  uint64_t steps = std::min<uint64_t>(left_, device_->moments());
+  for (const Member& member : members_) {
+    const Branch& seen = member.row->seen;
+    for (size_t next = member.row->applied;
+         next < seen.commands.size() && seen.commands[next].step - seen.steps < steps; next++)
+      if (!CanApplyAhead(seen.commands[next])) steps = seen.commands[next].step - seen.steps;
   }
   return steps;
 }
@@ -189,18 +248,32 @@ void Branches::Impl::DeviceRun::Launch(uint64_t steps) {
   const uint64_t unseen = std::min<uint64_t>((scenario_ ? 0 : left_) + omitted, INT32_MAX);
   places_.clear();
   for (const Member& member : members_) places_.push_back(member.place);
-  NoteFailures(PoolAccess::StepOnDevice(of_.pool, of_.IdOf(members_[0].branch), places_,
-                                        static_cast<uint32_t>(steps),
-                                        static_cast<uint32_t>(unseen)));
-  if (Watches())
-    Watch();
-  else
+  if (Watches()) {
+    LaunchWatched(steps, static_cast<uint32_t>(unseen));
+    Watch(steps);
+  } else {
+    StepMembers(steps, static_cast<uint32_t>(unseen));
     for (const Member& member : members_)
       if (member.row->seen.state == Branch::kAlive) member.row->seen.steps += steps;
-  of_.steps_on_device += places_.size() * steps;
-  of_.steps_in_rows += places_.size() * steps;
-  if (!Watches()) device_->device().Finish();
+    of_.steps_on_device += places_.size() * steps;
+    of_.steps_in_rows += places_.size() * steps;
+    device_->device().Finish();
+  }
   RemoveEnded();
+}
+
+/// Makes steps, each of which is noted.
+void Branches::Impl::DeviceRun::LaunchWatched(uint64_t steps, uint32_t unseen) {
+  for (uint64_t step = 0; step < steps; step++) {
+    if (step > 0) GiveCommandsAhead(step);
+    StepMembers(1, unseen);
+    device_->NoteWatched(places_, step);
+  }
+}
+
+void Branches::Impl::DeviceRun::StepMembers(uint64_t steps, uint32_t unseen) {
+  NoteFailures(PoolAccess::StepOnDevice(of_.pool, of_.IdOf(members_[0].branch), places_,
+                                        static_cast<uint32_t>(steps), unseen));
 }
 
 /// Makes branches fail whose controllers have.
@@ -213,16 +286,27 @@ void Branches::Impl::DeviceRun::NoteFailures(const std::vector<ControlFailure>& 
   }
 }
 
-void Branches::Impl::DeviceRun::Watch() {
-  const std::vector<double>& numbers = device_->ReadWatched(places_);
-  const size_t per_world = numbers.size() / rows_.size();
+/// Looks at the last steps of all members.
+void Branches::Impl::DeviceRun::Watch(uint64_t steps) {
+  const std::span<const double> numbers = device_->ReadWatched(steps);
+  const size_t of_step = numbers.size() / steps, of_world = of_step / rows_.size();
+  std::atomic<uint64_t> made{0};
   of_.pool.Run((members_.size() + kGrain - 1) / kGrain, [&](size_t part, unsigned) {
     const size_t end = std::min((part + 1) * kGrain, members_.size());
+    uint64_t of_part = 0;
     for (size_t i = part * kGrain; i < end; i++)
-      Watch(members_[i], numbers.data() + members_[i].place * per_world);
+      for (uint64_t step = 0; step < steps; step++) {
+        if (step > 0 && members_[i].row->seen.state != Branch::kAlive) break;
+        Watch(members_[i], numbers.data() + step * of_step + members_[i].place * of_world);
+        of_part++;
+      }
+    made += of_part;
   });
+  of_.steps_on_device += made;
+  of_.steps_in_rows += made;
 }
 
+/// Looks at a step of a member.
 void Branches::Impl::DeviceRun::Watch(const Member& member, const double* numbers) {
   Branch& seen = member.row->seen;
   if (seen.state != Branch::kAlive) return;
@@ -258,9 +342,10 @@ bool Branches::Impl::CanEnter(const Row& row) {
 /// `rest`.
 std::vector<uint32_t> Branches::Impl::ChooseForDevice(const std::vector<uint32_t>& alive,
                                                       uint64_t steps, std::vector<Rest>* rest) {
-  ForEach(alive, [&](uint32_t, Row* row, Copy*) {
-    if (!row->models) ReadOrigin(row);
-  });
+  if (std::ranges::any_of(alive, [&](uint32_t branch) { return !rows[branch].models; }))
+    ForEach(alive, [&](uint32_t, Row* row, Copy*) {
+      if (!row->models) ReadOrigin(row);
+    });
   std::vector<uint32_t> chosen, entering;
   std::map<const Origin*, size_t> from;
   for (const uint32_t branch : alive) {
@@ -274,6 +359,7 @@ std::vector<uint32_t> Branches::Impl::ChooseForDevice(const std::vector<uint32_t
     else
       rest->push_back({branch, steps});
   }
+  if (entering.empty()) return chosen;
   ForEach(entering, [&](uint32_t branch, Row* row, Copy*) {
     EnterRow(row, branch, from.at(row->origin.get()) < kFewBranches);
   });
@@ -359,6 +445,7 @@ void Branches::Impl::Repeat(Row* row, uint32_t branch) {
     PoolAccess::StepRow(pool, IdOf(branch), row->seen.steps - 1 - step + omitted);
   }
   apply(row->seen.steps);
+  row->applied = next;  // without commands that were given ahead
   row->at = {};
 }
 

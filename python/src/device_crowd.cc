@@ -230,7 +230,7 @@ void DeviceCrowd::Gather(std::span<const std::shared_ptr<Member>> members,
     if (waits_) device.Finish();
     for (const auto& member : members)
       if (member->host.exists() && !member->IsCommands())
-        device.ReadMemory(member->memory.get(), member->host.data());
+        device.ReadMemory(member->memory.get(), member->host.data(), member->memory->bytes());
   });
 }
 
@@ -389,7 +389,7 @@ nb::object DeviceArray::Numpy() const {
     const GilRelease no_gil;
     rows::RowDevice& device = crowd_->Rows()->device();
     device.WaitForCuda();
-    device.ReadMemory(member_->memory.get(), copy->data());
+    device.ReadMemory(member_->memory.get(), copy->data(), member_->memory->bytes());
   });
   const Array& array = *copy;
   const nb::capsule owner(copy.release(),

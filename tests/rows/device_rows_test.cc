@@ -7,12 +7,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <memory>
 #include <numeric>
+#include <span>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -235,40 +237,62 @@ class Comparison {
     // A device casts all rays or none, the host only those that change something.
     if (unseen > 0) device_.Write(host_, 1u << Stg::ROW_RANGES | 1u << Stg::ROW_BRIGHTNESS);
   }
-  /// Puts some worlds into the present state of one of them, some with seeds of their own.
+  /// Puts some worlds into the present states of one or several of them, some with seeds of their
+  /// own.
   void RestoreSome() {
-    Rows start(host_.shared_scene(), std::array{uint64_t{1}});
-    start.Copy(0, host_, random_.Next() % host_.size());
-    std::vector<uint32_t> worlds;
+    std::vector<Rows> starts;
+    for (int count = random_.Int(1, 3); count > 0; count--) {
+      starts.emplace_back(host_.shared_scene(), std::array{uint64_t{1}});
+      starts.back().Copy(0, host_, random_.Next() % host_.size());
+    }
+    std::vector<const Rows*> all;
+    for (const Rows& start : starts) all.push_back(&start);
+    const bool reseeds = random_.OneIn(2);
+    std::vector<uint32_t> worlds, start_of;
     for (size_t i = 0; i < host_.size(); i++) {
       if (random_.OneIn(3)) continue;
       worlds.push_back(static_cast<uint32_t>(i));
-      host_.Copy(i, start, 0);
-      if (random_.OneIn(2)) Stg::RowBridge::Reseed(&host_, i, random_.Next());
+      start_of.push_back(static_cast<uint32_t>(random_.Next() % starts.size()));
+      host_.Copy(i, starts[start_of.back()], 0);
+      if (reseeds && random_.OneIn(2)) Stg::RowBridge::Reseed(&host_, i, random_.Next());
     }
     const Stg::rows::ColumnSet random_numbers =
         1u << Stg::ROW_SEED | 1u << Stg::ROW_RANDOM | 1u << Stg::ROW_NOISE;
-    device_.Restore(worlds, start, host_,
-                    random_.OneIn(2) ? Stg::rows::kAllColumns : random_numbers);
+    device_.Restore(worlds, all, start_of, host_,
+                    random_.OneIn(2) ? Stg::rows::kAllColumns
+                    : reseeds        ? random_numbers
+                                     : 0);
   }
-  /// Says whether watched movers differ; empty if they do not.
+  /// Watches some movers during a few steps. Says whether what was noted differs; empty if it does
+  /// not.
   std::string WatchedDifference() {
     std::vector<uint32_t> movers;
     for (uint32_t i = 0; i < host_.scene().movers.size(); i++)
       if (random_.OneIn(2)) movers.push_back(i);
-    device_.Watch(movers);
-    std::vector<uint32_t> worlds(host_.size());
-    std::iota(worlds.begin(), worlds.end(), 0u);
-    const std::vector<double> read = device_.ReadWatched(worlds);
-    std::vector<double> expected;
-    for (size_t world = 0; world < host_.size(); world++)
-      for (const uint32_t mover : movers) {
-        const size_t i = world * host_.scene().movers.size() + mover;
-        const Stg::rows::Planar &pose = host_.columns.pose[i], &v = host_.columns.velocity[i];
-        expected.insert(expected.end(), {pose.x, pose.y, pose.a, v.x, v.y, v.a,
-                                         static_cast<double>(host_.columns.stalled[i])});
+    const auto moments = static_cast<size_t>(random_.Int(1, 3));
+    device_.Watch(movers, moments);
+    const auto scratch = host_.MakeScratch();
+    std::vector<std::vector<double>> expected;
+    for (size_t moment = 0; moment < moments; moment++) {
+      if (moment > 0) {
+        device_.Step(1);
+        for (size_t i = 0; i < host_.size(); i++) host_.Step(i, 1, scratch.get());
       }
-    return read == expected ? "" : "watched movers differ";
+      std::vector<uint32_t> worlds;
+      for (uint32_t world = 0; world < host_.size(); world++) {
+        const bool noted = !random_.OneIn(4);
+        if (noted) worlds.push_back(world);
+        expected.push_back(noted ? NumbersOf(world, movers) : std::vector<double>());
+      }
+      device_.NoteWatched(worlds, moment);
+    }
+    const std::span<const double> read = device_.ReadWatched(moments);
+    const size_t count = movers.size() * DeviceRows::kWatchedNumbers;
+    if (read.size() != expected.size() * count) return "there are not as many numbers";
+    for (size_t i = 0; i < expected.size(); i++)
+      if (!expected[i].empty() && !std::ranges::equal(read.subspan(i * count, count), expected[i]))
+        return "watched movers differ";
+    return "";
   }
   void ResetSome() {
     std::vector<uint32_t> worlds;
@@ -306,6 +330,17 @@ class Comparison {
   }
 
  private:
+  /// The numbers of these movers of a world that are watched.
+  std::vector<double> NumbersOf(size_t world, const std::vector<uint32_t>& movers) const {
+    std::vector<double> numbers;
+    for (const uint32_t mover : movers) {
+      const size_t i = world * host_.scene().movers.size() + mover;
+      const Stg::rows::Planar &pose = host_.columns.pose[i], &v = host_.columns.velocity[i];
+      numbers.insert(numbers.end(), {pose.x, pose.y, pose.a, v.x, v.y, v.a,
+                                     static_cast<double>(host_.columns.stalled[i])});
+    }
+    return numbers;
+  }
   /// Resets worlds with other seeds, and other numbers if these vary.
   void Reset(const std::vector<uint32_t>& worlds) {
     std::vector<uint64_t> seeds;

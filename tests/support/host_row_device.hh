@@ -67,12 +67,14 @@ class HostRowDevice : public rows::RowDevice {
           columns);
     }
   }
-  void Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
+  void Restore(std::span<const uint32_t> worlds, const rows::RowStarts& starts,
                std::span<const std::byte> given, uint64_t columns) override {
     for (size_t i = 0; i < worlds.size(); i++) {
       const row_world_t world = WorldAt(worlds[i]);
       row_restore(
-          &world, reinterpret_cast<const row_byte*>(start.data()),
+          &world,
+          reinterpret_cast<const row_byte*>(starts.states.data()) +
+              starts.of_world[i] * starts.bytes,
           reinterpret_cast<const row_byte*>(given.data()) + i * (given.size() / worlds.size()),
           columns, 0);
     }
@@ -90,14 +92,14 @@ class HostRowDevice : public rows::RowDevice {
   void SetParts(rows::RowMemory* memory, const std::vector<rows::RowPart>& parts) override {
     static_cast<HostRowMemory*>(memory)->parts = parts;
   }
-  void Gather(rows::RowMemory* memory, const rows::RowChoice& worlds) override {
+  void Gather(rows::RowMemory* memory, const rows::RowChoice& worlds, size_t offset) override {
     auto* const to = static_cast<HostRowMemory*>(memory);
     for (const rows::RowPart& part : to->parts)
       for (const uint32_t i : Chosen(worlds))
         for (const row_entry_t& entry : part.entries) {
           const row_world_t world = WorldAt(i);
           row_gather(&world, &part.array, entry,
-                     reinterpret_cast<const uint64_t*>(part.values.data()), to->data());
+                     reinterpret_cast<const uint64_t*>(part.values.data()), to->data() + offset);
         }
   }
   void GiveCommands(rows::RowMemory* memory, const rows::RowChoice& worlds) override {
@@ -133,8 +135,8 @@ class HostRowDevice : public rows::RowDevice {
   void WriteMemory(rows::RowMemory* memory, const void* from) override {
     std::memcpy(static_cast<HostRowMemory*>(memory)->data(), from, memory->bytes());
   }
-  void ReadMemory(rows::RowMemory* memory, void* to) override {
-    std::memcpy(to, static_cast<HostRowMemory*>(memory)->data(), memory->bytes());
+  void ReadMemory(rows::RowMemory* memory, void* to, size_t bytes) override {
+    std::memcpy(to, static_cast<HostRowMemory*>(memory)->data(), bytes);
   }
   void WaitForCuda() override {}
 
@@ -219,18 +221,18 @@ class LostRowDevice final : public HostRowDevice {
     Count();
     HostRowDevice::StepSome(worlds, steps, unseen);
   }
-  void Restore(std::span<const uint32_t> worlds, std::span<const std::byte> start,
+  void Restore(std::span<const uint32_t> worlds, const rows::RowStarts& starts,
                std::span<const std::byte> given, uint64_t columns) override {
     Count();
-    HostRowDevice::Restore(worlds, start, given, columns);
+    HostRowDevice::Restore(worlds, starts, given, columns);
   }
   void Give(std::span<const row_given_t> commands) override {
     Count();
     HostRowDevice::Give(commands);
   }
-  void ReadMemory(rows::RowMemory* memory, void* to) override {
+  void ReadMemory(rows::RowMemory* memory, void* to, size_t bytes) override {
     Count();
-    HostRowDevice::ReadMemory(memory, to);
+    HostRowDevice::ReadMemory(memory, to, bytes);
   }
   void Finish() override { Count(); }
 

@@ -9,13 +9,16 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "rows/device_rows.hh"
 #include "stage.hh"
 #include "support/device.hh"
+#include "support/host_row_device.hh"
 #include "support/own_worlds.hh"
 
 namespace Stg {
@@ -250,6 +253,78 @@ TEST_F(BeliefTest, DecisionsAreTheSameOnAnyNumberOfThreadsAndOnDevices) {
   for (int again = 0; again < 2; again++)
     ExpectSame(engine.Choose(question_, Budget(), &judge), wanted);
   EXPECT_EQ(engine.steps_on_device(), 2 * wanted.scenario_steps);
+}
+
+/// Devices by `make` during a test.
+class DevicesAre {
+ public:
+  explicit DevicesAre(const std::function<std::unique_ptr<rows::RowDevice>()>& make) {
+    rows::ReplaceRowDevices(make);
+  }
+  ~DevicesAre() { rows::ReplaceRowDevices(nullptr); }
+};
+
+/// Plans with a command in each third step, after a delay.
+void GiveManyCommands(Belief* belief, BeliefQuestion* question) {
+  ASSERT_TRUE(belief->SetDelay(0.2));
+  question->hold = 300000;
+  for (size_t i = 0; i < question->plans.size(); i++)
+    for (int k = 0; k < 12; k++)
+      question->plans[i].commands.emplace_back(0.2 + 0.1 * static_cast<double>((i + k) % 4), 0, 0,
+                                               0.4 * (k % 3 - 1));
+}
+
+void ExpectSameSightings(const Decision& a, const Decision& b) {
+  for (size_t i = 0; i < a.outcomes.size(); i++) {
+    ASSERT_EQ(a.outcomes[i].sightings.size(), b.outcomes[i].sightings.size());
+    for (size_t k = 0; k < a.outcomes[i].sightings.size(); k++)
+      ASSERT_EQ(a.outcomes[i].sightings[k].pose, b.outcomes[i].sightings[k].pose) << i << " " << k;
+  }
+}
+
+/// A device makes many steps before the host looks at them: commands are given, and futures end, in
+/// between.
+TEST_F(BeliefTest, CommandsAndEndsBetweenLooksAreThoseOfTheHost) {
+  Write(std::string(kRobot) + kWall);
+  Belief belief(file_, "r");
+  MakeCrowd(&belief, 5);
+  GiveManyCommands(&belief, &question_);
+  const Decision wanted = Choose(&belief, OptionsWith(20));
+  EXPECT_GT(wanted.outcomes[1].CollisionRisk(), 0);
+  EXPECT_LT(wanted.outcomes[0].CollisionRisk(), 1);
+  const DevicesAre devices([] { return std::make_unique<test::HostRowDevice>(); });
+  BeliefEngine::Options options = OptionsWith(20);
+  options.device_steps = true;
+  for (const uint64_t round : {1u, 5u, 7u, 100u}) {
+    options.round = round;
+    const Decision found = Choose(&belief, options);
+    ExpectSame(found, wanted);
+    ExpectSameSightings(found, wanted);
+  }
+}
+
+TEST_F(BeliefTest, DecisionsAreTheSameWhenTheDeviceIsLostAtAnyTime) {
+  Write(std::string(kRobot) + kWall);
+  Belief belief(file_, "r");
+  MakeCrowd(&belief, 2);
+  GiveManyCommands(&belief, &question_);
+  const Decision wanted = Choose(&belief, OptionsWith(5));
+  BeliefEngine::Options options = OptionsWith(5);
+  options.device_steps = true;
+  options.round = 11;
+  size_t warnings = 0;
+  SetLogSink([&](LogLevel, const std::string& line) {
+    warnings += line.find("because the device is lost") != std::string::npos;
+  });
+  for (int calls = 0; calls < 150; calls++) {
+    const DevicesAre devices(
+        [=] { return std::make_unique<test::LostRowDevice>(std::make_shared<int>(calls)); });
+    const Decision found = Choose(&belief, options);
+    ExpectSame(found, wanted);
+    ExpectSameSightings(found, wanted);
+  }
+  SetLogSink(nullptr);
+  EXPECT_GT(warnings, 100u);
 }
 
 Belief::Options WithGrid() {
