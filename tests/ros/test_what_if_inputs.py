@@ -202,7 +202,7 @@ def test_others_go_on_until_nothing_is_heard_of_them(make: Any) -> None:
 
 @pytest.mark.parametrize(("name", "value"), [
     ("rate", 0.0), ("samples", 1.5), ("speeds", []), ("turns", [NAN]), ("goal", [1.0]), ("localization", "gps"),
-    ("behaviours", "fly 2"), ("accelerations", [1.0, -1.0]), ("delay", -1.0)])
+    ("behaviours", "fly 2"), ("behaviours", "function"), ("accelerations", [1.0, -1.0]), ("delay", -1.0)])
 def test_wrong_parameters_are_one_line(make: Any, name: str, value: Any) -> None:
     with pytest.raises(ValueError, match="found") as error:
         make(**{name: value})

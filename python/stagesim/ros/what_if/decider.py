@@ -89,7 +89,8 @@ class Decider:
 
     def _make(self, **of_grid: Any) -> None:
         values = self._values
-        belief = Belief(values["world_file"], values["robot"], other_radius=values["other_radius"], **of_grid)
+        belief = Belief(values["world_file"], values["robot"], other_radius=values["other_radius"],
+                        others_clear_cells=values["others_clear_cells"], **of_grid)
         samples = values["samples"]
         engine = ConsequenceEngine(belief, samples=samples, most_samples=max(samples, values["most_samples"]),
                                    max_risk=values["max_risk"], threads=values["threads"] or None)

@@ -70,6 +70,8 @@ PARAMETERS = {
     "map_topic": _text("/map", "topic of the map; empty: the walls are only those of the world file"),
     "map_frame_id": _text(MAP_FRAME, "frame of the map, in which poses, others and goals are"),
     "occupied": _number(65, "percentage from which a cell of the map is occupied", 1, 100),
+    "others_clear_cells": Parameter(False, "cells of the map near others are free, for maps that show them as obstacles",
+                                    fixed=True),
     "goal": _numbers([], "first goal: x and y, metres; none: the robot waits for goal_pose", lambda n: n in (0, 2),
                      "no number or two"),
     "stamped_cmd_vel": Parameter(False, "messages on cmd_vel are of the type TwistStamped", fixed=True),

@@ -8,8 +8,12 @@ from typing import Sequence
 
 import numpy as np
 
-from ...belief import KINDS, Behaviour
+from ...belief import Behaviour
 from ..covariance import Array
+
+
+#: Behaviours that need no more than the place and the velocity of somebody.
+KINDS = ("stand", "go on", "go to", "social force", "orca")
 
 
 def grid(speeds: Sequence[float], sideways: Sequence[float], turns: Sequence[float], detours: bool) -> Array:
