@@ -128,6 +128,19 @@ def test_intervals(code: SimpleNamespace) -> None:
     assert code.tables.binomial_interval(0, 0.5, 0.05) == (0, 0)
 
 
+def test_what_is_certain_happens(code: SimpleNamespace) -> None:
+    """Without errors and with one hypothesis, a plan collides if its prediction does."""
+    collisions = 0
+    for number in range(120):
+        case = code.reliability.case_of(number)
+        people = [person._replace(place_error=0, speed_error=0, behaviours=person.behaviours[:1]) for person in case.people]
+        case = case._replace(people=people, place_error=0, heading_error=0, plans=case.plans[:1])
+        predicted = code.reliability.predict(case, 1, number).risk[0]
+        assert code.reliability.carry_out(case, 0, number) == predicted, number
+        collisions += predicted
+    assert 10 < collisions < 60
+
+
 @pytest.mark.parametrize(("believed", "is_right"), [(1.0, True), (0.0, False)])
 def test_predicted_chances_of_collisions_are_those_of_what_happens(believed: float, is_right: bool, code: SimpleNamespace) -> None:
     """If the robot believes that there are no errors, predictions are wrong, and this tells it."""

@@ -87,8 +87,8 @@ def predict(case: Case, samples: int, seed: int, believed: float = 1.0) -> st.De
     return engine.choose(case.plans, SCENE.goal, radius=SCENE.radius, horizon=STEPS * SCENE.interval, seed=seed)
 
 
-def person_text(name: str, person: Person, robot: Floats, random: np.random.Generator) -> str:
-    """Draws somebody, who does not stand in the robot: a part of a world file."""
+def draw_person(name: str, person: Person, robot: Floats, random: np.random.Generator) -> tuple[str, tuple[float, float, float]]:
+    """Draws somebody, who does not stand in the robot: a part of a world file, and a velocity at the beginning."""
     weights = np.array([behaviour.weight for behaviour in person.behaviours])
     behaviour = person.behaviours[random.choice(len(weights), p=weights / weights.sum())]
     vx, vy = person.velocity + person.speed_error * random.normal(size=2)
@@ -99,9 +99,9 @@ def person_text(name: str, person: Person, robot: Floats, random: np.random.Gene
     there = f"x={behaviour.goal[0]} y={behaviour.goal[1]} speed={behaviour.speed}"
     control = {"stand": "stage/behaviour kind=0", "go on": f"stage/behaviour kind=1 vx={vx} vy={vy}",
                "go to": f"stage/behaviour kind=2 {there}", "orca": f"stage/orca {there}"}[behaviour.kind]
-    moves = behaviour.kind != "stand"
-    return (f'position( name "{name}" pose [{x} {y} 0 0] velocity [{vx * moves} {vy * moves} 0 0] size [0.5 0.5 1.7] round 1\n'
-            f'  drive "omni" localization "gps" mass 70 velocity_bounds [-10 10 -10 10 0 0 -573 573] ctrl "{control}" )\n')
+    text = (f'position( name "{name}" pose [{x} {y} 0 0] size [0.5 0.5 1.7] round 1 drive "omni" localization "gps" mass 70\n'
+            f'  velocity_bounds [-10 10 -10 10 0 0 -573 573] ctrl "{control}" )\n')
+    return text, ((0, 0, 0) if behaviour.kind == "stand" else (vx, vy, 0))
 
 
 def carry_out(case: Case, plan: int, seed: int) -> bool:
@@ -111,13 +111,16 @@ def carry_out(case: Case, plan: int, seed: int) -> bool:
     robot = SCENE.start + random.normal(size=3) * deviations
     speed = case.velocity[0]
     text = (HERE / SCENE.file).read_text().replace('name "robot"', f'name "robot" velocity [{speed} 0 0 0]')
-    text += "".join(person_text(f"other{i}", person, robot, random) for i, person in enumerate(case.people))
+    drawn = [draw_person(f"other{i}", person, robot, random) for i, person in enumerate(case.people)]
+    text += "".join(part for part, _ in drawn)
     world = st.World.from_text(text, str(HERE), threads=1)
     mover, others = world.fleet("robot"), world.fleet("other*")
     mover.teleport(robot)
     mover.cmd[0] = case.plans[plan]
+    others.cmd[:] = [velocity for _, velocity in drawn]
     for _ in range(STEPS):
         world.step()
+        others.cmd[:] = np.nan  # controllers drive after the first step
         near = np.linalg.norm(others.pose[:, :2] - mover.pose[0, :2], axis=1) < SCENE.radius + SCENE.other_radius + NEAR
         if mover.stalled[0] or (near & others.stalled).any():
             return True
