@@ -156,6 +156,7 @@ Vector PointAt(Vector p, Vector q, Vector t, double at) {
 /// is made. A corner at p has the room p.n + t * rate(p) - curve * t^2 / 2 at least: the rate is
 /// that of its path now, and `curve` bounds how fast the path bends. A minimum of concave functions
 /// is concave, so between two times with enough room there is enough.
+template <uint32_t count>
 struct Front {
   const Hull* hull;
   Vector normal, velocity, center;
@@ -164,7 +165,7 @@ struct Front {
   double Room(double t) const {
     const double along = Dot(normal, velocity);
     double least = 1e300;
-    for (uint32_t i = 0; i < hull->count; i++) {
+    for (uint32_t i = 0; i < CountOf<count>(*hull); i++) {
       const Vector arm = hull->corners[i] - center;
       least = Least(least, Dot(normal, hull->corners[i]) + t * (along + spin * Cross(arm, normal)));
     }
@@ -197,6 +198,7 @@ double LastTimeWithRoom(RoomAt room, double rest, double room_now) {
 }
 
 /// Two pieces on their way, with the strip between them.
+template <uint32_t count_a, uint32_t count_b>
 struct Advance {
   const Moving &a, &b;
   Separation strip;
@@ -209,12 +211,12 @@ struct Advance {
   /// With a strip that stands in the world.
   double InWorld() const {
     const double edge = hard + a.hull.radius + b.hull.radius;
-    const Front front_b{&b.hull,  strip.normal,  VelocityB(),
-                        b.center, b.motion.turn, b.core * b.motion.turn * b.motion.turn,
-                        0.0};
-    const Front front_a{&a.hull,  -strip.normal, VelocityA(),
-                        a.center, a.motion.turn, a.core * a.motion.turn * a.motion.turn,
-                        0.0};
+    const Front<count_b> front_b{&b.hull,  strip.normal,  VelocityB(),
+                                 b.center, b.motion.turn, b.core * b.motion.turn * b.motion.turn,
+                                 0.0};
+    const Front<count_a> front_a{&a.hull,  -strip.normal, VelocityA(),
+                                 a.center, a.motion.turn, a.core * a.motion.turn * a.motion.turn,
+                                 0.0};
     return LastTimeWithRoom([&](double t) { return front_a.Room(t) + front_b.Room(t) - edge; },
                             rest, strip.gap - hard);
   }
@@ -232,8 +234,8 @@ struct Advance {
         w * w * (Length(r) + speed) + 2.0 * w * speed + guest.core * difference * difference;
     const double line =
         Dot(normal, host.hull.corners[corner]) + hard + a.hull.radius + b.hull.radius;
-    const Front front{&guest.hull, normal, v - host.motion.turn * Left(r), guest.center, difference,
-                      curve,       line};
+    const Front<0> front{
+        &guest.hull, normal, v - host.motion.turn * Left(r), guest.center, difference, curve, line};
     return LastTimeWithRoom([&](double t) { return front.Room(t); }, rest, strip.gap - hard);
   }
 
@@ -359,7 +361,9 @@ double SafePart(const Moving& start_a, const Moving& start_b, Vector normal) {
     const Separation strip = Separate(a.hull, b.hull, normal);
     const double rest = 1.0 - made, hard = GapToKeep(strip.gap);
     if (strip.gap - hard >= rest * (Dot(strip.normal, v) + spin)) return 1.0;
-    const double part = Advance{a, b, strip, hard, rest}.Part();
+    const double part = a.hull.count == 1 && b.hull.count == 2
+                            ? Advance<1, 2>{a, b, strip, hard, rest}.Part()
+                            : Advance<0, 0>{a, b, strip, hard, rest}.Part();
     if (part >= rest) return 1.0;
     if (part < kLeastPart) break;
     made += part;
