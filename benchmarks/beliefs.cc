@@ -163,9 +163,9 @@ struct Decider {
   /// Microseconds of an update, or nothing if it fails.
   std::optional<double> Update(int round, const std::vector<uint8_t>& cells) {
     const double start = Stg::threads::WallClock();
-    belief.SetRobot(Stg::Pose(0.005 * round, 0, 0, 0), Stg::Velocity(0.3, 0, 0, 0),
+    belief.SetRobot(Stg::Pose(0.002 * round, 0, 0, 0), Stg::Velocity(0.3, 0, 0, 0),
                     Stg::Covariance(0.05, 0.05, 0.02));
-    for (uint64_t id = 0; id < others; id++) belief.SetOther(Other(id, 0.005 * round));
+    for (uint64_t id = 0; id < others; id++) belief.SetOther(Other(id, 0.002 * round));
     if (!belief.SetGrid(cells.data(), cells.size()) || !engine->TakeGrid().empty()) return {};
     return 1e6 * (Stg::threads::WallClock() - start);
   }
@@ -193,6 +193,10 @@ int MeasureGrid(const char* name, const Stg::Belief::Options& of_belief,
     if (round % 10 != 0) continue;
     if (!few.Update(round, cells)) return 1;
     const Stg::Decision decision = few.engine->Choose(question, Stg::Budget(), &judge);
+    if (!decision.error.empty()) {
+      std::fprintf(stderr, "%s\n", decision.error.c_str());
+      return 1;
+    }
     decisions.push_back(1e3 * decision.seconds);
     steps.push_back(1e9 * decision.seconds / static_cast<double>(decision.scenario_steps));
   }
