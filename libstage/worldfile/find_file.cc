@@ -28,7 +28,7 @@ int WhyUnreadable(const std::string& path) {
   return access(path.c_str(), R_OK) == 0 ? 0 : errno;
 }
 
-constexpr std::string_view kWorlds = "worlds/", kBitmaps = "bitmaps/";
+constexpr std::string_view kWorlds = "worlds/", kBitmaps = "bitmaps/", kRobots = "robots/";
 
 // Folders of the worlds installed with Stage: relative to the running library, and the configured
 // installation path.
@@ -91,13 +91,17 @@ std::string FindShipped(const std::string& name) {
   std::string_view rest = name;
   while (rest.starts_with("../")) rest.remove_prefix(3);
   if (rest.starts_with(kWorlds)) rest.remove_prefix(kWorlds.size());
-  const bool in_bitmaps = rest.starts_with(kBitmaps);
-  if (in_bitmaps) rest.remove_prefix(kBitmaps.size());
+  std::vector<std::string_view> subfolders = {"", kBitmaps};
+  for (const std::string_view subfolder : {kBitmaps, kRobots}) {
+    if (!rest.starts_with(subfolder)) continue;
+    rest.remove_prefix(subfolder.size());
+    subfolders = {subfolder};
+    break;
+  }
   if (rest.empty() || rest.find('/') != std::string_view::npos) return "";
   for (const std::string& worlds : ShippedFolders()) {
-    for (const std::string& folder : {worlds + "/", worlds + "/" + std::string(kBitmaps)}) {
-      if (in_bitmaps && !folder.ends_with(kBitmaps)) continue;
-      std::string candidate = folder + std::string(rest);
+    for (const std::string_view subfolder : subfolders) {
+      std::string candidate = worlds + "/" + std::string(subfolder) + std::string(rest);
       if (WhyUnreadable(candidate) == 0) return candidate;
     }
   }

@@ -22,8 +22,9 @@ std::string FindFile(const std::string& directory, const std::string& name,
                      std::string* reason = nullptr);
 
 /// Path of a shipped file, or "". `name` is the name of a world, include or picture, possibly
-/// prefixed with its folder, `worlds/` or `bitmaps/`. A leading `../` is ignored, because worlds
-/// written for the folders of older Stages use it.
+/// prefixed with its folder, `worlds/` or `bitmaps/`. Files of `robots/` need that prefix. A
+/// leading
+/// `../` is ignored, because worlds written for the folders of older Stages use it.
 std::string FindShipped(const std::string& name);
 
 /// Suggestion for the end of a message that `name` was not found: ", did you mean ...?" if there is

@@ -19,10 +19,11 @@ def shipped_worlds() -> list[str]:
 def resolve(file: str | os.PathLike[str]) -> str:
     """Returns the path of a world file.
 
-    If `file` has no folder and does not exist in the working folder, a shipped world of that name is used.
+    If `file` has no folder, or the folder robots, and does not exist in the working folder, a shipped world of that
+    name is used.
     """
     path = os.fsdecode(file)
-    if os.path.dirname(path) or os.path.exists(path):
+    if os.path.dirname(path) not in ("", "robots") or os.path.exists(path):
         return path
     for folder in WORLDS:
         shipped = os.path.join(folder, path)
