@@ -90,7 +90,9 @@ class InstallTest(unittest.TestCase):
     def test_everything_is_in_its_place(self) -> None:
         for path in ("bin/stage", "lib/libstage.so", f"lib/libstage.so.{VERSION}",
                      "include/Stage-5.0/stage.hh", "share/stage/worlds/simple.world",
-                     "share/stage/worlds/bitmaps/rooms.png", "lib/pkgconfig/stage.pc",
+                     "share/stage/worlds/bitmaps/rooms.png",
+                     "share/stage/worlds/robots/epuck.inc", "share/stage/worlds/robots/epuck.world",
+                     "lib/pkgconfig/stage.pc",
                      "lib/cmake/Stage/stage-config.cmake",
                      "lib/cmake/Stage/stage-config-version.cmake"):
             self.assertTrue((self.prefix / path).is_file(), path)
@@ -106,7 +108,9 @@ class InstallTest(unittest.TestCase):
         (folder / "old.world").write_text('include "pioneer.inc"\ninclude "sick.inc"\ninclude "map.inc"\n'
                                           'floorplan( bitmap "bitmaps/cave.png" size [16 16 1] )\n'
                                           'pioneer2dx( sicklaser() )\n', encoding="utf-8")
-        for world in ("simple.world", "cave.world", "own.world", "old.world"):
+        (folder / "robots.world").write_text('include "robots/epuck.inc"\ninclude "robots/turtlebot4.inc"\n'
+                                             'epuck()\nturtlebot4( pose [1 0 0 0] )\n', encoding="utf-8")
+        for world in ("simple.world", "cave.world", "own.world", "old.world", "robots.world", "robots/epuck.world"):
             run("sh", "-c", f'cd "{folder}" && exec "{self.prefix}/bin/stage" -g --duration 0.5 {world}')
         done = subprocess.run([self.prefix / "bin" / "stage", "-g", "cave"], cwd=folder, text=True, check=False,
                               capture_output=True, timeout=PATIENCE)

@@ -52,7 +52,8 @@ TEST_F(ShippedFiles, AreFoundByName) {
   for (const char* name :
        {"simple.world", "worlds/simple.world", "cave.world", "robots.inc", "sensors.inc",
         "maps.inc", "pioneer.inc", "sick.inc", "map.inc", "../pioneer.inc", "../../map.inc",
-        "bitmaps/cave.png", "rooms.png", "../bitmaps/rooms.png", "worlds/bitmaps/hospital.png"}) {
+        "bitmaps/cave.png", "rooms.png", "../bitmaps/rooms.png", "worlds/bitmaps/hospital.png",
+        "robots/epuck.inc", "worlds/robots/epuck.world", "../robots/lidars.inc"}) {
     const std::string found = Found(name);
     ASSERT_NE(found, "") << name;
     EXPECT_TRUE(fs::is_regular_file(found)) << found;
@@ -64,7 +65,8 @@ TEST_F(ShippedFiles, AreNotFoundUnderOtherNames) {
   for (const char* name :
        {"", ".", "..", "bitmaps", "../bitmaps", "bitmaps/", "simple", "x/simple.world",
         "/simple.world", "~/simple.world", "bitmaps/simple.world", "worlds/../worlds/simple.world",
-        "./simple.world/", "bitmaps/../simple.world"})
+        "./simple.world/", "bitmaps/../simple.world", "epuck.inc", "robots", "robots/",
+        "robots/simple.world", "robots/bitmaps/rooms.png"})
     EXPECT_EQ(Found(name), "") << name;
 }
 
