@@ -118,7 +118,13 @@ class Belief {
     /// free: grids that are made from a robot's own sensors show others as obstacles.
     bool others_clear_cells;
 
-    Options() : kinds(1), columns(0), rows(0), resolution(0.05), wall_height(1) {}
+    Options()
+        : kinds(1),
+          columns(0),
+          rows(0),
+          resolution(0.05),
+          wall_height(1),
+          others_clear_cells(false) {}
   };
 
   /// Reads a world file with a position model of this name, the robot that will decide.
