@@ -94,7 +94,10 @@ def test_a_robot_drives_round_a_wall_and_another_robot_twice_alike(start: Start,
         distances = [np.hypot(*(place(message) - (3, 0.8))) for message in places]
         assert np.hypot(*(place(places[-1]) - (4, 0))) < 0.3 and min(distances) > 0.45
         assert len(answers) >= 119 and len(scores) > 50 and scores[-1].layout.dim[0].size == 34
-    assert found[0] == found[1]
+    (state, answers), (state_again, answers_again) = found
+    heard_twice = answers.keys() & answers_again.keys()  # the last answers may come after the end
+    assert state == state_again and len(heard_twice) >= 119
+    assert all(answers[now] == answers_again[now] for now in heard_twice)
 
 
 def test_two_robots_that_decide_cross_without_contact(start: Start, client: Client, write: Any) -> None:
