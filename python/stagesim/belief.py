@@ -14,6 +14,7 @@ import numpy.typing as npt
 from . import _core, _paths
 from ._batch_arguments import device_choice
 from ._checks import integer, shown
+from .errors import StageError
 
 if TYPE_CHECKING:
     from .scenes import GridMap
@@ -24,26 +25,47 @@ REASONS = ("horizon", "told apart", "budget")
 
 
 class Moments(NamedTuple):
-    """Before a step of the samples: k others whom a function moves, each in a sample of a plan."""
+    """Before a step of the samples: k others whom a function moves, each in a sample of a plan.
 
-    poses: Floats  #: of the robot and of all n others, in the order of their ids: shape (k, 1 + n, 3)
-    own: npt.NDArray[np.int64]  #: place among these n + 1 of the one who is moved: shape (k,)
-    ids: npt.NDArray[np.uint64]  #: of the one who is moved: shape (k,)
-    plans: npt.NDArray[np.int64]  #: number of the plan: shape (k,)
-    samples: npt.NDArray[np.int64]  #: number of the sample: shape (k,)
-    times: Floats  #: seconds since the beginning: shape (k,)
+    Attributes:
+        poses: of the robot and of all n others, in the order of their ids, in the frame of the world file: shape (k, 1 + n, 3).
+        own: place among these n + 1 of the one who is moved: shape (k,).
+        ids: of the one who is moved: shape (k,).
+        plans: number of the plan: shape (k,).
+        samples: number of the sample: shape (k,).
+        times: seconds since the beginning: shape (k,).
+    """
+
+    poses: Floats
+    own: npt.NDArray[np.int64]
+    ids: npt.NDArray[np.uint64]
+    plans: npt.NDArray[np.int64]
+    samples: npt.NDArray[np.int64]
+    times: Floats
 
 
 class Sightings(NamedTuple):
-    """All sightings of k futures, each a sample of a plan, after each of m steps."""
+    """All sightings of k futures, each a sample of a plan, after each of m steps.
 
-    poses: Floats  #: of the robot and of all n others, in the order of their ids: shape (k, m, 1 + n, 3)
-    velocities: Floats  #: in their own frames, m/s and rad/s: shape (k, m, 1 + n, 3)
-    stalled: npt.NDArray[np.bool_]  #: whether contact has kept them from moving: shape (k, m, 1 + n)
-    radii: Floats  #: of the others, metres: shape (n,)
-    plans: npt.NDArray[np.int64]  #: number of the plan: shape (k,)
-    samples: npt.NDArray[np.int64]  #: number of the sample: shape (k,)
-    interval: float  #: seconds of a step
+    Attributes:
+        poses: of the robot and of all n others, in the order of their ids, in the frame of the world file: shape
+            (k, m, 1 + n, 3).
+        velocities: of each in its own frame, m/s and rad/s: shape (k, m, 1 + n, 3).
+        stalled: whether each wanted to move and was kept from it by contact: shape (k, m, 1 + n). A robot that stands isn't
+            stalled if somebody runs into it, but he is.
+        radii: of the n others, metres: shape (n,).
+        plans: number of the plan: shape (k,).
+        samples: number of the sample: shape (k,).
+        interval: seconds of a step.
+    """
+
+    poses: Floats
+    velocities: Floats
+    stalled: npt.NDArray[np.bool_]
+    radii: Floats
+    plans: npt.NDArray[np.int64]
+    samples: npt.NDArray[np.int64]
+    interval: float
 
 
 class Behaviour(NamedTuple):
@@ -53,8 +75,8 @@ class Behaviour(NamedTuple):
         kind: "stand"; "go on" with the present velocity; or to a goal: "go to" straight, "social force" like the controller
             stage/pedestrian, "orca" like stage/orca; "controller"; or "function".
         weight: of its probability, above 0; those of all behaviours need not add up to 1.
-        goal: x and y, metres, in the frame of the world file.
-        speed: on the way to the goal, m/s; 0: that of the present velocity.
+        goal: x and y, metres, in the frame of the world file; needed to go to one.
+        speed: on the way to the goal, m/s; 0: that of the present velocity. Give it if somebody may start from rest.
         controller: a batch controller and its arguments, as the property ctrl of a world file: "stage/wander speed=0.3".
         function: called in each step with Moments of all samples that have it; returns velocities in the frame of the world
             file, m/s and rad/s: shape (k, 2) or (k, 3). Such samples are simulated in lockstep, which takes more time.
@@ -62,7 +84,7 @@ class Behaviour(NamedTuple):
 
     kind: str = "go on"
     weight: float = 1.0
-    goal: tuple[float, float] = (0.0, 0.0)
+    goal: tuple[float, float] | None = None
     speed: float = 0.0
     controller: str = ""
     function: Callable[[Moments], npt.ArrayLike] | None = None
@@ -120,7 +142,7 @@ class Belief:
         self.grid = None if grid is None else _side(grid)
         all_kinds = [OtherKind(other_radius, other_height, "", room)] if kinds is None else list(kinds)
         sizes = [(kind.radius, kind.height, integer(kind.room, "room", 1, 100000)) for kind in all_kinds]
-        self._kinds = len(all_kinds)
+        self._kinds, self._count = len(all_kinds), 0  # of others
         self._core = _core.make_belief(
             _paths.resolve(file), robot, np.array([resolution, wall_height], float), _numbers(origin, "origin", (3,)),
             np.array(sizes, float).reshape(-1, 3), [kind.body for kind in all_kinds], *(self.grid or (0, 0)),
@@ -131,6 +153,9 @@ class Belief:
     def set_robot(self, pose: npt.ArrayLike, velocity: npt.ArrayLike = (0, 0, 0),
                   pose_covariance: npt.ArrayLike | None = None, velocity_covariance: npt.ArrayLike | None = None) -> None:
         """Says where the robot is, and its velocity in its own frame: (x, y, turn rate), m/s and rad/s.
+
+        Before the first call, it is where the world file has it, and stands. A covariance has variances, not deviations:
+        np.diag([0.05, 0.05, 0.02]) ** 2 is that of errors of 5 cm and 0.02 rad.
 
         Raises:
             StageError: a number is not finite, or a covariance is not symmetric and positive semidefinite.
@@ -169,11 +194,18 @@ class Belief:
             raise ValueError(f"found {shown(kinds)} as kinds, expected whole numbers below {self._kinds}: shape ({n},)")
         if behaviours is not None and len(behaviours) != n:
             raise ValueError(f"found behaviours of {len(behaviours)} others, expected {n}")
-        pairs = [(i, each) for i, all_of in enumerate(behaviours or ()) for each in all_of]
+        lists = [] if behaviours is None else behaviours
+        if any(isinstance(each, Behaviour) for each in lists):
+            raise ValueError("found a Behaviour for an other, expected a sequence of them for each other")
+        pairs = [(i, each) for i, all_of in enumerate(lists) for each in all_of]
+        table = np.array([_row(i, each) for i, each in pairs], float).reshape(-1, 6)
         makers = _makers([each for _, each in pairs])
         try:
-            self._core.set_others(numbers.astype(np.uint64), rows, of_kinds.astype(np.uint64),
-                                  np.array([_row(i, each) for i, each in pairs], float).reshape(-1, 6), makers)
+            self._core.set_others(numbers.astype(np.uint64), rows, of_kinds.astype(np.uint64), table, makers)
+            self._count = n
+        except StageError:
+            self._count = 0
+            raise
         finally:
             self._makers = makers  # the compiled belief doesn't keep functions
 
@@ -189,7 +221,9 @@ class Belief:
             ValueError: the shape or the type is wrong, or the belief has no grid.
         """
         array = np.asarray(cells)
-        if self.grid is None or array.shape != self.grid or array.dtype.kind not in "biu":
+        if self.grid is None:
+            raise ValueError("found cells for a belief without a grid, expected Belief(..., grid=(rows, columns))")
+        if array.shape != self.grid or array.dtype.kind not in "biu":
             raise ValueError(f"found cells of shape {array.shape} and type {array.dtype}, expected {self.grid} and bool or int")
         occupied = array if array.dtype == bool else array >= threshold
         self._core.set_grid(np.ascontiguousarray(occupied, np.uint8))
@@ -204,21 +238,33 @@ class Belief:
 
 
 class Decision:
-    """A decision of ConsequenceEngine about p plans."""
+    """A decision of ConsequenceEngine about p plans.
 
-    def __init__(self, core: _core.Decision, asked: tuple[Any, ...], watched: int) -> None:
-        self._core, self._asked, self._watched = core, asked, watched
-        self.best: int = core.best  #: number of the best plan; the first if several are equal
-        self.reason = REASONS[core.reason]  #: "horizon": all samples were simulated; "told apart": enough; or "budget"
-        self.complete: bool = core.complete  #: whether the first samples reached the horizon
-        self.samples: int = core.samples  #: of the best plan
-        self.steps: int = core.scenario_steps  #: of all samples together
-        self.seconds: float = core.seconds  #: spent
-        self.joules: float = core.joules  #: spent, if the budget has watts
+    Attributes:
+        best: number of the best plan; the first if several are equal.
+        reason: "horizon": all samples were simulated; "told apart": enough of them; or "budget".
+        complete: whether the first samples reached the horizon.
+        samples: number of samples of the best plan.
+        steps: of all samples together.
+        seconds: spent.
+        joules: spent, if the budget has watts.
+        scores: by plan and sample, NaN where none was simulated: shape (p, most samples of a plan).
+        collided: by plan and sample, like the scores.
+    """
+
+    def __init__(self, core: _core.Decision, asked: tuple[Any, ...], watched: int, others: int) -> None:
+        self._core, self._asked, self._watched, self._others = core, asked, watched, others
+        self.best: int = core.best
+        self.reason = REASONS[core.reason]
+        self.complete: bool = core.complete
+        self.samples: int = core.samples
+        self.steps: int = core.scenario_steps
+        self.seconds: float = core.seconds
+        self.joules: float = core.joules
         scores, collided = core.scores, core.collided
         most = max(map(len, scores), default=0)
-        self.scores = np.full((len(scores), most), np.nan)  #: by plan and sample; NaN: not simulated
-        self.collided = np.zeros((len(scores), most), bool)  #: by plan and sample
+        self.scores = np.full((len(scores), most), np.nan)
+        self.collided = np.zeros((len(scores), most), bool)
         for i, values in enumerate(scores):
             self.scores[i, :len(values)] = values
             self.collided[i, :len(values)] = collided[i]
@@ -252,13 +298,13 @@ class Decision:
 
         Args:
             plan: its number.
-            others: how many others follow the robot, in the order of their ids.
+            others: how many of the others that were tracked follow the robot, in the order of their ids.
 
         Raises:
             ValueError: a number is out of range.
         """
         found = np.array(self._core.future(integer(plan, "plan", 0, len(self.scores) - 1)), float)
-        count = integer(others, "others", 0, self._watched - 1)
+        count = integer(others, "others", 0, self._others)
         return found.reshape(-1, self._watched, 3)[:, :1 + count]
 
     def __repr__(self) -> str:
@@ -318,12 +364,13 @@ class ConsequenceEngine:
             radius: of the robot, metres, for contacts with others who run into it; needed with a goal.
             horizon: simulated seconds to look ahead, with the delay.
             hold: duration of each velocity, seconds.
-            seed: of the samples: equal seeds and beliefs have equal samples.
+            seed: of the samples: equal seeds and beliefs have equal samples. It may be the same in all decisions of a trip.
             seconds, steps, joules: budgets of time, of steps of all samples, and of `watts` times the seconds; 0: no limit.
             penalty: of a collision, which ends a sample, in metres of the mean distance.
             tolerance: the goal is reached within this distance, metres.
             judge: called with the Sightings of all samples that have been simulated, and again if more are added; returns scores,
-                higher is better: shape (k,), or a pair of scores and truth values that say which futures have collided.
+                higher is better: shape (k,), or a pair of scores and truth values that say which futures have collided, without
+                which `max_risk` has no effect.
 
         Raises:
             StageError: there can be no decision: the robot would be in an obstacle, or can't obey a plan.
@@ -342,7 +389,7 @@ class ConsequenceEngine:
 
     def _decide(self, earlier: Decision | None, *asked: Any) -> Decision:
         core = self._core.choose(*asked) if earlier is None else self._core.replay(*asked, earlier._core)
-        return Decision(core, asked, self._core.watched)
+        return Decision(core, asked, self._core.watched, self.belief._count)
 
 
 def _asked(plans: npt.ArrayLike, goal: npt.ArrayLike, judge: Callable[[Sightings], Any] | None,
@@ -444,7 +491,14 @@ def _rows(n: int, poses: npt.ArrayLike, velocities: npt.ArrayLike, *covariances:
 
 def _row(i: int, behaviour: Behaviour) -> list[float]:
     """A behaviour of the other in this place as numbers."""
-    if behaviour.kind not in KINDS:
-        raise ValueError(f"found a behaviour {shown(behaviour.kind)}, expected one of {', '.join(KINDS)}")
-    x, y = behaviour.goal
-    return [i, KINDS.index(behaviour.kind), behaviour.weight, x, y, behaviour.speed]
+    if not isinstance(behaviour, Behaviour):
+        raise ValueError(f"found {shown(behaviour)} for other {i}, expected a sequence of Behaviour for each of them")
+    kind, weight, goal, speed = behaviour[:4]
+    if kind not in KINDS:
+        raise ValueError(f"found a behaviour {shown(kind)}, expected one of {', '.join(KINDS)}")
+    numbers = [weight, *((0, 0) if goal is None else goal), speed]
+    if len(numbers) != 4 or not all(isinstance(number, (int, float, np.number)) for number in numbers):
+        raise ValueError(f"found {shown(behaviour[:4])}, expected a kind, a weight, goal=(x, y) and a speed")
+    if goal is None and kind in ("go to", "social force", "orca"):
+        raise ValueError(f"found {shown(kind)} without a goal, expected x and y")
+    return [i, KINDS.index(kind), *map(float, numbers)]

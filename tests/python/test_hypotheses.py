@@ -187,6 +187,29 @@ def test_hypotheses_that_do_not_fit_are_told(file: str) -> None:
         st.ConsequenceEngine(belief).choose(PLANS, GOAL)
 
 
+@pytest.mark.parametrize("behaviours, message", [
+    ([[st.Behaviour("orca")]], "without a goal"),
+    ([[st.Behaviour("orca", (-2, 0))]], "a weight"),  # type: ignore[arg-type]
+    ([st.Behaviour("stand")], "sequence"),
+    ([["stand"]], "Behaviour"),
+])
+def test_behaviours_of_a_wrong_form_are_told(file: str, behaviours: Any, message: str) -> None:
+    belief = st.Belief(file, "r")
+    with pytest.raises(ValueError, match=message):
+        belief.set_others([1], [[1, 0, 0]], behaviours=behaviours)
+    with pytest.raises(ValueError, match="without a grid"):
+        belief.set_grid(np.zeros((3, 3), bool))
+
+
+def test_futures_show_nobody_who_is_not_tracked(file: str) -> None:
+    belief = st.Belief(file, "r")
+    engine = st.ConsequenceEngine(belief, samples=1)
+    with pytest.raises(ValueError, match="others"):
+        engine.choose(PLANS, GOAL, radius=0.2).future(0, 1)
+    belief.set_others([1], [[-3, 0, 0]])
+    assert engine.choose(PLANS, GOAL, radius=0.2).future(0, 1).shape == (50, 2, 3)
+
+
 def test_a_map_file_is_a_grid(file: str, tmp_path: Path) -> None:
     cells = np.full((40, 60), 254, np.uint8)
     cells[:, 40] = 0
