@@ -9,11 +9,19 @@
 namespace Stg::motion {
 namespace {
 
-/// Most contacts are those of discs with edges of walls. Functions with numbers of corners as
-/// arguments of templates are compiled for these; 0: any number. Results are equal.
+/// The number of corners of a hull. `count` is this number if it is known when this is compiled, or
+/// 0. Results are equal.
 template <uint32_t count>
 inline uint32_t CountOf(const Hull& hull) {
   return count > 0 ? count : hull.count;
+}
+
+/// Calls f<count_a, count_b>(). Most contacts are those of discs with edges of walls, for which it
+/// is compiled apart.
+template <typename F>
+inline auto WithCounts(const Hull& a, const Hull& b, F f) {
+  if (a.count == 1 && b.count == 2) return f.template operator()<1, 2>();
+  return f.template operator()<0, 0>();
 }
 
 /// The first corner that is farthest along d.
@@ -296,7 +304,7 @@ bool GoesStraight(const Moving& piece) {
 
 double GapAcross(const Hull& a, const Hull& b, Vector normal) {
   const Separation found =
-      a.count == 1 && b.count == 2 ? CoresAcross<1, 2>(a, b, normal) : CoresAcross(a, b, normal);
+      WithCounts(a, b, [&]<uint32_t m, uint32_t n>() { return CoresAcross<m, n>(a, b, normal); });
   return found.gap - a.radius - b.radius;
 }
 
@@ -307,8 +315,8 @@ Separation Separate(const Hull& a, const Hull& b, Vector guess) {
     const Vector normal = distance > 1e-13 ? (1.0 / distance) * difference : guess;
     return {normal, distance - a.radius - b.radius, 0, 0};
   }
-  Separation found = a.count == 1 && b.count == 2 ? SeparateCores<1, 2>(a, b, guess)
-                                                  : SeparateCores<0, 0>(a, b, guess);
+  Separation found =
+      WithCounts(a, b, [&]<uint32_t m, uint32_t n>() { return SeparateCores<m, n>(a, b, guess); });
   found.gap -= a.radius + b.radius;
   return found;
 }
@@ -361,9 +369,9 @@ double SafePart(const Moving& start_a, const Moving& start_b, Vector normal) {
     const Separation strip = Separate(a.hull, b.hull, normal);
     const double rest = 1.0 - made, hard = GapToKeep(strip.gap);
     if (strip.gap - hard >= rest * (Dot(strip.normal, v) + spin)) return 1.0;
-    const double part = a.hull.count == 1 && b.hull.count == 2
-                            ? Advance<1, 2>{a, b, strip, hard, rest}.Part()
-                            : Advance<0, 0>{a, b, strip, hard, rest}.Part();
+    const double part = WithCounts(a.hull, b.hull, [&]<uint32_t m, uint32_t n>() {
+      return Advance<m, n>{a, b, strip, hard, rest}.Part();
+    });
     if (part >= rest) return 1.0;
     if (part < kLeastPart) break;
     made += part;
