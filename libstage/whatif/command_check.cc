@@ -9,6 +9,7 @@
 #include "models/model.hh"
 #include "models/position.hh"
 #include "models/property_checks.hh"
+#include "whatif/command_values.hh"
 #include "world/world.hh"
 
 namespace Stg {
@@ -22,6 +23,8 @@ std::string Refusal(const Command& command, const Model* model, const std::strin
          " is refused: " + why;
 }
 
+using whatif::ValueOf;
+
 const ModelPosition* RobotOf(const Command& command, const World& world) {
   return dynamic_cast<const ModelPosition*>(world.FindModel(command.model));
 }
@@ -29,24 +32,6 @@ const ModelPosition* RobotOf(const Command& command, const World& world) {
 bool WantsToStand(const Command& command) {
   return command.kind == Command::kStop ||
          (command.kind == Command::kSetSpeed && command.x == 0 && command.y == 0 && command.a == 0);
-}
-
-/// The velocity, acceleration or goal of a command, without a height.
-Pose ValueOf(const Command& command) {
-  return command.kind == Command::kStop ? Pose() : Pose(command.x, command.y, 0, command.a);
-}
-
-ModelPosition::ControlMode ModeOf(Command::Kind kind) {
-  switch (kind) {
-    case Command::kGoTo:
-      return ModelPosition::CONTROL_POSITION;
-    case Command::kSetAcceleration:
-      return ModelPosition::CONTROL_ACCELERATION;
-    case Command::kSetSpeed:
-    case Command::kStop:
-      return ModelPosition::CONTROL_VELOCITY;
-  }
-  return ModelPosition::CONTROL_VELOCITY;
 }
 
 /// Why the numbers of a command make no sense, or "".
@@ -103,7 +88,8 @@ std::string CommandCheck::TooLate(const Command& command, uint64_t steps) {
 /// True if the robot's command is the given one.
 bool CommandCheck::IsInForce(const Command& command, const World& world) {
   const ModelPosition* const robot = RobotOf(command, world);
-  return robot && robot->control_mode == ModeOf(command.kind) && robot->goal == ValueOf(command);
+  return robot && int{robot->control_mode} == int{whatif::ModeOf(command.kind)} &&
+         robot->goal == ValueOf(command);
 }
 
 void CommandCheck::Note(const Command& command, const World& world) {

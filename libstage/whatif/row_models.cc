@@ -11,31 +11,10 @@
 #include "rows/in_mover.hh"
 #include "rows/planar.hh"
 #include "whatif/command_check.hh"
+#include "whatif/command_values.hh"
 #include "world/world.hh"
 
 namespace Stg::whatif {
-
-namespace {
-
-DriveInput::Mode ModeOf(Command::Kind kind) {
-  switch (kind) {
-    case Command::kGoTo:
-      return DriveInput::kPosition;
-    case Command::kSetAcceleration:
-      return DriveInput::kAcceleration;
-    case Command::kSetSpeed:
-    case Command::kStop:
-      return DriveInput::kVelocity;
-  }
-  return DriveInput::kVelocity;
-}
-
-rows::Planar ValueOf(const Command& command) {
-  if (command.kind == Command::kStop) return {};
-  return rows::PlanarOf(Pose(command.x, command.y, 0, command.a));
-}
-
-}  // namespace
 
 RowModels::RowModels(const rows::Scene& scene, const std::vector<uint32_t>& watched)
     : scene_(scene) {
@@ -63,7 +42,7 @@ bool RowModels::CanApply(const Command& command) const {
   const bool runs = robot != kStands && scene_.movers[robot].runs;
   CommandCheck::CheckMotion(command, *model, runs);
   if (!runs) return robot == kStands;  // it has no effect
-  const rows::Planar value = ValueOf(command);
+  const rows::Planar value = rows::PlanarOf(ValueOf(command));
   return std::isfinite(value.x) && std::isfinite(value.y) && std::isfinite(value.a);
 }
 
@@ -72,7 +51,7 @@ void RowModels::Apply(const Command& command, rows::Rows* rows, size_t row) cons
   if (robot == kStands) return;
   const size_t i = row * scene_.movers.size() + robot;
   rows->columns.mode[i] = static_cast<uint8_t>(ModeOf(command.kind));
-  rows->columns.command[i] = ValueOf(command);
+  rows->columns.command[i] = rows::PlanarOf(ValueOf(command));
 }
 
 RowModels::Watched RowModels::Find(uint32_t id) const {
@@ -92,7 +71,7 @@ RowModels::Watched RowModels::Find(uint32_t id) const {
 std::optional<row_given_t> RowModels::Given(const Command& command, size_t row) const {
   const size_t robot = RobotOf(command.model);
   if (robot == kStands) return std::nullopt;
-  const rows::Planar value = ValueOf(command);
+  const rows::Planar value = rows::PlanarOf(ValueOf(command));
   return row_given_t{{value.x, value.y, value.a},
                      static_cast<uint32_t>(row),
                      static_cast<uint32_t>(robot),
