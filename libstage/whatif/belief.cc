@@ -156,12 +156,16 @@ void whatif::BeliefContent::ClearCells() {
 
 // ---- groups of others ---------------------------------------------------------------------------
 
+std::string_view whatif::BeliefContent::ControllerOf(const Behaviour& behaviour) {
+  if (behaviour.kind == Behaviour::kRule) return "";
+  if (behaviour.kind == Behaviour::kController) return behaviour.controller;
+  return kBehaviours;
+}
+
 size_t whatif::BeliefContent::GroupOf(uint32_t kind, const Behaviour& behaviour) const {
-  if (behaviour.kind != Behaviour::kController && behaviour.kind != Behaviour::kRule) return kind;
-  const bool is_ruled = behaviour.kind == Behaviour::kRule;
+  const std::string_view controller = ControllerOf(behaviour);
   const auto is_wanted = [&](const Group& group) {
-    return group.kind == kind &&
-           (is_ruled ? group.controller.empty() : group.controller == behaviour.controller);
+    return group.kind == kind && group.controller == controller;
   };
   return static_cast<size_t>(std::ranges::find_if(groups, is_wanted) - groups.begin());
 }
@@ -170,9 +174,8 @@ bool whatif::BeliefContent::AddGroups(const TrackedOther& other) {
   constexpr uint32_t kFirstRoom = 4;
   for (const Behaviour& behaviour : other.behaviours) {
     if (GroupOf(other.kind, behaviour) < groups.size()) continue;
-    const bool is_ruled = behaviour.kind == Behaviour::kRule;
-    const Group group = {other.kind, is_ruled ? "" : behaviour.controller, kFirstRoom, 0};
-    if (!is_ruled && !MakeWorld({group})) return false;
+    const Group group = {other.kind, std::string(ControllerOf(behaviour)), kFirstRoom, 0};
+    if (!group.controller.empty() && !MakeWorld({group})) return false;
     groups.push_back(group);
   }
   return true;

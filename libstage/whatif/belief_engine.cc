@@ -21,7 +21,9 @@ struct BeliefEngine::Impl {
   struct Drawn {
     std::shared_ptr<BranchAccess::Origin> origin;
     whatif::DrawnOthers who;
-    std::vector<uint32_t> order;      // of the robot, all others, and the rest among the watched
+    /// Places of the robot, of all others, and of the rest among the watched; not set if these are 0,
+    /// 1, 2, ...
+    std::vector<uint32_t> order;
     std::vector<Sighting> sightings;  // before the first step, if rules move somebody
   };
   /// Everything that depends on the groups of others that there is room for.
@@ -50,6 +52,7 @@ struct BeliefEngine::Impl {
   std::string TakeGrid();
   rows::Rows* RowsOf(uint32_t sample);
   std::string WhyNot(const BeliefQuestion& question, const Judge& judge);
+  void SetOrder(Drawn* of) const;
   void Draw(const BeliefQuestion& question, uint32_t sample);
   void Begin(const BeliefQuestion& question, uint32_t branch, const Sample& sample, bool records);
   void MoveRuledOthers();
@@ -68,10 +71,8 @@ struct BeliefEngine::Impl {
   Belief& belief;
   const Options options;
   std::unique_ptr<Room> room;
-  uint32_t drawn = 0;  // samples of this decision
-  // Buffers.
-  std::vector<whatif::RuledOthers::Living> living;
-  std::vector<uint32_t> places;
+  uint32_t drawn = 0;                               // samples of this decision
+  std::vector<whatif::RuledOthers::Living> living;  // buffer
 };
 
 bool BeliefEngine::Impl::NeedsRoom() const {
@@ -197,20 +198,25 @@ std::string BeliefEngine::Impl::WhyNot(const BeliefQuestion& question, const Jud
   return room->sampler->WhyNotFree(believed(), RowsOf(0));
 }
 
+/// The robot, the others of a sample, and all other places in their order.
+void BeliefEngine::Impl::SetOrder(Drawn* of) const {
+  std::vector<bool> is_free(room->ids.size(), true);
+  of->order.clear();
+  const auto add = [&](uint32_t place) {
+    of->order.push_back(place);
+    is_free[place] = false;
+  };
+  add(0);
+  for (const whatif::DrawnOthers::Drawn& each : of->who.others) add(each.slot.place);
+  for (uint32_t place = 0; place < is_free.size(); place++)
+    if (is_free[place]) add(place);
+}
+
 void BeliefEngine::Impl::Draw(const BeliefQuestion& question, uint32_t sample) {
   rows::Rows* const row = RowsOf(sample);
   Drawn& to = room->samples[sample];
   room->sampler->Draw(believed(), question.seed, sample, row, &to.who);
-  to.order.assign(1, 0);
-  for (const whatif::DrawnOthers::Drawn& each : to.who.others) to.order.push_back(each.slot.place);
-  std::vector<uint32_t>& sorted = places;
-  sorted.assign(to.order.begin(), to.order.end());
-  std::ranges::sort(sorted);
-  for (uint32_t place = 0, i = 0; place < room->ids.size(); place++)
-    if (i < sorted.size() && sorted[i] == place)
-      i++;
-    else
-      to.order.push_back(place);
+  if (!room->sampler->has_one_group()) SetOrder(&to);
   to.sightings.clear();
   if (to.who.HasRules()) BranchAccess::Watch(*room->branches, *row, &to.sightings);
 }
@@ -274,11 +280,8 @@ Decision BeliefEngine::Impl::With(const BeliefQuestion& question, Judge* judge, 
 
 template <typename F>
 Decision BeliefEngine::Impl::Decide(const BeliefQuestion& question, Judge* judge, F decide) {
-  const std::vector<TrackedOther>& others = believed().others;
-  const bool has_rules = std::ranges::any_of(others, [](const TrackedOther& other) {
-    return std::ranges::any_of(other.behaviours, [](const Behaviour& behaviour) {
-      return behaviour.kind == Behaviour::kRule;
-    });
+  const bool has_rules = std::ranges::any_of(believed().groups, [](const auto& group) {
+    return group.controller.empty() && group.used > 0;
   });
   whatif::OrderedJudge ordered(
       judge, room->ids.size(), [this](uint32_t sample) -> const auto& {

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "whatif/belief.hh"
@@ -53,6 +54,8 @@ struct BeliefContent {
   static constexpr char kMapName[] = "belief.map";
   bool HasGrid() const { return options.columns > 0; }
   double RadiusOf(size_t other) const { return options.kinds[others[other].kind].radius; }
+  /// The property `ctrl` of those who behave so; empty: rules move them.
+  static std::string_view ControllerOf(const Behaviour& behaviour);
   /// Index of the group of somebody of this kind with this behaviour; groups.size() if there is
   /// none.
   size_t GroupOf(uint32_t kind, const Behaviour& behaviour) const;
