@@ -135,26 +135,21 @@ void SetRobot(PyBelief& to, const Numbers& numbers) {
   });
 }
 
-/// Sightings of samples or futures as arrays: x, y, heading; velocities; stalls.
-struct SightingArrays {
-  SightingArrays(size_t count, size_t of_models)
-      : models(of_models),
-        poses(count * of_models * 3),
-        velocities(count * of_models * 3),
-        stalled(count * of_models) {}
+/// Appends x, y and heading.
+void AddPose(const Pose& pose, std::vector<double>* to) {
+  to->insert(to->end(), {pose.x, pose.y, pose.a});
+}
 
-  void Add(const Sighting* seen) {
-    for (size_t i = 0; i < models; i++, next++) {
-      const double numbers[] = {seen[i].pose.x, seen[i].pose.y, seen[i].pose.a};
-      const double moves[] = {seen[i].velocity.x, seen[i].velocity.y, seen[i].velocity.a};
-      std::copy(numbers, numbers + 3, &poses[3 * next]);
-      std::copy(moves, moves + 3, &velocities[3 * next]);
-      stalled[next] = seen[i].stalled;
+/// Sightings of futures as arrays: x, y, heading; velocities; stalls.
+struct SightingArrays {
+  void Add(const Sighting* seen, size_t models) {
+    for (size_t i = 0; i < models; i++) {
+      AddPose(seen[i].pose, &poses);
+      AddPose(seen[i].velocity, &velocities);
+      stalled.push_back(seen[i].stalled);
     }
   }
 
-  const size_t models;
-  size_t next = 0;
   std::vector<double> poses, velocities;
   std::vector<uint8_t> stalled;
 };
@@ -174,12 +169,12 @@ class PyRule : public BehaviourRule {
   explicit PyRule(nb::handle function) : function_(function) {}
 
   void Move(const Moment* moments, size_t count, size_t others, Velocity* velocities) override {
-    SightingArrays seen(count, 1 + others);
+    std::vector<double> poses;
     std::vector<int64_t> own(count), samples(count), plans(count);
     std::vector<uint64_t> ids(count);
     std::vector<double> times(count);
     for (size_t i = 0; i < count; i++) {
-      seen.Add(moments[i].seen);
+      for (size_t k = 0; k <= others; k++) AddPose(moments[i].seen[k].pose, &poses);
       own[i] = static_cast<int64_t>(moments[i].own);
       plans[i] = static_cast<int64_t>(moments[i].sample.candidate);
       samples[i] = moments[i].sample.number;
@@ -188,7 +183,7 @@ class PyRule : public BehaviourRule {
     }
     const nb::gil_scoped_acquire gil;
     const nb::object found = function_(
-        ArrayOf(std::move(seen.poses), {count, 1 + others, 3}), ArrayOf(std::move(own), {count}),
+        ArrayOf(std::move(poses), {count, 1 + others, 3}), ArrayOf(std::move(own), {count}),
         ArrayOf(std::move(ids), {count}), ArrayOf(std::move(plans), {count}),
         ArrayOf(std::move(samples), {count}), ArrayOf(std::move(times), {count}));
     const auto table = nb::cast<Table>(found);
@@ -265,11 +260,11 @@ void PyJudge::ScoreFutures(const Future* futures, size_t count, SampleResult* re
   // No future ends before the others do.
   const auto steps = static_cast<size_t>(futures[0].steps);
   const size_t models = 1 + task_.other_radii.size();
-  SightingArrays seen(count * steps, models);
+  SightingArrays seen;
   std::vector<int64_t> plans(count), samples(count);
   for (size_t i = 0; i < count; i++) {
     for (size_t step = 0; step < steps; step++)
-      seen.Add(futures[i].sightings + step * task_.watched);
+      seen.Add(futures[i].sightings + step * task_.watched, models);
     plans[i] = static_cast<int64_t>(futures[i].sample.candidate);
     samples[i] = futures[i].sample.number;
   }
@@ -372,7 +367,7 @@ Asked AskedOf(const Plans& plans, const Numbers& numbers, const nb::object& judg
 std::vector<double> FutureOf(const Decision& decision, size_t plan) {
   std::vector<double> numbers;
   for (const Sighting& sighting : decision.outcomes.at(plan).sightings)
-    numbers.insert(numbers.end(), {sighting.pose.x, sighting.pose.y, sighting.pose.a});
+    AddPose(sighting.pose, &numbers);
   return numbers;
 }
 
