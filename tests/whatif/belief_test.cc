@@ -7,7 +7,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <limits>
@@ -17,6 +16,7 @@
 
 #include "rows/device_rows.hh"
 #include "stage.hh"
+#include "support/belief_fixture.hh"
 #include "support/device.hh"
 #include "support/host_row_device.hh"
 #include "support/own_worlds.hh"
@@ -24,59 +24,15 @@
 namespace Stg {
 namespace {
 
-constexpr char kRobot[] =
-    "resolution 0.05\n"
-    "position( name \"r\" alwayson 1 size [0.4 0.4 0.4] round 1 drive \"diff\" localization "
-    "\"gps\" )\n";
 constexpr char kWall[] = "model( name \"wall\" size [0.2 4 1] pose [2 0 0 0] )\n";
 
-class BeliefTest : public testing::Test {
- protected:
-  BeliefTest() {
-    Init(nullptr, nullptr);
-    file_ = testing::TempDir() + "belief_" +
-            testing::UnitTest::GetInstance()->current_test_info()->name() + ".world";
-    Write(kRobot);
-    question_.horizon = 4000000;
-    question_.plans = {Plan("stand"), Plan("ahead", Velocity(0.5, 0, 0, 0)),
-                       Plan("left", Velocity(0.5, 0, 0, 0.5))};
-  }
-  ~BeliefTest() override { std::filesystem::remove(file_); }
-
-  void Write(const std::string& text) const { std::ofstream(file_) << text; }
-  static BeliefEngine::Options OptionsWith(uint32_t samples, unsigned threads = 1) {
-    BeliefEngine::Options options;
-    options.samples = samples;
-    options.threads = threads;
-    return options;
-  }
-  Decision Choose(Belief* belief, const BeliefEngine::Options& options) const {
-    BeliefEngine engine(belief, options);
-    EXPECT_TRUE(engine.IsReady());
-    GoalJudge judge(5, 0, 0.2);
-    return engine.Choose(question_, Budget(), &judge);
-  }
-
-  std::string file_;
-  BeliefQuestion question_;
-};
+class BeliefTest : public BeliefFixture {};
 
 TrackedOther OtherAt(uint64_t id, const Pose& pose, const Velocity& velocity = Velocity()) {
   TrackedOther other(id);
   other.pose = pose;
   other.velocity = velocity;
   return other;
-}
-
-void ExpectSame(const Decision& a, const Decision& b) {
-  EXPECT_EQ(a.best, b.best);
-  EXPECT_EQ(a.error, b.error);
-  EXPECT_EQ(a.scenario_steps, b.scenario_steps);
-  ASSERT_EQ(a.outcomes.size(), b.outcomes.size());
-  for (size_t i = 0; i < a.outcomes.size(); i++) {
-    EXPECT_EQ(a.outcomes[i].scores, b.outcomes[i].scores) << i;
-    EXPECT_EQ(a.outcomes[i].collided, b.outcomes[i].collided) << i;
-  }
 }
 
 TEST_F(BeliefTest, WithoutOthersTheStraightWayIsBest) {
@@ -272,14 +228,6 @@ void GiveManyCommands(Belief* belief, BeliefQuestion* question) {
     for (int k = 0; k < 12; k++)
       question->plans[i].commands.emplace_back(0.2 + 0.1 * static_cast<double>((i + k) % 4), 0, 0,
                                                0.4 * (k % 3 - 1));
-}
-
-void ExpectSameSightings(const Decision& a, const Decision& b) {
-  for (size_t i = 0; i < a.outcomes.size(); i++) {
-    ASSERT_EQ(a.outcomes[i].sightings.size(), b.outcomes[i].sightings.size());
-    for (size_t k = 0; k < a.outcomes[i].sightings.size(); k++)
-      ASSERT_EQ(a.outcomes[i].sightings[k].pose, b.outcomes[i].sightings[k].pose) << i << " " << k;
-  }
 }
 
 /// A device makes many steps before the host looks at them: commands are given, and futures end, in

@@ -6,9 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -16,16 +13,13 @@
 
 #include "messages/report.hh"
 #include "stage.hh"
+#include "support/belief_fixture.hh"
 #include "support/device.hh"
 #include "support/own_worlds.hh"
 
 namespace Stg {
 namespace {
 
-constexpr char kRobot[] =
-    "resolution 0.05\n"
-    "position( name \"r\" alwayson 1 size [0.4 0.4 0.4] round 1 drive \"diff\" localization "
-    "\"gps\" )\n";
 constexpr char kRanger[] = "ranger( pose [0 0 -1.5 0] sensor( range [0 3] fov 360 samples 36 ) )";
 
 /// Moves everybody with a velocity, and checks what it is told.
@@ -78,40 +72,14 @@ class LateJudge : public Judge {
   size_t watched_ = 0;
 };
 
-class HypothesesTest : public testing::Test {
+class HypothesesTest : public BeliefFixture {
  protected:
-  HypothesesTest() {
-    Init(nullptr, nullptr);
-    file_ = testing::TempDir() + "hypotheses_" +
-            testing::UnitTest::GetInstance()->current_test_info()->name() + ".world";
-    Write(kRobot);
-    question_.horizon = 4000000;
-    question_.plans = {Plan("stand"), Plan("ahead", Velocity(0.5, 0, 0, 0)),
-                       Plan("left", Velocity(0.5, 0, 0, 0.5))};
-  }
-  ~HypothesesTest() override { std::filesystem::remove(file_); }
-
-  void Write(const std::string& text) const { std::ofstream(file_) << text; }
-  static BeliefEngine::Options OptionsWith(uint32_t samples, unsigned threads = 1) {
-    BeliefEngine::Options options;
-    options.samples = samples;
-    options.threads = threads;
-    return options;
-  }
-  Decision Choose(Belief* belief, const BeliefEngine::Options& options) const {
-    BeliefEngine engine(belief, options);
-    GoalJudge judge(5, 0, 0.2);
-    return engine.Choose(question_, Budget(), &judge);
-  }
   /// The pose of the other with this number in the last step of the first sample of a plan.
   static Pose LastOf(const Decision& decision, size_t other, size_t plan = 0) {
     const std::vector<Sighting>& seen = decision.outcomes[plan].sightings;
     const size_t watched = seen.size() / decision.outcomes[plan].steps;
     return seen[seen.size() - watched + 1 + other].pose;
   }
-
-  std::string file_;
-  BeliefQuestion question_;
 };
 
 TrackedOther OtherAt(uint64_t id, const Pose& pose, const Behaviour& behaviour) {
@@ -121,21 +89,9 @@ TrackedOther OtherAt(uint64_t id, const Pose& pose, const Behaviour& behaviour) 
   return other;
 }
 
-void ExpectSame(const Decision& a, const Decision& b) {
-  EXPECT_EQ(a.best, b.best);
-  EXPECT_EQ(a.error, b.error);
-  ASSERT_EQ(a.outcomes.size(), b.outcomes.size());
-  for (size_t i = 0; i < a.outcomes.size(); i++) {
-    EXPECT_EQ(a.outcomes[i].scores, b.outcomes[i].scores) << i;
-    EXPECT_EQ(a.outcomes[i].collided, b.outcomes[i].collided) << i;
-    const std::vector<Sighting>&left = a.outcomes[i].sightings, &right = b.outcomes[i].sightings;
-    ASSERT_EQ(left.size(), right.size());
-    for (size_t k = 0; k < left.size(); k++) {
-      ASSERT_EQ(left[k].pose.x, right[k].pose.x) << i << " " << k;
-      ASSERT_EQ(left[k].pose.y, right[k].pose.y) << i << " " << k;
-      ASSERT_EQ(left[k].pose.a, right[k].pose.a) << i << " " << k;
-    }
-  }
+void ExpectSameInAll(const Decision& a, const Decision& b) {
+  ExpectSame(a, b);
+  ExpectSameSightings(a, b);
 }
 
 TEST_F(HypothesesTest, RulesMoveOthersInTheFrameOfTheWorldFile) {
@@ -365,9 +321,9 @@ TEST_F(HypothesesTest, DecisionsAreTheSameInAnyWayOfSimulatingThem) {
     ASSERT_EQ(wanted.error, "");
     for (const Outcome& outcome : wanted.outcomes)
       for (const uint8_t collided : outcome.collided) collisions += collided;
-    ExpectSame(parallel.Choose(question_, Budget(), &judge), wanted);
-    ExpectSame(engine.Replay(question_, wanted, &judge), wanted);
-    if (has_device) ExpectSame(on_device->Choose(question_, Budget(), &judge), wanted);
+    ExpectSameInAll(parallel.Choose(question_, Budget(), &judge), wanted);
+    ExpectSameInAll(engine.Replay(question_, wanted, &judge), wanted);
+    if (has_device) ExpectSameInAll(on_device->Choose(question_, Budget(), &judge), wanted);
     const Decision whole = parallel.Choose(question_, Budget(), &late);
     for (size_t plan = 0; plan < wanted.outcomes.size(); plan++) {
       EXPECT_EQ(whole.outcomes[plan].scores, wanted.outcomes[plan].scores) << seed;
