@@ -15,6 +15,7 @@ from typing import Any
 
 import pytest
 import stagesim as st
+from beliefs import ROBOT
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))  # patience, plugin
 
@@ -41,6 +42,14 @@ def hashes(root: Path) -> dict[tuple[str, int], str]:
     lines = (root / "tests" / "data" / "state_hashes.txt").read_text().splitlines()
     rows = [line.split() for line in lines if not line.startswith("#")]
     return {(world, int(seconds)): digits for world, seconds, digits in rows}
+
+
+@pytest.fixture
+def robot_file(tmp_path: Path) -> str:
+    """A world file with the robot of tests of beliefs."""
+    path = tmp_path / "robot.world"
+    path.write_text(ROBOT)
+    return str(path)
 
 
 ROOM = """

@@ -10,18 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import stagesim as st
-
-ROBOT = 'resolution 0.05\nposition( name "r" size [0.4 0.4 0.4] round 1 drive "diff" localization "gps" )\n'
-PLANS = np.array([[0, 0, 0], [0.5, 0, 0], [0.5, 0, 0.5], [0.5, 0, -0.5]])
-GOAL = (5, 0)
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> str:
-    path = tmp_path / "robot.world"
-    path.write_text(ROBOT)
-    return str(path)
-
+from beliefs import GOAL, PLANS, ROBOT
 
 def crowd(belief: st.Belief, n: int = 5) -> None:
     """Surrounds the robot by others whose places and behaviours are uncertain."""
@@ -32,8 +21,8 @@ def crowd(belief: st.Belief, n: int = 5) -> None:
     belief.set_others(angles, places, -0.3 * places, np.diag([0.1, 0.1, 0]) ** 2, behaviours=goals)
 
 
-def test_somebody_in_the_way_is_avoided(file: str) -> None:
-    belief = st.Belief(file, "r")
+def test_somebody_in_the_way_is_avoided(robot_file: str) -> None:
+    belief = st.Belief(robot_file, "r")
     engine = st.ConsequenceEngine(belief, samples=1, threads=1)
     assert engine.device is None
     assert engine.choose(PLANS, GOAL, radius=0.2).best == 1
@@ -47,15 +36,15 @@ def test_somebody_in_the_way_is_avoided(file: str) -> None:
     assert engine.choose(PLANS, GOAL, radius=0.2).best == 1
 
 
-def test_sequences_of_velocities_are_held(file: str) -> None:
-    engine = st.ConsequenceEngine(st.Belief(file, "r"), samples=1, threads=1)
+def test_sequences_of_velocities_are_held(robot_file: str) -> None:
+    engine = st.ConsequenceEngine(st.Belief(robot_file, "r"), samples=1, threads=1)
     plan = [[[0, 0, 0], [0.2, 0, 0], [0, 0, 0]]]
     moved = engine.choose(plan, GOAL, radius=0.2, hold=1, horizon=4).future(0)[:, 0, 0]
     assert moved[9] == pytest.approx(0) and moved[19] == pytest.approx(0.2) and moved[-1] == pytest.approx(0.2)
 
 
-def test_distributions_are_those_of_the_samples(file: str) -> None:
-    belief = st.Belief(file, "r")
+def test_distributions_are_those_of_the_samples(robot_file: str) -> None:
+    belief = st.Belief(robot_file, "r")
     crowd(belief)
     decision = st.ConsequenceEngine(belief, samples=40).choose(PLANS, GOAL, radius=0.2)
     assert decision.samples == 40 and decision.scores.shape == (4, 40) and decision.reason == "horizon"
@@ -72,8 +61,8 @@ def test_distributions_are_those_of_the_samples(file: str) -> None:
     assert low_ones.best == decision.quantile(0.2).argmax()
 
 
-def test_budgets_end_decisions_which_are_replayed_exactly(file: str) -> None:
-    belief = st.Belief(file, "r")
+def test_budgets_end_decisions_which_are_replayed_exactly(robot_file: str) -> None:
+    belief = st.Belief(robot_file, "r")
     crowd(belief)
     engine = st.ConsequenceEngine(belief, samples=4, most_samples=64, threads=2)
     for budget in ({"steps": 300}, {"steps": 2000}, {"seconds": 0.002}, {"joules": 0.01, "watts": 5.0}, {}):
@@ -84,8 +73,8 @@ def test_budgets_end_decisions_which_are_replayed_exactly(file: str) -> None:
         assert decision.steps <= budget.get("steps", 1e9)
 
 
-def test_grids_are_obstacles(file: str) -> None:
-    belief = st.Belief(file, "r", grid=(60, 80), resolution=0.1, origin=(-2, -3, 0))
+def test_grids_are_obstacles(robot_file: str) -> None:
+    belief = st.Belief(robot_file, "r", grid=(60, 80), resolution=0.1, origin=(-2, -3, 0))
     engine = st.ConsequenceEngine(belief, samples=1)
     percent = np.full((60, 80), -1)
     percent[25:, 35:37] = 80
@@ -98,8 +87,8 @@ def test_grids_are_obstacles(file: str) -> None:
         engine.choose(PLANS, GOAL, radius=0.2)
 
 
-def test_decisions_are_the_same_on_devices(file: str) -> None:
-    belief = st.Belief(file, "r")
+def test_decisions_are_the_same_on_devices(robot_file: str) -> None:
+    belief = st.Belief(robot_file, "r")
     crowd(belief)
     try:
         device = st.ConsequenceEngine(belief, samples=6, device="opencl")
@@ -127,20 +116,20 @@ def test_decisions_are_the_same_on_devices(file: str) -> None:
     (lambda b: st.ConsequenceEngine(b).choose(PLANS, GOAL, radius=-1), "negative"),
     (lambda b: st.ConsequenceEngine(b).choose([[0, 1, 0]], GOAL, radius=0.2), "sideways"),
     (lambda b: st.ConsequenceEngine(b).choose(np.zeros((0, 3)), GOAL, radius=0.2), "no plans")])
-def test_mistakes_are_told(change: Any, message: str, file: str) -> None:
+def test_mistakes_are_told(change: Any, message: str, robot_file: str) -> None:
     with pytest.raises((ValueError, st.StageError), match=message):
-        change(st.Belief(file, "r"))
+        change(st.Belief(robot_file, "r"))
 
 
-def test_a_belief_needs_its_robot(file: str) -> None:
+def test_a_belief_needs_its_robot(robot_file: str) -> None:
     with pytest.raises(st.StageError, match="no position model"):
-        st.Belief(file, "s")
+        st.Belief(robot_file, "s")
     with pytest.raises(st.StageError, match="radius"):
-        st.Belief(file, "r", other_radius=-1)
+        st.Belief(robot_file, "r", other_radius=-1)
 
 
-def test_threads_use_a_belief_one_at_a_time(file: str) -> None:
-    belief = st.Belief(file, "r")
+def test_threads_use_a_belief_one_at_a_time(robot_file: str) -> None:
+    belief = st.Belief(robot_file, "r")
     engine = st.ConsequenceEngine(belief, samples=2, threads=2)
     errors: list[BaseException] = []
 

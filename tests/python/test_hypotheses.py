@@ -11,18 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import stagesim as st
-
-ROBOT = 'resolution 0.05\nposition( name "r" size [0.4 0.4 0.4] round 1 drive "diff" localization "gps" )\n'
-PLANS = np.array([[0, 0, 0], [0.5, 0, 0], [0.5, 0, 0.5], [0.5, 0, -0.5]])
-GOAL = (5, 0)
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> str:
-    path = tmp_path / "robot.world"
-    path.write_text(ROBOT)
-    return str(path)
-
+from beliefs import GOAL, PLANS, ROBOT
 
 def chase(moments: st.Moments) -> np.ndarray:
     """Goes to the robot with 0.6 m/s."""
@@ -54,8 +43,8 @@ def crowd(belief: st.Belief, function: Any = chase) -> None:
     belief.set_others(angles, places, -0.3 * places, np.diag([0.1, 0.1, 0]) ** 2, behaviours=hypotheses)
 
 
-def test_a_function_moves_others(file: str) -> None:
-    belief = st.Belief(file, "r")
+def test_a_function_moves_others(robot_file: str) -> None:
+    belief = st.Belief(robot_file, "r")
     moments: list[st.Moments] = []
 
     def drift(given: st.Moments) -> list[tuple[float, float, float]]:
@@ -76,8 +65,8 @@ def test_a_function_moves_others(file: str) -> None:
 
 @pytest.mark.parametrize("threads", [1, 3])
 @pytest.mark.parametrize("device", [None, "opencl"])
-def test_a_judge_scores_as_the_compiled_one_does(file: str, threads: int, device: str | None) -> None:
-    belief = st.Belief(file, "r")
+def test_a_judge_scores_as_the_compiled_one_does(robot_file: str, threads: int, device: str | None) -> None:
+    belief = st.Belief(robot_file, "r")
     crowd(belief)
     try:
         engine = st.ConsequenceEngine(belief, samples=8, most_samples=32, threads=threads, device=device)
@@ -94,8 +83,8 @@ def test_a_judge_scores_as_the_compiled_one_does(file: str, threads: int, device
     assert np.array_equal(again.scores, found.scores, equal_nan=True)
 
 
-def test_scores_without_collisions_have_no_risk(file: str) -> None:
-    engine = st.ConsequenceEngine(st.Belief(file, "r"), samples=3)
+def test_scores_without_collisions_have_no_risk(robot_file: str) -> None:
+    engine = st.ConsequenceEngine(st.Belief(robot_file, "r"), samples=3)
     decision = engine.choose(PLANS, judge=lambda seen: seen.poses[:, -1, 0, 1] + seen.samples)
     assert decision.best == 2 and not decision.risk.any()
     assert decision.scores[0].tolist() == [0, 1, 2]
@@ -110,8 +99,8 @@ def boom(_: Any) -> None:
     (lambda moments: moments.ids, ValueError, "velocities of shape"),
     (lambda moments: moments.poses[:, 0] * np.nan, st.StageError, "not finite"),
 ])
-def test_mistakes_of_functions_are_told(file: str, function: Any, error: type[Exception], message: str) -> None:
-    belief = st.Belief(file, "r")
+def test_mistakes_of_functions_are_told(robot_file: str, function: Any, error: type[Exception], message: str) -> None:
+    belief = st.Belief(robot_file, "r")
     crowd(belief, function)
     engine = st.ConsequenceEngine(belief, samples=8)
     with pytest.raises(error, match=message):
@@ -125,15 +114,15 @@ def test_mistakes_of_functions_are_told(file: str, function: Any, error: type[Ex
     (lambda seen: [1, 2], ValueError, "scores of shape"),
     (lambda seen: seen.poses[:, 0, 0, 0] * np.nan, ValueError, "finite"),
 ])
-def test_mistakes_of_judges_are_told(file: str, judge: Any, error: type[Exception], message: str) -> None:
-    engine = st.ConsequenceEngine(st.Belief(file, "r"), samples=2)
+def test_mistakes_of_judges_are_told(robot_file: str, judge: Any, error: type[Exception], message: str) -> None:
+    engine = st.ConsequenceEngine(st.Belief(robot_file, "r"), samples=2)
     with pytest.raises(error, match=message):
         engine.choose(PLANS, judge=judge)
     assert engine.choose(PLANS, GOAL, radius=0.2).best == 1
 
 
-def test_functions_cannot_use_the_belief_that_they_decide_about(file: str) -> None:
-    belief = st.Belief(file, "r")
+def test_functions_cannot_use_the_belief_that_they_decide_about(robot_file: str) -> None:
+    belief = st.Belief(robot_file, "r")
     engine = st.ConsequenceEngine(belief, samples=2)
 
     def meddle(seen: st.Sightings) -> None:
@@ -146,12 +135,12 @@ def test_functions_cannot_use_the_belief_that_they_decide_about(file: str) -> No
     belief.set_robot((1, 0, 0))
 
 
-def test_functions_are_forgotten_with_their_hypotheses(file: str) -> None:
+def test_functions_are_forgotten_with_their_hypotheses(robot_file: str) -> None:
     class Chase:
         def __call__(self, moments: st.Moments) -> np.ndarray:
             return chase(moments)
 
-    belief, function = st.Belief(file, "r"), Chase()
+    belief, function = st.Belief(robot_file, "r"), Chase()
     crowd(belief, function)
     st.ConsequenceEngine(belief, samples=2).choose(PLANS, GOAL, radius=0.2)
     alive = weakref.ref(function)
@@ -162,8 +151,8 @@ def test_functions_are_forgotten_with_their_hypotheses(file: str) -> None:
     assert alive() is None
 
 
-def test_kinds_have_their_sizes(file: str) -> None:
-    belief = st.Belief(file, "r", kinds=[st.OtherKind(0.25), st.OtherKind(0.6)])
+def test_kinds_have_their_sizes(robot_file: str) -> None:
+    belief = st.Belief(robot_file, "r", kinds=[st.OtherKind(0.25), st.OtherKind(0.6)])
     engine = st.ConsequenceEngine(belief, samples=1)
     risks = []
     for kind in (0, 1):
@@ -174,8 +163,8 @@ def test_kinds_have_their_sizes(file: str) -> None:
         belief.set_others([1], [[1, 0.6, 0]], kinds=[2])
 
 
-def test_hypotheses_that_do_not_fit_are_told(file: str) -> None:
-    belief = st.Belief(file, "r")
+def test_hypotheses_that_do_not_fit_are_told(robot_file: str) -> None:
+    belief = st.Belief(robot_file, "r")
     for behaviour, error in [(st.Behaviour("controller", controller="stage/none"), st.StageError),
                              (st.Behaviour("controller"), st.StageError), (st.Behaviour("function"), ValueError),
                              (st.Behaviour("think"), ValueError)]:
@@ -193,16 +182,16 @@ def test_hypotheses_that_do_not_fit_are_told(file: str) -> None:
     ([st.Behaviour("stand")], "sequence"),
     ([["stand"]], "Behaviour"),
 ])
-def test_behaviours_of_a_wrong_form_are_told(file: str, behaviours: Any, message: str) -> None:
-    belief = st.Belief(file, "r")
+def test_behaviours_of_a_wrong_form_are_told(robot_file: str, behaviours: Any, message: str) -> None:
+    belief = st.Belief(robot_file, "r")
     with pytest.raises(ValueError, match=message):
         belief.set_others([1], [[1, 0, 0]], behaviours=behaviours)
     with pytest.raises(ValueError, match="without a grid"):
         belief.set_grid(np.zeros((3, 3), bool))
 
 
-def test_futures_show_nobody_who_is_not_tracked(file: str) -> None:
-    belief = st.Belief(file, "r")
+def test_futures_show_nobody_who_is_not_tracked(robot_file: str) -> None:
+    belief = st.Belief(robot_file, "r")
     engine = st.ConsequenceEngine(belief, samples=1)
     with pytest.raises(ValueError, match="others"):
         engine.choose(PLANS, GOAL, radius=0.2).future(0, 1)
@@ -210,13 +199,13 @@ def test_futures_show_nobody_who_is_not_tracked(file: str) -> None:
     assert engine.choose(PLANS, GOAL, radius=0.2).future(0, 1).shape == (50, 2, 3)
 
 
-def test_a_map_file_is_a_grid(file: str, tmp_path: Path) -> None:
+def test_a_map_file_is_a_grid(robot_file: str, tmp_path: Path) -> None:
     cells = np.full((40, 60), 254, np.uint8)
     cells[:, 40] = 0
     (tmp_path / "map.pgm").write_bytes(b"P5 60 40 255\n" + cells.tobytes())
     path = tmp_path / "map.yaml"
     path.write_text("image: map.pgm\nresolution: 0.1\norigin: [-2, -2, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n")
-    belief = st.Belief(file, "r", grid=path)
+    belief = st.Belief(robot_file, "r", grid=path)
     assert belief.grid == (40, 60)
     engine = st.ConsequenceEngine(belief, samples=1)
     assert engine.choose([[0.5, 0, 0]], GOAL, radius=0.2).risk[0] == 1
