@@ -3,17 +3,12 @@
 
 from __future__ import annotations
 
-import sys
+from .start import start
 
 
 def main() -> None:
     """Runs the node, or exits with one line if a Python module is missing."""
-    try:
-        from .main import run
-    except ModuleNotFoundError as error:
-        sys.exit(f"stagesim.ros: there is no Python module {error.name}: source a ROS 2 installation, "
-                 'or pip install "stagesim[ros]"')
-    sys.exit(run(sys.argv))
+    start("stagesim.ros")
 
 
 if __name__ == "__main__":
