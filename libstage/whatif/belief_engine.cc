@@ -21,8 +21,8 @@ struct BeliefEngine::Impl {
   struct Drawn {
     std::shared_ptr<BranchAccess::Origin> origin;
     whatif::DrawnOthers who;
-    /// Places of the robot, of all others, and of the rest among the watched; not set if these are 0,
-    /// 1, 2, ...
+    /// Places of the robot, of all others, and of the rest among the watched; not set if these are
+    /// 0, 1, 2, ...
     std::vector<uint32_t> order;
     std::vector<Sighting> sightings;  // before the first step, if rules move somebody
   };
