@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Twist
 from patience import PATIENCE
+from rclpy.duration import Duration
 from rosgraph_msgs.msg import Clock
 from what_if_messages import goal, occupancy, odometry, pose
 
@@ -31,10 +32,15 @@ class Driven:
         self.node = WhatIfNode(world, parameters={**PARAMETERS, **parameters})
         self.now = SECOND
         self.commands: list[tuple[float, Twist]] = []  # when, and what
+        self.acknowledged = -1  # number of commands that the node has waited for
         self.node._cmd_vel = self  # type: ignore[assignment]
 
     def publish(self, message: Twist) -> None:
         self.commands.append((time.monotonic(), message))
+
+    def wait_for_all_acked(self, timeout: Duration) -> bool:
+        self.acknowledged = len(self.commands)
+        return True
 
     def send(self, topic: str, message: Any) -> None:
         takers = [each for each in self.node.subscriptions if each.topic_name == f"/{topic}"]
@@ -72,6 +78,7 @@ def make(ros: None, tmp_path: Path) -> Iterator[Callable[..., Driven]]:
     yield begin
     for driven in made:
         driven.node.close()
+        assert driven.speed == 0 and driven.acknowledged == len(driven.commands)  # or its last command could be lost
 
 
 def test_good_inputs_drive_until_the_goal_is_reached(make: Any) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 import rclpy
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
+from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -44,6 +45,8 @@ _AHEAD = 0.5
 _EARLY, _PATIENT = 0.25, 0.5
 #: Seconds of real time without a decision after which the robot is stopped, because the clock stands still.
 _SILENT = 1.0
+#: Seconds for which a node that ends waits until its last command, which stops the robot, has been received.
+_ACKNOWLEDGED = 1.0
 _KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -436,5 +439,7 @@ class WhatIfNode(Node):
         if rclpy.ok() and hasattr(self, "_cmd_vel"):
             # With a stamp of 0, it is no answer to a simulation that waits.
             self._publish_command(0 if self._values["lockstep"] else self.now or 0, np.zeros(3))
+            # A command that nobody has received yet is lost when its publisher is destroyed.
+            self._cmd_vel.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGED))
         self._executor.close()
         self.destroy_node()
