@@ -126,30 +126,59 @@ void BeliefSampler::Draw(const BeliefContent& belief, uint64_t seed, uint32_t nu
   }
 }
 
-/// Draws again while somebody would be in an obstacle or in the robot, but not for ever: what is
-/// believed may be like that. Then he stands, because he could not move, which takes long to find.
+/// Draws the place of an other in row 0 again while it is in an obstacle or in the robot, but not
+/// for ever: what is believed may be like that. Returns false if no free place was found.
+bool BeliefSampler::Place(const BeliefContent& belief, size_t other, uint32_t mover,
+                          RandomStream* random, rows::Rows* to) const {
+  constexpr int kAttempts = 16;
+  const BeliefContent::Moving& moving = belief.moving[other];
+  for (int attempt = 0; attempt <= kAttempts; attempt++) {
+    Pose pose = moving.pose;
+    if (attempt < kAttempts) AddErrors(moving.pose_errors, random, &pose);
+    to->PlaceMover(0, mover, pose);
+    if (IsFree(belief, other, mover, to)) return true;
+  }
+  return PlaceBesideRobot(belief, other, mover, to);
+}
+
+/// Bodies do not overlap, so somebody who is believed to be in the robot is beside it: as near as
+/// possible to where he is believed to be. Returns false if there is no free place beside it.
+bool BeliefSampler::PlaceBesideRobot(const BeliefContent& belief, size_t other, uint32_t mover,
+                                     rows::Rows* to) const {
+  constexpr int kDirections = 24;
+  const Pose& believed = belief.moving[other].pose;
+  const rows::Planar robot = to->columns.pose[robot_];
+  const double distance = LeastDistance(belief, other, *to) * (1 + 1e-12);
+  const double x = believed.x - robot.x, y = believed.y - robot.y;
+  if (Hypotenuse(x, y) >= distance) return false;
+  const double direction = x == 0 && y == 0 ? robot.a : ArcTangent(y, x);
+  for (int i = 0; i < kDirections; i++) {
+    const int turns = i % 2 == 0 ? i / 2 : -(i + 1) / 2;
+    const SineCosine turn = SinCos(direction + turns * (2 * M_PI / kDirections));
+    to->PlaceMover(0, mover,
+                   {robot.x + distance * turn.cosine, robot.y + distance * turn.sine, believed.z,
+                    believed.a});
+    if (IsFree(belief, other, mover, to)) return true;
+  }
+  to->PlaceMover(0, mover, believed);
+  return false;
+}
+
+/// Somebody who has no free place stands, because he could not move, which takes long to find.
 BeliefSlot BeliefSampler::DrawOther(const BeliefContent& belief, size_t other,
                                     const Behaviour& behaviour, RandomStream* random,
                                     rows::Rows* to) const {
-  constexpr int kAttempts = 16;
   const BeliefContent::Moving& moving = belief.moving[other];
   const size_t group = belief.GroupOf(belief.others[other].kind, behaviour);
   const uint32_t taken = slots_[other * belief.groups.size() + group];
   const BeliefSlot& slot = wanted_[group]->slots[taken];
   Velocity velocity = moving.velocity;
   AddErrors(moving.velocity_errors, random, &velocity);
-  Pose pose;
-  bool is_free = false;
-  for (int attempt = 0; attempt <= kAttempts && !is_free; attempt++) {
-    pose = moving.pose;
-    if (attempt < kAttempts) AddErrors(moving.pose_errors, random, &pose);
-    to->PlaceMover(0, slot.mover, pose);
-    is_free = IsFree(belief, other, slot.mover, to);
-  }
+  const bool is_free = Place(belief, other, slot.mover, random, to);
   static const Behaviour standing(Behaviour::kStand);
   const bool stands = behaviour.kind == Behaviour::kStand || !is_free;
   if (stands) velocity = Velocity();
-  Drive(InFrame(velocity, pose.a), slot.mover, &to->columns);
+  Drive(InFrame(velocity, to->columns.pose[slot.mover].a), slot.mover, &to->columns);
   if (wanted_[group]->controller == BeliefContent::kBehaviours)
     SetMemory(stands ? standing : behaviour, velocity, &to->columns.memory[memory_[slot.mover]]);
   return slot;
@@ -179,9 +208,14 @@ bool BeliefSampler::IsFree(const BeliefContent& belief, size_t other, uint32_t m
   const rows::Planar& here = rows->columns.pose[mover];
   const rows::Planar& robot = rows->columns.pose[robot_];
   const double x = here.x - robot.x, y = here.y - robot.y;
-  const Size size = rows->scene().movers[robot_].model->GetGeom().size;
-  const double least = belief.RadiusOf(other) + std::min(size.x, size.y) / 2;
+  const double least = LeastDistance(belief, other, *rows);
   return x * x + y * y >= least * least;
+}
+
+double BeliefSampler::LeastDistance(const BeliefContent& belief, size_t other,
+                                    const rows::Rows& rows) const {
+  const Size size = rows.scene().movers[robot_].model->GetGeom().size;
+  return belief.RadiusOf(other) + std::min(size.x, size.y) / 2;
 }
 
 std::string BeliefSampler::WhyNotFree(const BeliefContent& belief, rows::Rows* rows) const {

@@ -65,11 +65,17 @@ class BeliefSampler {
   const Group* Find(uint32_t kind, const std::string& controller) const;
   BeliefSlot DrawOther(const BeliefContent& belief, size_t other, const Behaviour& behaviour,
                        RandomStream* random, rows::Rows* to) const;
+  bool Place(const BeliefContent& belief, size_t other, uint32_t mover, RandomStream* random,
+             rows::Rows* to) const;
+  bool PlaceBesideRobot(const BeliefContent& belief, size_t other, uint32_t mover,
+                        rows::Rows* to) const;
   void SetMemory(const Behaviour& behaviour, const Velocity& velocity, double* memory) const;
   /// True if a mover is in something that stands. Cells inside an area of the grid are no walls of
   /// the scene, which has only outlines.
   static bool IsInObstacle(const BeliefContent& belief, uint32_t mover, rows::Rows* rows);
   bool IsFree(const BeliefContent& belief, size_t other, uint32_t mover, rows::Rows* rows) const;
+  /// Between the robot and an other who touches the circle inside its outline, m.
+  double LeastDistance(const BeliefContent& belief, size_t other, const rows::Rows& rows) const;
 
   const uint32_t robot_;
   const std::vector<Group> groups_;
