@@ -49,9 +49,14 @@ std::string WhyNot(const Behaviour& behaviour) {
   if (!is_size(behaviour.weight) || behaviour.weight == 0)
     return "a weight of " + worldfile::FloatText(behaviour.weight) +
            ", expected a number above 0, for a behaviour";
-  if (!std::isfinite(behaviour.x) || !std::isfinite(behaviour.y) || !is_size(behaviour.speed))
-    return "a goal or a speed that makes no sense, expected metres, and m/s from 0 on, for a "
-           "behaviour";
+  const bool has_goal = behaviour.kind == Behaviour::kGoTo ||
+                        behaviour.kind == Behaviour::kSocialForce ||
+                        behaviour.kind == Behaviour::kOrca;
+  if (has_goal && !(std::isfinite(behaviour.x) && std::isfinite(behaviour.y)))
+    return "no goal, expected x and y in metres, for a behaviour";
+  if (!is_size(behaviour.speed))
+    return "a speed of " + worldfile::FloatText(behaviour.speed) +
+           ", expected m/s from 0 on, for a behaviour";
   if (behaviour.kind == Behaviour::kController &&
       (behaviour.controller.empty() ||
        behaviour.controller.find_first_of("\"\n") != std::string::npos))
@@ -59,6 +64,13 @@ std::string WhyNot(const Behaviour& behaviour) {
   if (behaviour.kind == Behaviour::kRule && !behaviour.rule)
     return "no rule, expected an object, for a behaviour";
   return "";
+}
+
+/// Unlike World::GetModel(), without a warning.
+const Model* FindModel(const World& world, const std::string& name) {
+  for (const Model* const model : world.GetAllModels())
+    if (model->TokenStr() == name) return model;
+  return nullptr;
 }
 
 }  // namespace
@@ -194,23 +206,39 @@ void whatif::BeliefContent::Count(const TrackedOther& other, bool joins) {
 
 // ---- interface ----------------------------------------------------------------------------------
 
-Belief::Belief(const std::string& world_file, const std::string& robot, const Options& options)
-    : impl_(new Impl) {
-  impl_->options = options;
-  impl_->file = world_file;
-  impl_->robot_name = robot;
+Belief::Impl::Impl(const std::string& world_file, const std::string& name, const Options& wanted) {
+  options = wanted;
+  file = world_file;
+  robot_name = name;
   for (uint32_t kind = 0; kind < options.kinds.size(); kind++)
-    impl_->groups.push_back({kind, Impl::kBehaviours, std::max(1u, options.kinds[kind].room), 0});
-  if (const std::string error = WhyNot(options); !error.empty()) {
+    groups.push_back({kind, kBehaviours, std::max(1u, options.kinds[kind].room), 0});
+}
+
+Belief::Belief(const std::string& world_file, const std::string& robot, const Options& options)
+    : impl_(new Impl(world_file, robot, options)) {
+  std::ifstream input(world_file, std::ios::binary);
+  Read(input);
+}
+
+Belief::Belief(std::istream& text, const std::string& file, const std::string& robot,
+               const Options& options)
+    : impl_(new Impl(file, robot, options)) {
+  Read(text);
+}
+
+/// Reads the world file and finds the robot in it.
+void Belief::Read(std::istream& text) {
+  const std::string& file = impl_->file;
+  const std::string& robot = impl_->robot_name;
+  if (const std::string error = WhyNot(impl_->options); !error.empty()) {
     Refuse(error);
     return;
   }
-  impl_->cells.assign(size_t{options.columns} * options.rows, 0);
-  std::ifstream input(world_file, std::ios::binary);
+  impl_->cells.assign(size_t{impl_->options.columns} * impl_->options.rows, 0);
   std::ostringstream content;
-  content << input.rdbuf();
-  if (!input) {
-    Refuse(messages::Quoted(world_file) + " cannot be read, expected a world file");
+  content << text.rdbuf();
+  if (!text) {
+    Refuse(messages::Quoted(file) + " cannot be read, expected a world file");
     return;
   }
   impl_->text = content.str();
@@ -218,9 +246,9 @@ Belief::Belief(const std::string& world_file, const std::string& robot, const Op
   if (!world) return;
   impl_->unit_length = world->GetWorldFile()->unit_length;
   impl_->unit_angle = world->GetWorldFile()->unit_angle;
-  const Model* const model = world->GetModel(robot);
+  const Model* const model = FindModel(*world, robot);
   if (!dynamic_cast<const ModelPosition*>(model)) {
-    Refuse(messages::Quoted(world_file) + " has no position model " + messages::Quoted(robot) +
+    Refuse(messages::Quoted(file) + " has no position model " + messages::Quoted(robot) +
            ", expected the robot that decides");
     return;
   }

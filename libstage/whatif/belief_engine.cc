@@ -42,7 +42,9 @@ struct BeliefEngine::Impl {
   };
 
   Impl(Belief* of, const Options& wanted) : belief(*of), options(wanted) {
-    if (belief.IsReady()) MakeRoom();
+    if (!belief.IsReady()) return;
+    MakeRoom();
+    if (!room->error.empty()) messages::Report(LogLevel::kError, "stage: " + room->error);
   }
 
   void MakeRoom();

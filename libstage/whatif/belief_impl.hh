@@ -118,7 +118,9 @@ void BeliefContent::ForEachGroup(const TrackedOther& other, F f) const {
 
 }  // namespace whatif
 
-struct Belief::Impl : whatif::BeliefContent {};
+struct Belief::Impl : whatif::BeliefContent {
+  Impl(const std::string& world_file, const std::string& name, const Options& wanted);
+};
 
 }  // namespace Stg
 

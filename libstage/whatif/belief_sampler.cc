@@ -155,9 +155,9 @@ bool BeliefSampler::PlaceBesideRobot(const BeliefContent& belief, size_t other, 
   for (int i = 0; i < kDirections; i++) {
     const int turns = i % 2 == 0 ? i / 2 : -(i + 1) / 2;
     const SineCosine turn = SinCos(direction + turns * (2 * M_PI / kDirections));
-    to->PlaceMover(0, mover,
-                   {robot.x + distance * turn.cosine, robot.y + distance * turn.sine, believed.z,
-                    believed.a});
+    to->PlaceMover(
+        0, mover,
+        {robot.x + distance * turn.cosine, robot.y + distance * turn.sine, believed.z, believed.a});
     if (IsFree(belief, other, mover, to)) return true;
   }
   to->PlaceMover(0, mover, believed);

@@ -30,10 +30,13 @@ std::string FirstPicture(const Belief::Options& options) {
 
 std::unique_ptr<World> whatif::BeliefContent::Load(const std::string& content) const {
   RunOptions run;
-  if (HasGrid())
-    run.pictures = std::make_shared<const std::map<std::string, std::string>>(
-        std::map<std::string, std::string>{
-            {std::string(kMapName) + ".pbm", FirstPicture(options)}});
+  run.pictures = options.pictures;
+  if (HasGrid()) {
+    std::map<std::string, std::string> pictures;
+    if (options.pictures) pictures = *options.pictures;
+    pictures[std::string(kMapName) + ".pbm"] = FirstPicture(options);
+    run.pictures = std::make_shared<const std::map<std::string, std::string>>(std::move(pictures));
+  }
   run.listed = false;
   run.threads = 1;
   auto world = std::make_unique<World>(run);

@@ -4,6 +4,8 @@
 // stagesim/belief.py, which checks the arguments.
 
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
@@ -15,6 +17,8 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <sstream>
 #include <thread>
 #include <vector>
 
@@ -47,8 +51,8 @@ void Try(F f) {
 /// use it, as the decision does.
 class PyBelief {
  public:
-  PyBelief(const std::string& file, const std::string& robot, const Belief::Options& options)
-      : belief_(file, robot, options) {}
+  template <typename... Arguments>
+  explicit PyBelief(Arguments&... given) : belief_(given...) {}
 
   /// Calls f(&belief) without the GIL, see Try().
   template <typename F>
@@ -99,10 +103,13 @@ void Check(bool is_right) {
 }
 
 /// `sizes`: radius, height and room by kind of others.
-std::shared_ptr<PyBelief> MakeBelief(const std::string& file, const std::string& robot,
-                                     const Numbers& lengths, const Numbers& origin,
-                                     const Table& sizes, const std::vector<std::string>& bodies,
-                                     uint32_t rows, uint32_t columns, bool others_clear_cells) {
+std::shared_ptr<PyBelief> MakeBelief(const std::string& file,
+                                     const std::optional<std::string>& text,
+                                     const std::map<std::string, nb::bytes>& pictures,
+                                     const std::string& robot, const Numbers& lengths,
+                                     const Numbers& origin, const Table& sizes,
+                                     const std::vector<std::string>& bodies, uint32_t rows,
+                                     uint32_t columns, bool others_clear_cells) {
   Check(lengths.size() == 2 && origin.size() == 3 && sizes.shape(1) == 3 &&
         sizes.shape(0) == bodies.size());
   Belief::Options options;
@@ -118,9 +125,19 @@ std::shared_ptr<PyBelief> MakeBelief(const std::string& file, const std::string&
   options.origin = PoseAt(origin.data());
   options.rows = rows;
   options.columns = columns;
+  std::map<std::string, std::string> contents;
+  for (const auto& [name, content] : pictures)
+    contents.emplace(name, std::string(content.c_str(), content.size()));
+  options.pictures =
+      std::make_shared<const std::map<std::string, std::string>>(std::move(contents));
   std::shared_ptr<PyBelief> made;
   Try([&] {
-    made = std::make_shared<PyBelief>(file, robot, options);
+    if (text) {
+      std::istringstream content(*text);
+      made = std::make_shared<PyBelief>(content, file, robot, options);
+    } else {
+      made = std::make_shared<PyBelief>(file, robot, options);
+    }
     return made->belief_.IsReady();
   });
   return made;
@@ -390,8 +407,8 @@ void BindBelief(nb::module_& module) {
             to.Use([&](Belief* belief) { return belief->SetDelay(seconds); });
           },
           "seconds"_a);
-  module.def("make_belief", &MakeBelief, "file"_a, "robot"_a, "lengths"_a, "origin"_a, "sizes"_a,
-             "bodies"_a, "rows"_a, "columns"_a, "others_clear_cells"_a);
+  module.def("make_belief", &MakeBelief, "file"_a, "text"_a, "pictures"_a, "robot"_a, "lengths"_a,
+             "origin"_a, "sizes"_a, "bodies"_a, "rows"_a, "columns"_a, "others_clear_cells"_a);
   nb::class_<Decision>(module, "Decision")
       .def_ro("best", &Decision::best)
       .def_ro("samples", &Decision::samples)

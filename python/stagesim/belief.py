@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from ._checks import integer, shown
 from .errors import StageError
 
 if TYPE_CHECKING:
-    from .scenes import GridMap
+    from .scenes import GridMap, Scene
 
 Floats = npt.NDArray[np.float64]
 KINDS = ("stand", "go on", "go to", "social force", "orca", "controller", "function")
@@ -106,6 +107,26 @@ class OtherKind(NamedTuple):
     room: int = 8
 
 
+class _Source(NamedTuple):
+    """The text of a world, and pictures that it names."""
+
+    path: str
+    text: str | None = None  # that of the file if there is none
+    pictures: Mapping[str, bytes] = MappingProxyType({})
+
+
+def _source_of(file: str | os.PathLike[str] | Scene | _Source) -> _Source:
+    if isinstance(file, _Source):
+        return file
+    if isinstance(file, (str, bytes, os.PathLike)):
+        return _Source(_paths.resolve(file))
+    from .scenes import Scene
+
+    if not isinstance(file, Scene):
+        raise TypeError(f"found {shown(file)}, expected a world file or a scene: stagesim.scenes.Scene()")
+    return _Source("<scene>", file.text(), file.pictures())
+
+
 class Belief:
     """The belief of a robot: a world file for what is known for sure, and measurements, which are changed in place.
 
@@ -113,7 +134,7 @@ class Belief:
     (3, 3), in the units of these numbers; zeros mean that there is no error. The world must be closed, see Batch.explain().
 
     Args:
-        file: a world file; one that ships with Stage may be named without its folder.
+        file: a world file; one that ships with Stage may be named without its folder. Or a stagesim.scenes.Scene.
         robot: name of the position model that decides.
         grid: rows and columns of an occupancy grid in addition to the walls of the file; or a stagesim.scenes.GridMap, or the
             path of a map.yaml, which give its size, cells, resolution, origin and height; None: there is none.
@@ -131,7 +152,7 @@ class Belief:
         ValueError: a number is out of range.
     """
 
-    def __init__(self, file: str | os.PathLike[str], robot: str, *, grid: tuple[int, int] | GridMap | str | os.PathLike[str] | None = None,
+    def __init__(self, file: str | os.PathLike[str] | Scene | _Source, robot: str, *, grid: tuple[int, int] | GridMap | str | os.PathLike[str] | None = None,
                  resolution: float = 0.05, origin: npt.ArrayLike = (0, 0, 0), wall_height: float = 1.0,
                  other_radius: float = 0.25, other_height: float = 1.7, room: int = 8,
                  kinds: Sequence[OtherKind] | None = None, others_clear_cells: bool = False) -> None:
@@ -143,12 +164,26 @@ class Belief:
         all_kinds = [OtherKind(other_radius, other_height, "", room)] if kinds is None else list(kinds)
         sizes = [(kind.radius, kind.height, integer(kind.room, "room", 1, 100000)) for kind in all_kinds]
         self._kinds, self._count = len(all_kinds), 0  # of others
+        source = _source_of(file)
         self._core = _core.make_belief(
-            _paths.resolve(file), robot, np.array([resolution, wall_height], float), _numbers(origin, "origin", (3,)),
+            source.path, source.text, dict(source.pictures), robot, np.array([resolution, wall_height], float), _numbers(origin, "origin", (3,)),
             np.array(sizes, float).reshape(-1, 3), [kind.body for kind in all_kinds], *(self.grid or (0, 0)),
             bool(others_clear_cells))
         if map_given is not None:
             self.set_grid(map_given.occupied)
+
+    @classmethod
+    def from_text(cls, text: str, robot: str, folder: str | os.PathLike[str] = "", **options: Any) -> Belief:
+        """Makes a belief from the contents of a world file.
+
+        Args:
+            text: the contents of a world file.
+            robot: name of the position model that decides.
+            folder: the folder that file names in `text` are relative to; by default that of the shipped worlds.
+
+        All other arguments are those of Belief().
+        """
+        return cls(_Source(os.path.join(os.fspath(folder) or _paths.WORLDS[0], "<text>"), text), robot, **options)
 
     def set_robot(self, pose: npt.ArrayLike, velocity: npt.ArrayLike = (0, 0, 0),
                   pose_covariance: npt.ArrayLike | None = None, velocity_covariance: npt.ArrayLike | None = None) -> None:
@@ -444,7 +479,7 @@ class _Rule:
 def _map_of(grid: Any) -> GridMap | None:
     """The map that a grid is given by, if it isn't given by its size."""
     if isinstance(grid, (str, os.PathLike)):
-        from .scenes import GridMap
+        from .scenes import GridMap, Scene
         return GridMap.from_file(grid)
     return None if grid is None or isinstance(grid, (tuple, list)) else grid
 

@@ -36,6 +36,25 @@ def test_somebody_in_the_way_is_avoided(robot_file: str) -> None:
     assert engine.choose(PLANS, GOAL, radius=0.2).best == 1
 
 
+def test_worlds_may_be_texts_or_scenes(robot_file: str) -> None:
+    from stagesim.scenes import GridMap, Robot, Scene
+
+    def choose(belief: st.Belief) -> st.Decision:
+        return st.ConsequenceEngine(belief, samples=1, threads=1).choose(PLANS, GOAL, radius=0.2)
+
+    of_file, of_text = choose(st.Belief(robot_file, "r")), choose(st.Belief.from_text(ROBOT, "r"))
+    assert (of_file.scores == of_text.scores).all() and of_text.risk.tolist() == [0, 0, 0, 0]
+    cells = np.zeros((40, 40), bool)
+    cells[:, 30] = True
+    walls = GridMap(cells, 0.1, (-2, -2, 0))
+    robot = Robot(name="r", size=(0.4, 0.4, 0.4), round=True, drive="diff", localization="gps")
+    assert choose(st.Belief(Scene(walls, [robot], resolution=0.05), "r")).risk.tolist() == [0, 1, 1, 1]
+    with pytest.raises(TypeError, match="expected a world file or a scene"):
+        st.Belief(3, "r")  # type: ignore[arg-type]
+    with pytest.raises(st.StageError, match='"<scene>" has no position model "s"'):
+        st.Belief(Scene(walls, [robot]), "s")
+
+
 def test_sequences_of_velocities_are_held(robot_file: str) -> None:
     engine = st.ConsequenceEngine(st.Belief(robot_file, "r"), samples=1, threads=1)
     plan = [[[0, 0, 0], [0.2, 0, 0], [0, 0, 0]]]

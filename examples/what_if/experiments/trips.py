@@ -174,9 +174,9 @@ def travel(scene: Scene, driver: Driver, noise: Noise, seed: int) -> Trip:
     collided = arrived = fell = False
     for step in range(steps):
         if step % driver.period == 0:
-            seen, begin = trial.measure(), time.perf_counter()
+            seen, begin = trial.measure(), time.process_time()
             command = driver.decide(seen)
-            thought += time.perf_counter() - begin
+            thought += time.process_time() - begin
             decisions += 1
         trial.step(command)
         collided, arrived, fell = trial.collides(), trial.arrives(), trial.falls()

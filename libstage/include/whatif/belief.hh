@@ -9,6 +9,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include <iosfwd>
+#include <limits>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -60,18 +63,22 @@ struct Behaviour {
 
   Kind kind;
   double weight;  ///< of its probability, above 0; those of all behaviours need not add up to 1
-  double x, y;    ///< goal, m
+  double x, y;    ///< goal, m; not finite without one
   double speed;   ///< m/s, on the way to the goal; 0: that of the present velocity
   std::string controller;  ///< with its arguments, as the property `ctrl` of a world file
   std::shared_ptr<BehaviourRule> rule;
 
-  Behaviour(Kind of = kGoOn, double w = 1) : kind(of), weight(w), x(0), y(0), speed(0) {}
+  Behaviour(Kind of = kGoOn, double w = 1)
+      : kind(of), weight(w), x(kNoGoal), y(kNoGoal), speed(0) {}
   Behaviour(Kind of, double to_x, double to_y, double v = 0, double w = 1)
       : kind(of), weight(w), x(to_x), y(to_y), speed(v) {}
   explicit Behaviour(const std::string& by, double w = 1)
-      : kind(kController), weight(w), x(0), y(0), speed(0), controller(by) {}
+      : kind(kController), weight(w), x(kNoGoal), y(kNoGoal), speed(0), controller(by) {}
   explicit Behaviour(const std::shared_ptr<BehaviourRule>& by, double w = 1)
-      : kind(kRule), weight(w), x(0), y(0), speed(0), rule(by) {}
+      : kind(kRule), weight(w), x(kNoGoal), y(kNoGoal), speed(0), rule(by) {}
+
+ private:
+  static constexpr double kNoGoal = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Others of a size, which are discs.
@@ -117,6 +124,9 @@ class Belief {
     /// Cells near the place of a tracked other, up to its radius and the side of a cell, count as
     /// free: grids that are made from a robot's own sensors show others as obstacles.
     bool others_clear_cells;
+    /// Contents of picture files by their names in the world file, as RunOptions::pictures has
+    /// them.
+    std::shared_ptr<const std::map<std::string, std::string>> pictures;
 
     Options()
         : kinds(1),
@@ -129,6 +139,10 @@ class Belief {
 
   /// Reads a world file with a position model of this name, the robot that will decide.
   Belief(const std::string& world_file, const std::string& robot,
+         const Options& options = Options());
+  /// Reads the text of a world file. Names of files in it are relative to the folder of `file`,
+  /// which need not exist.
+  Belief(std::istream& text, const std::string& file, const std::string& robot,
          const Options& options = Options());
   ~Belief();
   Belief(const Belief&) = delete;
@@ -160,6 +174,7 @@ class Belief {
 
  private:
   friend class BeliefEngine;
+  void Read(std::istream& text);
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
