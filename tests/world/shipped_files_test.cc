@@ -49,11 +49,29 @@ class ShippedFiles : public testing::Test {
 };
 
 TEST_F(ShippedFiles, AreFoundByName) {
-  for (const char* name :
-       {"simple.world", "worlds/simple.world", "cave.world", "robots.inc", "sensors.inc",
-        "maps.inc", "pioneer.inc", "sick.inc", "map.inc", "../pioneer.inc", "../../map.inc",
-        "bitmaps/cave.png", "rooms.png", "../bitmaps/rooms.png", "worlds/bitmaps/hospital.png",
-        "robots/epuck.inc", "worlds/robots/epuck.world", "../robots/lidars.inc"}) {
+  for (const char* name : {"simple.world",
+                           "worlds/simple.world",
+                           "cave.world",
+                           "robots.inc",
+                           "sensors.inc",
+                           "maps.inc",
+                           "pioneer.inc",
+                           "sick.inc",
+                           "map.inc",
+                           "../pioneer.inc",
+                           "../../map.inc",
+                           "irobot.inc",
+                           "hokuyo.inc",
+                           "chatterbox.inc",
+                           "beacons.inc",
+                           "objects.inc",
+                           "bitmaps/cave.png",
+                           "rooms.png",
+                           "../bitmaps/rooms.png",
+                           "worlds/bitmaps/hospital.png",
+                           "robots/epuck.inc",
+                           "worlds/robots/epuck.world",
+                           "../robots/lidars.inc"}) {
     const std::string found = Found(name);
     ASSERT_NE(found, "") << name;
     EXPECT_TRUE(fs::is_regular_file(found)) << found;
@@ -110,7 +128,7 @@ TEST_F(ShippedFiles, MissingOnesAreSuggested) {
   };
   for (const auto& [name, advice] : cases)
     EXPECT_TRUE(Complaint(name).ends_with(advice)) << Complaint(name);
-  Write("i.world", "include \"robot.inc\"\n");
+  Write("i.world", "include \"robotz.inc\"\n");
   EXPECT_TRUE(
       Complaint("i.world").ends_with("; did you mean \"robots.inc\", which comes with Stage?\n"))
       << Complaint("i.world");
@@ -197,6 +215,74 @@ INSTANTIATE_TEST_SUITE_P(All, OldRobots,
                                          Robot{"pioneer3at", 16, 0.508, 0.497, 0.277},
                                          Robot{"amigobot", 8, 0.33, 0.28, 0.15}),
                          [](const auto& robot) { return std::string(robot.param.type); });
+
+/// The readings of the first sensor of a ranger after three steps.
+std::vector<double> Scan(World* world, Model* ranger) {
+  ranger->Subscribe();
+  for (int i = 0; i < 3; i++) world->Update();
+  return dynamic_cast<ModelRanger*>(ranger)->GetSensors()[0].ranges;
+}
+
+TEST_F(ShippedFiles, RoombasBumpIntoWallsWithTheirFront) {
+  Write("w.world",
+        "include \"irobot.inc\"\nresolution 0.01\ncreate( name \"r\" alwayson 1 "
+        ")\nmodel( pose [1 0 0 0] size [0.2 4 1] )\n");
+  World world;
+  ASSERT_TRUE(world.Load("w.world"));
+  Model* const robot = world.GetModel("r");
+  dynamic_cast<ModelPosition*>(robot)->SetSpeed(0.4, 0, 0);
+  auto* const bumper = dynamic_cast<ModelBumper*>(robot->GetChild("bumper:0"));
+  ASSERT_NE(bumper, nullptr);
+  ASSERT_EQ(bumper->bumper_count, 2u);
+  bumper->Subscribe();
+  for (int i = 0; i < 40; i++) world.Update();
+  EXPECT_NEAR(robot->GetPose().x, 0.9 - 0.17, 0.02);
+  for (const ModelBumper::BumperSample* sample = bumper->samples; sample < bumper->samples + 2;
+       sample++)
+    EXPECT_NE(sample->hit, nullptr);
+}
+
+TEST_F(ShippedFiles, ChatterboxesSeeWallsAndEachOther) {
+  Write("w.world",
+        "include \"chatterbox.inc\"\nresolution 0.01\nlaserchatterbox( name \"a\" )\n"
+        "laserchatterbox( name \"b\" pose [1 0 0 180] )\nmodel( pose [0 1 0 0] size [4 0.2 1] )\n");
+  World world;
+  testing::internal::CaptureStderr();
+  ASSERT_TRUE(world.Load("w.world"));
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  Model* const robot = world.GetModel("a");
+  const std::vector<double> laser = Scan(&world, robot->GetChild("ranger:1"));
+  ASSERT_EQ(laser.size(), 683u);
+  EXPECT_NEAR(laser[341], 1 - 0.1 - 0.1 - 0.025, 0.02) << "the laser of the other";
+  robot->GetChild("ranger:0")->Subscribe();
+  world.Update();
+  const auto* infrared = dynamic_cast<ModelRanger*>(robot->GetChild("ranger:0"));
+  ASSERT_EQ(infrared->GetSensors().size(), 8u);
+  EXPECT_NEAR(infrared->GetSensors()[0].ranges[0], 1 - 0.17 - 0.15, 0.02) << "the other";
+  EXPECT_NEAR(infrared->GetSensors()[2].ranges[0], 0.9 - 0.15, 0.02) << "the wall";
+  EXPECT_NEAR(infrared->GetSensors()[4].ranges[0], 1.5, 0.02) << "nothing";
+}
+
+TEST_F(ShippedFiles, ChargersChargeAndMarksAreFound) {
+  Write("w.world",
+        "include \"chatterbox.inc\"\ninclude \"objects.inc\"\ncharger( pose [0.2 0 0 0] )\n"
+        "chatterbox( name \"r\" alwayson 1 joules 100 joules_capacity 2000 fiducial_return 1 )\n"
+        "laserbeacon( name \"m\" pose [1 0 0 0] fiducial_return 7 )\nred_puck( name \"p\" )\n"
+        "visionbeacon_cyan( name \"v\" pose [0 1 0 0] )\n");
+  World world;
+  ASSERT_TRUE(world.Load("w.world"));
+  Model* const robot = world.GetModel("r");
+  auto* const finder = dynamic_cast<ModelFiducial*>(robot->GetChild("fiducial:0"));
+  ASSERT_NE(finder, nullptr);
+  finder->Subscribe();
+  for (int i = 0; i < 5; i++) world.Update();
+  EXPECT_GT(robot->FindPowerPack()->GetStored(), 110);
+  std::set<int> ids;
+  for (const ModelFiducial::Fiducial& found : finder->GetFiducials()) ids.insert(found.id);
+  EXPECT_TRUE(ids.contains(7));
+  EXPECT_TRUE(world.GetModel("p")->vis.gripper_return);
+  EXPECT_EQ(world.GetModel("v")->GetColor().g, 1);
+}
 
 TEST_F(ShippedFiles, OldLasersAndZones) {
   Write("w.world", std::string(kOldIncludes) +
