@@ -50,6 +50,23 @@ install(
     include(\"${PROJECT_SOURCE_DIR}/cmake/install_headers.cmake\")"
   COMPONENT libstage-dev)
 
+# Clients of Stage 4.3 include <Stage-4.3/stage.hh>, with the flags of pkg-config or CMake, or with those of the folder above.
+get_filename_component(include_name "${STAGE_INSTALL_INCLUDE_DIR}" NAME)
+get_filename_component(include_parent "${STAGE_INSTALL_INCLUDE_DIR}" DIRECTORY)
+foreach(place IN ITEMS "old_header/inside:${STAGE_INSTALL_INCLUDE_DIR}:../stage.hh"
+                       "old_header/beside:${include_parent}:../${include_name}/stage.hh")
+  string(REPLACE ":" ";" place "${place}")
+  list(GET place 0 staged)
+  list(GET place 1 parent)
+  list(GET place 2 header)
+  file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/${staged}/stage.hh"
+       CONTENT "// SPDX-License-Identifier: GPL-2.0-or-later\n\n#include \"${header}\"\n")
+  install(
+    FILES "${PROJECT_BINARY_DIR}/${staged}/stage.hh"
+    DESTINATION "${parent}/Stage-4.3"
+    COMPONENT libstage-dev)
+endforeach()
+
 set(pkgconfig_dir "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 file(RELATIVE_PATH pkgconfig_to_prefix "/prefix/${pkgconfig_dir}" "/prefix")
 string(REGEX REPLACE "/$" "" pkgconfig_to_prefix "${pkgconfig_to_prefix}")

@@ -220,6 +220,13 @@ class InstallTest(unittest.TestCase):
         source.write_text("#include <Stage-5.0/stage.hh>\nStg::World* world;\n", encoding="utf-8")
         run(*COMPILE, "-fsyntax-only", f"-I{self.prefix / 'include'}", source)
 
+    def test_header_by_the_name_of_stage_4_3(self) -> None:
+        source = self.new_folder("by_old_name") / "client.cc"
+        source.write_text("#include <Stage-4.3/stage.hh>\n#include <stage.hh>\nStg::World* world;\n", encoding="utf-8")
+        include = self.prefix / "include"
+        for folders in ((include / "Stage-5.0",), (include, include / "Stage-5.0")):
+            run(*COMPILE, "-fsyntax-only", *(f"-I{folder}" for folder in folders), source)
+
     def test_installing_again_leaves_headers_alone(self) -> None:
         second = self.folder / "second"
         times = []
