@@ -29,11 +29,14 @@ namespace Stg {
 
 class DeletionWatch;
 class FiducialIndex;
+class ModelField;
+class ModelGroundSensor;
 class ModelWifi;
 
 namespace picture {
 struct Outlines;
-}
+struct Samples;
+}  // namespace picture
 
 /// Numbers of a model's successive scheduled updates. Numbers of different models differ, even if
 /// the models were allocated at the same address.
@@ -61,14 +64,16 @@ class Host : public std::enable_shared_from_this<Host> {
   uint32_t next_model_id = 0;
   /// Flags that restoring a snapshot removed from models, to be reused for others.
   std::vector<Model::Flag*> spare_flags;
-  std::deque<Model::Flag> own_flags;   ///< flags created for that
-  uint64_t topology_version = 0;       ///< counts added, removed and moved models
-  std::vector<ModelWifi*> radios;      ///< in the order of creation
-  FiducialIndex* fiducials = nullptr;  ///< candidates of fiducial finders; the engine's
-  DeletionWatch* watches = nullptr;    ///< list of all watches
-  double max_dissipation = 0;          ///< joules in one square metre: see DissipationVis
-  bool listed = true;                  ///< see RunOptions::listed
-  bool loads_controllers = true;       ///< see RunOptions::controllers
+  std::deque<Model::Flag> own_flags;               ///< flags created for that
+  uint64_t topology_version = 0;                   ///< counts added, removed and moved models
+  std::vector<ModelWifi*> radios;                  ///< in the order of creation
+  std::vector<ModelField*> fields;                 ///< in the order of creation
+  std::vector<ModelGroundSensor*> ground_sensors;  ///< in the order of creation
+  FiducialIndex* fiducials = nullptr;              ///< candidates of fiducial finders; the engine's
+  DeletionWatch* watches = nullptr;                ///< list of all watches
+  double max_dissipation = 0;     ///< joules in one square metre: see DissipationVis
+  bool listed = true;             ///< see RunOptions::listed
+  bool loads_controllers = true;  ///< see RunOptions::controllers
   /// See RunOptions::pictures.
   std::shared_ptr<const std::map<std::string, std::string>> pictures;
   size_t controllers_left_out = 0;  ///< number not loaded for that reason
@@ -156,6 +161,9 @@ class Host : public std::enable_shared_from_this<Host> {
   /// Outlines of pictures by path, or by the name in `pictures`. Copies of a world share them.
   using Outlines = std::map<std::string, std::shared_ptr<const picture::Outlines>>;
   Outlines outlines_of_pictures;
+  /// Pixels of pictures, which fields have their values from, by the same keys.
+  using Samples = std::map<std::string, std::shared_ptr<const picture::Samples>>;
+  Samples samples_of_pictures;
 
   /// Loads the plug-in named by the first word of `text` and registers its Init() as a CB_INIT
   /// callback. Throws LoadError with status 255.

@@ -20,7 +20,7 @@ class MemoryBudget {
  public:
   static constexpr double kUsualMegabytes = 2000;
   /// Bytes per item that files request by number.
-  static constexpr double kCorner = 48, kPixel = 8, kSample = 24, kBumper = 120;
+  static constexpr double kCorner = 48, kPixel = 8, kSample = 24, kBumper = 120, kFieldCell = 16;
 
   /// Call before a world is loaded.
   void Begin(double megabytes) {

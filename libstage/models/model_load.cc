@@ -55,7 +55,7 @@ std::string TooLong(const std::string& text) {
 const picture::Outlines& OutlinesOfPicture(Host* host, Worldfile* wf, int entity,
                                            const std::string& name) {
   const std::string* const content = PictureInMemory(*host, name);
-  const std::string key = KeyOfPicture(*host, wf, entity, name);
+  const std::string key = KeyOfPicture(*host, wf, entity, "bitmap", name);
   auto& known = host->outlines_of_pictures;
   try {
     auto found = known.find(key);

@@ -9,16 +9,26 @@ namespace Stg {
 class Host;
 class Worldfile;
 
-/// Path of the picture `name` of an entity. Searches the folder of the world file, STAGEPATH, and
-/// the pictures installed with Stage.
-std::string PathOfPicture(Worldfile* wf, int entity, const std::string& name);
+namespace picture {
+struct Samples;
+}
+
+/// Path of the picture `name`, the value of a property of an entity. Searches the folder of the
+/// world file, STAGEPATH, and the pictures installed with Stage.
+std::string PathOfPicture(Worldfile* wf, int entity, const char* property, const std::string& name);
 
 /// Content of the picture `name` if the world has it in memory (RunOptions::pictures); otherwise
 /// null.
 const std::string* PictureInMemory(const Host& host, const std::string& name);
 
 /// The key of the picture in Host::outlines_of_pictures: its name in memory, or its path.
-std::string KeyOfPicture(const Host& host, Worldfile* wf, int entity, const std::string& name);
+std::string KeyOfPicture(const Host& host, Worldfile* wf, int entity, const char* property,
+                         const std::string& name);
+
+/// The pixels of a PNG or PGM picture, which models share. Throws LoadError with the property's
+/// place.
+const picture::Samples& SamplesOfPicture(Host* host, Worldfile* wf, int entity,
+                                         const char* property, const std::string& name);
 
 }  // namespace Stg
 

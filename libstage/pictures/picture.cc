@@ -112,9 +112,11 @@ Bitmap Load(const std::string& path, std::uint8_t threshold) {
   return LoadFile(path, threshold, nullptr);
 }
 
-Bitmap LoadFromMemory(const void* data, std::size_t size, const std::string& name,
-                      std::uint8_t threshold) {
-  Input input{nullptr, size, name, threshold};
+namespace {
+
+Bitmap LoadMemory(const void* data, std::size_t size, const std::string& name,
+                  std::uint8_t threshold, Samples* samples) {
+  Input input{nullptr, size, name, threshold, samples};
   if (size == 0) Fail(input, "the file is empty");
   const File file(fmemopen(const_cast<void*>(data), size, "rb"));  // "rb" never writes to it
   if (file == nullptr) Fail(input, std::string("cannot read the picture: ") + std::strerror(errno));
@@ -122,13 +124,31 @@ Bitmap LoadFromMemory(const void* data, std::size_t size, const std::string& nam
   return Read(input);
 }
 
+void RequireSamples(const Samples& samples, const std::string& name) {
+  if (samples.channels == 0)
+    throw LoadError(messages::Shortened(name, messages::kMaxDetailBytes) +
+                        ": found a picture of another kind, expected PGM or PNG",
+                    255);
+}
+
+}  // namespace
+
+Bitmap LoadFromMemory(const void* data, std::size_t size, const std::string& name,
+                      std::uint8_t threshold) {
+  return LoadMemory(data, size, name, threshold, nullptr);
+}
+
 Samples LoadSamples(const std::string& path) {
   Samples samples;
   LoadFile(path, 0, &samples);
-  if (samples.channels == 0)
-    throw LoadError(messages::Shortened(path, messages::kMaxDetailBytes) +
-                        ": found a picture of another kind, expected PGM or PNG",
-                    255);
+  RequireSamples(samples, path);
+  return samples;
+}
+
+Samples LoadSamplesFromMemory(const void* data, std::size_t size, const std::string& name) {
+  Samples samples;
+  LoadMemory(data, size, name, 0, &samples);
+  RequireSamples(samples, name);
   return samples;
 }
 

@@ -68,6 +68,8 @@ struct Samples {
 
 /// Reads the samples of a PNG or PGM file. Throws LoadError like Load().
 Samples LoadSamples(const std::string& path);
+/// Like LoadSamples(), for a file in memory. Errors refer to it as `name`.
+Samples LoadSamplesFromMemory(const void* data, std::size_t size, const std::string& name);
 
 }  // namespace picture
 }  // namespace Stg

@@ -48,6 +48,14 @@ bool StaysInside(const fs::path& name) {
   return true;
 }
 
+/// Keys of all pictures that the world has read.
+std::set<std::string> PicturesOf(const Host& host) {
+  std::set<std::string> keys;
+  for (const auto& [key, outlines] : host.outlines_of_pictures) keys.insert(key);
+  for (const auto& [key, samples] : host.samples_of_pictures) keys.insert(key);
+  return keys;
+}
+
 }  // namespace
 
 std::vector<WorldFile> FilesOf(World* world) {
@@ -56,7 +64,7 @@ std::vector<WorldFile> FilesOf(World* world) {
   for (Worldfile::Text& text : world->GetWorldFile()->Texts())
     files.push_back({std::move(text.name), std::move(text.text)});
   const fs::path folder = files.empty() ? fs::path() : fs::path(files[0].name).parent_path();
-  for (const auto& [path, outlines] : world->host().outlines_of_pictures) {
+  for (const std::string& path : PicturesOf(world->host())) {
     if (const std::string* const content = PictureInMemory(world->host(), path)) {
       files.push_back({(folder / path).string(), *content});
       continue;

@@ -51,6 +51,7 @@ constexpr const char* kLargeMap =
 std::string RowBridge::WhyNotModel(const Model& model) {
   const ModelType* const type = FindModelType(model);
   if (!type) return Named(model) + " is of a class that rows do not know";
+  if (type->name == "field") return Named(model) + " is a field, whose values rows do not have";
   const bool known = type->name == "model" || IsSensor(model) || IsRobot(model);
   if (IsRunning(model) && !known)
     return Named(model) + " is a " + type->name +

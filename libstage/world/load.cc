@@ -12,6 +12,8 @@
 #include "messages/report.hh"
 #include "models/body.hh"
 #include "models/exception_origin.hh"
+#include "models/field.hh"
+#include "models/groundsensor.hh"
 #include "models/model_choices.hh"
 #include "models/model_type_names.hh"
 #include "models/placement.hh"
@@ -53,6 +55,22 @@ std::string DeletedTooSoon(const std::string& type) {
   return "found a model of type " + messages::Quoted(type) +
          " that was deleted while it was being made, expected a type that deletes neither itself "
          "nor its parent there";
+}
+
+/// `made` has the model of each entity, or null.
+void CheckFieldNames(const Host& host, const std::vector<Model*>& made, const Worldfile& wf) {
+  if (host.ground_sensors.empty()) return;
+  for (size_t entity = 1; entity < made.size(); entity++) {
+    const auto* const sensor = dynamic_cast<const ModelGroundSensor*>(made[entity]);
+    if (!sensor || sensor->field_name().empty() || sensor->GetField()) continue;
+    std::string known;
+    for (const ModelField* field : host.fields)
+      known += (known.empty() ? "" : ", ") + messages::Quoted(field->TokenStr());
+    wf.Fail(static_cast<int>(entity), "field",
+            "found the field " + messages::Quoted(sensor->field_name()) +
+                ", expected the name of a field (" + (known.empty() ? "there is none" : known) +
+                ")");
+  }
 }
 
 constexpr size_t kMaxPlugins = 100;
@@ -226,9 +244,11 @@ void World::LoadContent(Source source) {
   engine_->plugins_left_out = LoadPlugins(wf.get(), options_.controllers);
   if (source.image) {
     engine_->outlines_of_pictures = source.image->outlines;
+    engine_->samples_of_pictures = source.image->samples;
     engine_->populations = source.image->populations;
   }
   if (!LoadEntities()) return;
+  CheckFieldNames(*engine_, engine_->made, *wf);
   engine_->metrics.Load(this, wf.get(), engine_->made);
   // The models of an image have been checked already.
   if (!source.image) CheckOutlines(engine_->made);

@@ -121,8 +121,8 @@ void World::LoadChecks::CheckPicture(const Model& model) {
       wf_.PropertyExists(model.wf_entity, "bitmap_frame"))
     return;
   const std::string name = wf_.ReadString(model.wf_entity, "bitmap", "");
-  const auto found =
-      engine_.outlines_of_pictures.find(KeyOfPicture(engine_, &wf_, model.wf_entity, name));
+  const auto found = engine_.outlines_of_pictures.find(
+      KeyOfPicture(engine_, &wf_, model.wf_entity, "bitmap", name));
   if (found == engine_.outlines_of_pictures.end() || found->second->polygons.empty()) return;
   const picture::Outlines& picture = *found->second;
   const Margins margins = MarginsOf(picture);

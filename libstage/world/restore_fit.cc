@@ -16,6 +16,8 @@
 
 #include "messages/assert.hh"
 #include "models/bumper.hh"
+#include "models/field.hh"
+#include "models/groundsensor.hh"
 #include "models/model.hh"
 #include "models/model_type_list.hh"
 #include "models/power_pack.hh"
@@ -40,6 +42,8 @@ ModelList::Parts PartsOf(const Model& model) {
   const std::type_info& type = typeid(model);
   if (!IsBuiltIn(type)) return ModelList::kUnknown;
   if (type == typeid(ModelRanger)) return ModelList::kSensors;
+  if (type == typeid(ModelField)) return ModelList::kCells;
+  if (type == typeid(ModelGroundSensor)) return ModelList::kPoints;
   return type == typeid(ModelBumper) ? ModelList::kBumpers : ModelList::kNone;
 }
 
@@ -89,6 +93,12 @@ bool World::Restorer::AddFit(const Model& model, ModelList::Parts parts, uint64_
   if (parts == ModelList::kUnknown) return false;
   const auto add = [hash](uint64_t number) { *hash = Fnv1aStep(*hash, number); };
   if (parts == ModelList::kSensors) add(static_cast<const ModelRanger&>(model).GetSensors().size());
+  if (parts == ModelList::kCells) {
+    add(static_cast<const ModelField&>(model).columns());
+    add(static_cast<const ModelField&>(model).rows());
+  }
+  if (parts == ModelList::kPoints)
+    add(static_cast<const ModelGroundSensor&>(model).points().size());
   if (parts == ModelList::kBumpers) add(static_cast<const ModelBumper&>(model).bumper_count);
   add(model.power_pack ? 1 : 0);
   if (model.callbacks_)

@@ -18,7 +18,7 @@ namespace Stg {
 /// topology version is that one.
 struct ModelList {
   /// Kind of parts of a model whose number ExchangeState() expects to be unchanged.
-  enum Parts : unsigned char { kNone, kSensors, kBumpers, kUnknown };
+  enum Parts : unsigned char { kNone, kSensors, kBumpers, kCells, kPoints, kUnknown };
 
   uint64_t topology_version = ~uint64_t{0};
   StateRow::Bytes section;

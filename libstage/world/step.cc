@@ -8,6 +8,7 @@
 //   callbacks  those of the updated models, in the order of update; then batch controllers; then
 //              those of the world
 //   energy     running models draw from their power packs, chargers give energy
+//   fields     ground sensors add to fields, whose values spread and evaporate
 
 #include <algorithm>
 #include <cinttypes>
@@ -22,6 +23,7 @@
 #include "models/exception_origin.hh"
 #include "models/position.hh"
 #include "world/engine.hh"
+#include "world/phases/field_phase.hh"
 #include "world/world.hh"
 #include "world/world_handle.hh"
 
@@ -136,6 +138,7 @@ void World::Step(WorldEngine& engine, uint64_t epoch) {
   const double called = WallClock();
   UpdateEnergy();
   ValidateAfter("energy");
+  if (!engine.fields.empty()) FieldPhase::Run(&engine, sim_time, sim_interval);
   engine.metrics.Step(*this);
 
   const double traced = engine.tracer.seconds() - traced_before;

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "models/body.hh"
+#include "models/field.hh"
+#include "models/groundsensor.hh"
 #include "models/placement.hh"
 #include "models/position.hh"
 #include "models/wifi.hh"
@@ -109,6 +111,8 @@ class World::Validator {
     std::string fault = CheckList("moving models", engine_.moving);
     if (fault.empty()) fault = CheckList("models with energy", engine_.energy);
     if (fault.empty()) fault = CheckList("radios", engine_.radios);
+    if (fault.empty()) fault = CheckList("fields", engine_.fields);
+    if (fault.empty()) fault = CheckList("ground sensors", engine_.ground_sensors);
     if (!fault.empty()) return fault;
     for (const auto* list : {&engine_.sensed, &engine_.update_callbacks_due})
       for (const Model* model : *list)

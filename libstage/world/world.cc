@@ -157,6 +157,7 @@ void World::ForgetAll() {
   engine_->memory.End();
   engine_->made.clear();
   engine_->outlines_of_pictures.clear();
+  engine_->samples_of_pictures.clear();
   engine_->populations.reset();
   engine_->image.reset();
   engine_->names.Clear();

@@ -41,6 +41,7 @@ std::shared_ptr<const WorldImage> World::MakeImage() const {
   std::shared_ptr<WorldImage> image(new WorldImage{path_,
                                                    wf->Copy(),
                                                    engine_->outlines_of_pictures,
+                                                   engine_->samples_of_pictures,
                                                    engine_->populations,
                                                    engine_->scene.grid,
                                                    {},

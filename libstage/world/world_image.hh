@@ -24,6 +24,7 @@ struct WorldImage {
   std::string path;
   std::unique_ptr<const Worldfile> file;
   Host::Outlines outlines;
+  Host::Samples samples;
   std::shared_ptr<const PopulationPlan> populations;  ///< null without populations
   /// Bodies of models of the file that are unchanged since loading, at their poses at that time.
   grid::Grid grid;

@@ -48,8 +48,8 @@ uint64_t HashOfCrowd(const RunOptions& options) {
 TEST(ModelTypes, BuiltInTypesAreRegistered) {
   const auto world = EmptyWorld();
   for (const std::string type :
-       {"actuator", "blinkenlight", "blobfinder", "bumper", "camera", "fiducial", "gripper",
-        "lightindicator", "model", "position", "ranger", "wifi"}) {
+       {"actuator", "blinkenlight", "blobfinder", "bumper", "camera", "fiducial", "field",
+        "gripper", "groundsensor", "lightindicator", "model", "position", "ranger", "wifi"}) {
     const Model* const model = world->CreateModel(nullptr, type);
     ASSERT_NE(model, nullptr) << type;
     const ModelType* const known = FindModelType(*model);

@@ -22,12 +22,14 @@ using properties::WorldWith;
 /// Properties that may be negative, with the reasons. docs/properties.md documents them.
 const std::set<std::string> kMayBeNegative = {
     // places, headings and directions
-    "pose", "origin", "point[0]", "point[2]", "localization_origin", "odom", "bpose[0]", "pan",
-    "pantilt", "axis", "area", "goal",
+    "pose", "origin", "point[0]", "point[1]", "point[2]", "localization_origin", "odom", "bpose[0]",
+    "pan", "pantilt", "axis", "area", "goal",
     // intervals: see the pairs below
     "velocity_bounds", "acceleration_bounds", "z", "min_position", "max_position", "start_position",
     // speeds, errors, levels
     "velocity", "odom_error", "power", "sensitivity", "range_db",
+    // values of fields
+    "initial", "picture_range", "deposit_rate",
     // identifiers, and properties in which negative values have a special meaning
     "seed", "fiducial_key", "fiducial_return", "ranger_return", "joules", "joules_capacity",
     "kjoules", "kjoules_capacity", "quit_time", "speedup", "color_rgba",

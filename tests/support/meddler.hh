@@ -32,6 +32,7 @@ inline const char kRobotsOfAllTypes[] =
     "  gripper( pose [0.25 0 0 0] alwayson 1 )\n"
     "  actuator( alwayson 1 size [0.1 0.1 0.1] max_speed 1 )\n"
     "  wifi( alwayson 1 model \"simple\" range 5 )\n"
+    "  groundsensor( alwayson 1 points 2 point[1] [0.1 0] noise 0.1 deposit_rate 0.5 )\n"
     "  lightindicator() )\n"
     "robot( name \"a\" pose [-2 0 0 0] )\n"
     "robot( name \"b\" pose [0 0.1 0 180] fiducial_return 2 )\n"
@@ -40,7 +41,8 @@ inline const char kRobotsOfAllTypes[] =
     "model( name \"puck\" pose [-1 0 0 0] size [0.1 0.1 0.2] gripper_return 1\n"
     "  block( points 3 point[0] [0 0] point[1] [1 0] point[2] [0 1] z [0 1] )\n"
     "  model( name \"lid\" size [0.05 0.05 0.05] ) )\n"
-    "blinkenlight( pose [1 1 0 0] size [0.1 0.1 0.1] )\n";
+    "blinkenlight( pose [1 1 0 0] size [0.1 0.1 0.1] )\n"
+    "field( name \"trail\" size [6 6 0] field_resolution 0.2 diffusion 0.01 evaporation 0.1 )\n";
 
 inline std::unique_ptr<World> LoadRobotsOfAllTypes(uint64_t seed, bool exact = false) {
   auto world = std::make_unique<World>(OptionsOf(seed));

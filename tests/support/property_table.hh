@@ -243,6 +243,22 @@ inline constexpr Property kTypes[] = {
     {"wifi", "sigma", "2"},
     {"wifi", "wall_factor", "1"},
     {"wifi", "range_db", "-50"},
+
+    {"field", "field_resolution", "0.1"},
+    {"field", "initial", "-2"},
+    {"field", "picture", "\"SOURCE/worlds/bitmaps/rooms.png\""},
+    {"field", "picture_range", "[5 20]"},
+    {"field", "diffusion", "0.001"},
+    {"field", "evaporation", "0.01"},
+    {"field", "edge", "\"open\""},
+
+    {"groundsensor", "field", "\"g.f\"", "name \"g\" field( name \"f\" )"},
+    {"groundsensor", "points", "3"},
+    {"groundsensor", "point[0]", "[0.1 0]", "points 2"},
+    {"groundsensor", "point[1]", "[0 0.1]", "points 2"},
+    {"groundsensor", "interpolation", "\"nearest\""},
+    {"groundsensor", "noise", "0.1"},
+    {"groundsensor", "deposit_rate", "-0.5"},
 };
 
 inline std::string WithSource(std::string text) {

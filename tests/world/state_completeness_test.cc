@@ -29,6 +29,8 @@ struct Scene {
             "  gripper( name \"gripper\" alwayson 1 )\n"
             "  actuator( name \"actuator\" alwayson 1 size [0.1 0.1 0.1] max_speed 1 )\n"
             "  wifi( name \"wifi\" alwayson 1 model \"friis\" power 100 range 5 )\n"
+            "  groundsensor( name \"ground\" alwayson 1 points 2 )\n"
+            "  field( name \"field\" size [1 1 0] )\n"
             "  lightindicator( name \"light\" ) )\n"
             "robot( pose [-2 0 0 0] fiducial_return 1 )\n"
             "robot( name \"other\" pose [0 0.1 0 180] fiducial_return 2 )\n"
@@ -189,6 +191,14 @@ std::vector<Change> AllChanges() {
   add(Of<ModelWifi>("wifi", "sigma", [](auto* m) { m->sigma += 1; }));
   add(Of<ModelWifi>("wifi", "walls", [](auto* m) { m->wall_factor += 1; }));
   add(Of<ModelWifi>("wifi", "drawn_range", [](auto* m) { m->range_db += 1; }));
+  add(Of<ModelGroundSensor>("ground", "deposit", [](auto* m) { m->Deposit(2); }));
+  add(Of<ModelGroundSensor>("ground", "rate", [](auto* m) { m->SetDepositRate(2); }));
+  add(Of<ModelField>("field", "value", [](auto* m) {
+    const point_t middle = m->LocalToGlobal(point_t(0, 0));
+    m->SetValue(middle.x, middle.y, 7);
+  }));
+  add(Of<ModelField>("field", "diffusion", [](auto* m) { m->SetDiffusion(0.1); }));
+  add(Of<ModelField>("field", "evaporation", [](auto* m) { m->SetEvaporation(0.1); }));
   add(Of<ModelLightIndicator>("light", "state", [](auto* m) { m->SetState(true); }));
   return all;
 }
