@@ -45,8 +45,10 @@ std::vector<double> DrawingOf(World* world, const Model& model) {
   model.body().ForEachBody([&](uint32_t id, const std::vector<internal::grid::CellSet>& sets) {
     const internal::grid::Body& body = grid.body(id);
     all.insert(all.end(), {body.z_min, body.z_max});
-    // For transparent models the flag of visibility does not matter.
-    all.push_back(body.ranger_visible || model.vis.ranger_return < 0);
+    // The flag of visibility does not matter for transparent models, and for those that become
+    // visible again before rays are traced.
+    all.push_back(body.ranger_visible || model.vis.ranger_return < 0 ||
+                  model.is_hidden_from_rangers());
     all.push_back(static_cast<const Model*>(body.tree)->GetId());
     for (const internal::grid::CellSet& set : sets)
       all.insert(all.end(), {double(set.x), double(set.y), static_cast<double>(set.cells)});
