@@ -70,19 +70,20 @@ RAY_FUNCTION void row_head_for(row_point_t velocity, double heading, double rate
   command->a += row_constrain(2 * row_arc_tangent(command->y, command->x), -most_turn, most_turn);
 }
 
-/* The rule of stage/orca. */
+/* The rule of stage/orca. memory: that of row_present_goal(). */
 RAY_FUNCTION void row_go_reciprocally(RAY_GLOBAL const row_orca_t* rule,
                                       RAY_GLOBAL const row_layout_t* layout,
                                       RAY_GLOBAL const double* ranges, const row_company_t* all,
+                                      double time, RAY_GLOBAL double* memory,
                                       row_planar_t* command) {
   const row_planar_t next = row_next_pose(all, rule->interval);
+  const row_point_t goal = row_present_goal(&rule->route, all->poses[all->own], time, memory);
   row_mobility_t body;
   body.speed = rule->speed;
   body.radius = rule->radius;
   body.interval = rule->interval;
   row_head_for(row_evade(&rule->evader, &body, layout, ranges, all,
-                         row_straight_to(row_point(rule->x, rule->y), next, rule->speed,
-                                         rule->tolerance, rule->interval)),
+                         row_straight_to(goal, next, rule->speed, rule->tolerance, rule->interval)),
                next.a, 0, rule->turn, command);
 }
 

@@ -42,9 +42,29 @@ typedef struct {
   double radius;           /* of each robot */
 } row_walker_t;
 
+#define ROW_MOST_GOALS 8
+
+/* Goals that a robot goes to in turn. */
 typedef struct {
-  double x, y, speed;
+  row_point_t goals[ROW_MOST_GOALS]; /* m, global */
+  double count;
+  double loop;     /* 1: the first goal follows the last one; 0: the robot stays at the last one */
+  double wait;     /* s, at each goal but one where it stays */
+  double vicinity; /* m: a goal that another one follows is reached at this distance */
+} row_route_t;
+
+/* A group of robots that follow each other in the order of their world, see row_join_group(). */
+typedef struct {
+  double size, member;         /* number of robots, and of this one, from 1 on */
+  double gaze, cohesion, push; /* 1/s, m/s^2, m/s^2 */
+  double unused;
+} row_group_t;
+
+typedef struct {
+  row_route_t route;
+  double speed;
   row_walker_t walker;
+  row_group_t group;
 } row_pedestrian_t;
 
 /* Whom robots evade by reciprocal collision avoidance, see row_orca.h. */
@@ -55,7 +75,8 @@ typedef struct {
 } row_evader_t;
 
 typedef struct {
-  double x, y, speed, tolerance, turn, radius;
+  row_route_t route;
+  double speed, tolerance, turn, radius;
   double interval; /* s, between updates */
   row_evader_t evader;
 } row_orca_t;
@@ -373,7 +394,7 @@ RAY_FUNCTION void row_disperse(RAY_GLOBAL const row_layout_t* layout,
 }
 
 /* OpenCL C 1.1 has no static assertions. */
-typedef char row_control_has_144_bytes[sizeof(row_control_t) == 144 ? 1 : -1];
+typedef char row_control_has_320_bytes[sizeof(row_control_t) == 320 ? 1 : -1];
 typedef char row_layout_has_96_bytes[sizeof(row_layout_t) == 96 ? 1 : -1];
 typedef char row_eye_has_32_bytes[sizeof(row_eye_t) == 32 ? 1 : -1];
 typedef char row_run_has_24_bytes[sizeof(row_run_t) == 24 ? 1 : -1];

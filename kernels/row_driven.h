@@ -73,7 +73,7 @@ RAY_FUNCTION void row_call_controller(const row_world_t* w, RAY_GLOBAL const row
       row_walk(&control->rule.pedestrian, layout, ranges, &all, time, stalled, memory, command);
       break;
     case ROW_ORCA:
-      row_go_reciprocally(&control->rule.orca, layout, ranges, &all, command);
+      row_go_reciprocally(&control->rule.orca, layout, ranges, &all, time, memory, command);
       break;
     default:
       row_behave(&control->rule.behaviour, layout, ranges, &all, stalled, memory, command);

@@ -3,10 +3,11 @@
 // The built-in controller stage/orca: goes to a place and evades others by reciprocal collision
 // avoidance. See docs/controllers.md.
 
-#include <limits>
 #include <memory>
+#include <utility>
 
 #include "control/company_setup.hh"
+#include "control/route_setup.hh"
 #include "control/stock_batch.hh"
 #include "control/stock_list.hh"
 #include "kernels/row_behaviour.h"
@@ -18,12 +19,10 @@ namespace {
 class Orca : public BatchController {
  public:
   std::shared_ptr<const ControllerParameters> Prepare(ControllerSetup* setup) const override {
-    constexpr double kRequired = std::numeric_limits<double>::quiet_NaN();
     auto parameters = std::make_shared<StockParameters>();
     parameters->record.kind = ROW_ORCA;
     row_orca_t& rule = parameters->record.rule.orca;
-    rule = {.x = kRequired,
-            .y = kRequired,
+    rule = {.route = {},
             .speed = 0.7,
             .tolerance = 0.1,
             .turn = 3.0,
@@ -31,13 +30,14 @@ class Orca : public BatchController {
             .interval = IntervalOf(setup->robot()),
             .evader = {}};
     std::vector<ControllerNumber> numbers = {
-        {"x", &rule.x, -kFar, kFar},     {"y", &rule.y, -kFar, kFar},
-        {"speed", &rule.speed, 0, 1000}, {"tolerance", &rule.tolerance, kLeastDivisor, 1000},
-        {"turn", &rule.turn, 0, 1000},   {"radius", &rule.radius, 0, 1000},
+        {"speed", &rule.speed, 0, 1000},
+        {"tolerance", &rule.tolerance, kLeastDivisor, 1000},
+        {"turn", &rule.turn, 0, 1000},
+        {"radius", &rule.radius, 0, 1000},
     };
     for (const ControllerNumber& number : EvaderNumbers(&rule.evader, "time"))
       numbers.push_back(number);
-    setup->ReadNumbers(numbers);
+    ReadRoute(*setup, std::move(numbers), &rule.route);
     RequireWhole("neighbours", rule.evader.most);
     UseRangers(setup, parameters.get());
     return parameters;
@@ -47,10 +47,12 @@ class Orca : public BatchController {
     DriveAllByReadings(batch, [](const InBatch& at, const double* ranges, row_planar_t* command) {
       const row_company_t all = at.all();
       row_go_reciprocally(&at.parameters().record.rule.orca, at.parameters().layout->record(),
-                          ranges, &all, command);
+                          ranges, &all, at.batch.time[at.world],
+                          at.batch.memory + ROW_ROUTE_SIZE * at.index(), command);
     });
   }
 
+  size_t memory_size() const override { return ROW_ROUTE_SIZE; }
   bool needs_velocities() const override { return true; }
 };
 

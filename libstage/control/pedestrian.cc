@@ -3,10 +3,11 @@
 // The built-in controller stage/pedestrian: walks to a place and evades others by social forces.
 // See docs/controllers.md.
 
-#include <limits>
 #include <memory>
+#include <utility>
 
 #include "control/company_setup.hh"
+#include "control/route_setup.hh"
 #include "control/stock_batch.hh"
 #include "control/stock_list.hh"
 #include "kernels/row_pedestrian.h"
@@ -18,17 +19,16 @@ namespace {
 class Pedestrian : public BatchController {
  public:
   std::shared_ptr<const ControllerParameters> Prepare(ControllerSetup* setup) const override {
-    constexpr double kRequired = std::numeric_limits<double>::quiet_NaN();
     auto parameters = std::make_shared<StockParameters>();
     parameters->record.kind = ROW_PEDESTRIAN;
     row_pedestrian_t& rule = parameters->record.rule.pedestrian;
-    rule.x = rule.y = kRequired;
     rule.speed = 0.7;
-    std::vector<ControllerNumber> numbers = {
-        {"x", &rule.x, -kFar, kFar}, {"y", &rule.y, -kFar, kFar}, {"speed", &rule.speed, 0, 1000}};
+    std::vector<ControllerNumber> numbers = {{"speed", &rule.speed, 0, 1000}};
     for (const ControllerNumber& number : WalkerNumbers(&rule.walker, setup->robot()))
       numbers.push_back(number);
-    setup->ReadNumbers(numbers);
+    for (const ControllerNumber& number : GroupNumbers(&rule.group)) numbers.push_back(number);
+    ReadRoute(*setup, std::move(numbers), &rule.route);
+    CheckGroup(rule.group);
     UseRangers(setup, parameters.get());
     return parameters;
   }
@@ -38,11 +38,11 @@ class Pedestrian : public BatchController {
       const row_company_t all = at.all();
       row_walk(&at.parameters().record.rule.pedestrian, at.parameters().layout->record(), ranges,
                &all, at.batch.time[at.world], at.batch.stalled[at.index()],
-               at.batch.memory + 3 * at.index(), command);
+               at.batch.memory + ROW_PEDESTRIAN_SIZE * at.index(), command);
     });
   }
 
-  size_t memory_size() const override { return 3; }
+  size_t memory_size() const override { return ROW_PEDESTRIAN_SIZE; }
   bool needs_poses() const override { return true; }
 };
 

@@ -56,10 +56,10 @@ omni( pose [-0.5 0.5 0 -160] )
 /// Robots with all built-in controllers.
 constexpr char kControlled[] = R"(
 wheeled( pose [-0.9 0 0 0] ctrl "stage/wander" )
-omni( pose [0.9 0 0 0] ctrl "stage/pedestrian x=-0.8 y=0.1" )
+omni( pose [0.9 0 0 0] ctrl "stage/pedestrian goals=-0.8,0.1,0.7,0.7 loop=1 group=3 member=2" )
 omni( pose [0 -0.9 0 0] ctrl "stage/disperse" )
 wheeled( pose [0 0.9 0 0] ctrl "stage/goal x=0.5 y=-0.5" )
-omni( pose [0.9 -0.9 0 0] ctrl "stage/orca x=-0.9 y=0.8" )
+omni( pose [0.9 -0.9 0 0] ctrl "stage/orca goals=0.4,-0.3,-0.9,0.8 near=0.6" )
 omni( pose [-0.9 0.9 0 0] ctrl "stage/behaviour kind=4 x=0.8 y=-0.9" )
 wheeled( pose [-0.9 -0.9 0 0] ctrl "stage/behaviour kind=3 x=0.8 y=0.8" )
 )";

@@ -286,6 +286,9 @@ TEST_P(BatchControllers, RowsOfBuiltInControllersEqualWorlds) {
   ExpectRowsEqualWorlds(Room("stage/goal x=1.5 y=0.5", kNoisy), GetParam());
   ExpectRowsEqualWorlds(Room("stage/pedestrian x=0.5 y=-1.5 speed=0.6", kNoisy), GetParam());
   ExpectRowsEqualWorlds(Room("stage/pedestrian x=0.5 y=-1.5\" \"stage/wander", ""), GetParam());
+  const std::string route = " near=0.7 wait=0.5 loop=1 goals=-1,-1,1,-1,1,1";
+  ExpectRowsEqualWorlds(Room("stage/pedestrian group=3 member=2" + route, kNoisy), GetParam());
+  ExpectRowsEqualWorlds(Room("stage/orca" + route, "drive \"omni\""), GetParam());
 }
 
 TEST_P(BatchControllers, RowsOfAPluginEqualWorlds) {

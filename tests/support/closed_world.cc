@@ -120,6 +120,14 @@ std::string BehaviourText(const std::string& place, RandomSource* random) {
          " rate=" + Number(random->OneIn(2) ? 0 : random->Real(-1, 1)) + turn;
 }
 
+/// One to four goals.
+std::string RouteText(RandomSource* random) {
+  std::string text;
+  for (int i = 2 * random->Int(1, 4); i > 0; i--)
+    text += (text.empty() ? "" : ",") + Number(random->Real(-3, 3));
+  return text;
+}
+
 /// A built-in controller and what it needs.
 std::string ControllerText(RandomSource* random) {
   const std::string place =
@@ -129,8 +137,10 @@ std::string ControllerText(RandomSource* random) {
        "stage/disperse speed=1 horizon=3 margin=0.02", "stage/goal" + place,
        "stage/goal heading=50" + place, "stage/pedestrian" + place,
        "stage/pedestrian speed=0.5 radius=0.4" + place, "stage/goal" + place + "\" \"stage/wander",
-       "stage/orca" + place, "stage/orca speed=1 time=1 neighbours=2 range=2" + place,
-       BehaviourText(place, random), BehaviourText(place, random)});
+       "stage/pedestrian near=1.5 wait=0.3 group=3 member=2 goals=" + RouteText(random),
+       "stage/orca loop=1 near=1.5 goals=" + RouteText(random), "stage/orca" + place,
+       "stage/orca speed=1 time=1 neighbours=2 range=2" + place, BehaviourText(place, random),
+       BehaviourText(place, random)});
   const std::string text = " ctrl [\"" + controllers + "\"]";
   return text + " ranger( sensor( range [0 " + Number(random->Real(0.3, 6)) + "] fov " +
          Number(random->Real(30, 360)) + " samples " + std::to_string(random->Int(9, 40)) +
