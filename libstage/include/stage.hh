@@ -52,6 +52,7 @@
 #include "models/model_type.hh"
 #include "models/position.hh"
 #include "models/power_pack.hh"
+#include "models/radio.hh"
 #include "models/ranger.hh"
 #include "models/readings.hh"
 #include "models/state_exchange.hh"

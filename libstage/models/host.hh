@@ -32,6 +32,7 @@ class FiducialIndex;
 class ModelField;
 class ModelGroundSensor;
 class ModelWifi;
+class RadioTraffic;
 
 namespace picture {
 struct Outlines;
@@ -71,9 +72,10 @@ class Host : public std::enable_shared_from_this<Host> {
   std::vector<ModelGroundSensor*> ground_sensors;  ///< in the order of creation
   FiducialIndex* fiducials = nullptr;              ///< candidates of fiducial finders; the engine's
   DeletionWatch* watches = nullptr;                ///< list of all watches
-  double max_dissipation = 0;     ///< joules in one square metre: see DissipationVis
-  bool listed = true;             ///< see RunOptions::listed
-  bool loads_controllers = true;  ///< see RunOptions::controllers
+  double max_dissipation = 0;       ///< joules in one square metre: see DissipationVis
+  RadioTraffic* traffic = nullptr;  ///< messages of radios; the engine's
+  bool listed = true;               ///< see RunOptions::listed
+  bool loads_controllers = true;    ///< see RunOptions::controllers
   /// See RunOptions::pictures.
   std::shared_ptr<const std::map<std::string, std::string>> pictures;
   size_t controllers_left_out = 0;  ///< number not loaded for that reason

@@ -13,6 +13,7 @@
 #include "models/contact_outline.hh"
 #include "models/model_type.hh"
 #include "models/power_pack.hh"
+#include "models/radio.hh"
 #include "motion/drive_table.hh"
 #include "random/fnv1a.hh"
 #include "rows/in_mover.hh"
@@ -56,6 +57,8 @@ std::string RowBridge::WhyNotModel(const Model& model) {
   if (IsRunning(model) && !known)
     return Named(model) + " is a " + type->name +
            " with subscribers (without them it may stand there)";
+  if (type->name == "radio" && static_cast<const ModelRadio&>(model).GetSendingCount() > 0)
+    return Named(model) + " is a radio with messages on the way";
   if (!IsRobot(model) && type->moves != ModelType::kStays)
     return Named(model) + " is a " + type->name + ", which moves by itself";
   if (IsRobot(model) && model.Parent()) return Named(model) + " is a robot on another model";

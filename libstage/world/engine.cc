@@ -41,6 +41,17 @@ void WorldEngine::CallContactCallbacks(uint64_t epoch_of_step) {
   }
 }
 
+void WorldEngine::DeliverMessages(usec_t now) {
+  constexpr size_t kMaxGrain = 32;
+  const auto deliver = [this](size_t begin, size_t end, unsigned) {
+    for (size_t i = begin; i < end; i++) traffic->Deliver(i);
+  };
+  const size_t receivers = traffic->Begin(now, this);
+  threads::RunOn(receivers < share_messages_from_ ? nullptr : workers(), receivers, kMaxGrain,
+                 deliver);
+  traffic->End();
+}
+
 void WorldEngine::PrepareMove() {
   if (contact_model == ContactModel::kOutlines) contacts.Refresh(this);
 }
@@ -82,6 +93,7 @@ bool WorldEngine::ReportWorldLost(const char* what) const {
 WorldEngine::WorldEngine() : snapshot_buffers(std::make_unique<SnapshotBuffers>()) {
   UsePool(threads::MakeWorkerPool(1));
   fiducials = &fiducial_index;
+  traffic = &messages_of_radios;
   tracer.SetRangerView([this] { return FindRangerView(); });
 }
 
@@ -150,6 +162,8 @@ void WorldEngine::CheckFork() {
 
 void WorldEngine::ShareFrom(int count) {
   const size_t min_length = static_cast<size_t>(std::max(count, 1));
+  constexpr size_t kManyReceivers = 200;  // fewer are served before other threads have started
+  share_messages_from_ = min_length == 1 ? 1 : kManyReceivers;
   parallel_choice.SetMinLength(min_length);
   gather.SetMinLength(min_length);
   move.SetMinLength(min_length);

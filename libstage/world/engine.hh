@@ -17,6 +17,7 @@
 #include "models/host.hh"
 #include "models/position.hh"
 #include "models/types/fiducial_index.hh"
+#include "models/types/radio_traffic.hh"
 #include "sensing/batch_tracer.hh"
 #include "threads/wall_clock.hh"
 #include "threads/worker_pool.hh"
@@ -44,7 +45,8 @@ class WorldEngine : public Host {
 
   sensing::BatchTracer tracer{&scene};
   Scheduler scheduler;
-  FiducialIndex fiducial_index;  ///< Host::fiducials
+  FiducialIndex fiducial_index;     ///< Host::fiducials
+  RadioTraffic messages_of_radios;  ///< Host::traffic
   GatherPhase gather;
   MovePhase move;
   ContactPhase contacts;  ///< part of the move phase
@@ -138,6 +140,8 @@ class WorldEngine : public Host {
   /// Call instead of EndStep() after an exception. Drops pending work of the step; due events that
   /// have not run are moved to the next step.
   void AbandonStep(usec_t now) noexcept;
+  /// Delivers the messages of radios that are due at `now`.
+  void DeliverMessages(usec_t now);
   /// Calls the CB_CONTACT callbacks of models that touch something. They may end the epoch.
   void CallContactCallbacks(uint64_t epoch_of_step);
   /// Warns about robots that got commands but have no subscriber, and so do not move.
@@ -164,6 +168,7 @@ class WorldEngine : public Host {
   unsigned max_threads_ = 0;
   std::shared_ptr<threads::WorkerPool> alone_, all_;  // `all_` is null until first needed
   ThreadChoice thread_choice_;
+  size_t share_messages_from_ = 1;  // minimum number of receivers for several threads
   std::exception_ptr postponed_;
 
   unsigned forks_ = threads::CountForks();  // value of CountForks() at the last check

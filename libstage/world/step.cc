@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // Steps of a world. Order of the phases in a step:
+//   messages   radios receive what was sent to them
 //   gather     due models update: positions choose their velocities, sensors fill the batch
 //   trace      the batch is traced against the bodies as the last step left them
 //   finish     sensors act on what they sensed: grippers grip
@@ -118,6 +119,7 @@ void World::Step(WorldEngine& engine, uint64_t epoch) {
   PhaseSeconds& seconds = engine.statistics.seconds;
   const double start = WallClock();
   const double traced_before = engine.tracer.seconds();
+  if (!engine.traffic->radios().empty()) engine.DeliverMessages(sim_time);
   engine.gather.Run(this, &engine);
   if (engine.epoch == epoch) ValidateAfter("gather");
   engine.TraceBatch();

@@ -13,6 +13,7 @@
 #include "models/groundsensor.hh"
 #include "models/placement.hh"
 #include "models/position.hh"
+#include "models/radio.hh"
 #include "models/wifi.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -113,6 +114,7 @@ class World::Validator {
     if (fault.empty()) fault = CheckList("radios", engine_.radios);
     if (fault.empty()) fault = CheckList("fields", engine_.fields);
     if (fault.empty()) fault = CheckList("ground sensors", engine_.ground_sensors);
+    if (fault.empty()) fault = CheckList("radios with messages", engine_.traffic->radios());
     if (!fault.empty()) return fault;
     for (const auto* list : {&engine_.sensed, &engine_.update_callbacks_due})
       for (const Model* model : *list)

@@ -41,6 +41,7 @@ inline constexpr std::string_view kWindowProperties[] = {
     "show_overlay",
     "show_rays",
     "show_wifi",
+    "show_radio",
     "ranger_vis",
     "show_ranger_ranges",
     "show_ranger_strikes",

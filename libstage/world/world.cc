@@ -165,6 +165,7 @@ void World::ForgetAll() {
   engine_->spare_flags.clear();
   engine_->TraceBatchAndPostponeThrowing();
   engine_->fiducials->Clear();
+  engine_->traffic->Clear();
   engine_->sensed.clear();
   engine_->update_callbacks_due.clear();
   engine_->hidden_from_rangers.clear();

@@ -63,6 +63,24 @@ TEST_F(DataTest, WifiRangesLieLightlyOnTheFloor) {
   EXPECT_TRUE(frame.data.triangles.empty());  // nothing above the floor layer
 }
 
+TEST_F(DataTest, MessagesComeFromWhereTheirSendersWereMeasured) {
+  world_ = LoadText(
+      "radio ( name \"a\" pose [1 2 0.5 90] alwayson 1 ) radio ( name \"b\" pose [1 4 0 0] range 3 "
+      ")");
+  ASSERT_TRUE(Find<ModelRadio>(*world_, "b")->Send("hello", 5));
+  Step(*world_);
+  scene_.Update(*world_, view_, kWidth, kHeight);
+  const auto count = [&] { return CountColor(scene_.frame().data.lines, {255, 140, 0, 255}); };
+  EXPECT_EQ(count(), 6u) << "a line, and two for the head of the arrow";
+  const auto& lines = scene_.frame().data.lines;
+  EXPECT_TRUE(std::ranges::any_of(lines, [](const Vertex& v) {
+    return std::fabs(v.x - 1) < 1e-5 && std::fabs(v.y - 4) < 1e-5 && v.z == 0.5;
+  }));
+  view_.options.Set(Show::kRadio, false);
+  scene_.Update(*world_, view_, kWidth, kHeight);
+  EXPECT_EQ(count(), 0u);
+}
+
 /// Without walls, the level falls to range_db at 5 m. A wall is between 2 m and 3 m ahead.
 TEST_F(DataTest, WallsShortenTheRangeOfAWifiThatKnowsThem) {
   const Frame& frame = Look(

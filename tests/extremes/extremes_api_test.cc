@@ -23,7 +23,8 @@ struct Things {
                      "  bumper( name \"bumper\" bcount 1 bpose[0] [0.2 0 0 0] blength 0.4 )\n"
                      "  camera( name \"camera\" ) gripper( name \"gripper\" )\n"
                      "  actuator( name \"arm\" size [0.1 0.1 0.1] max_speed 1 )\n"
-                     "  wifi( name \"wifi\" model \"raytrace\" power 100 range 5 ) )\n"
+                     "  wifi( name \"wifi\" model \"raytrace\" power 100 range 5 )\n"
+                     "  radio( name \"radio\" range 9 line_of_sight 1 ) )\n"
                      "robot( name \"a\" pose [-2 0 0 0] fiducial_return 1 )\n"
                      "robot( name \"b\" pose [2 0.1 0 180] fiducial_return 2 )\n"
                      "model( name \"wall\" pose [0 3 0 0] size [8 0.2 1] )\n")),
@@ -245,6 +246,11 @@ const Call kFields[] = {
     {"WifiFrequency", [](Things& t, double v) { t.Part<ModelWifi>("wifi")->freq = v; }},
     {"WifiLoss", [](Things& t, double v) { t.Part<ModelWifi>("wifi")->plc = v; }},
     {"WifiWalls", [](Things& t, double v) { t.Part<ModelWifi>("wifi")->wall_factor = v; }},
+    {"RadioRange", [](Things& t, double v) { t.Part<ModelRadio>("radio")->range = v; }},
+    {"RadioLoss", [](Things& t, double v) { t.Part<ModelRadio>("radio")->loss = v; }},
+    {"RadioRangeNoise", [](Things& t, double v) { t.Part<ModelRadio>("radio")->range_noise = v; }},
+    {"RadioBearingNoise",
+     [](Things& t, double v) { t.Part<ModelRadio>("radio")->bearing_noise = v; }},
     {"VelocityBounds",
      [](Things& t, double v) {
        t.robot->velocity_bounds[0] = Bounds(v, v);
@@ -290,6 +296,10 @@ size_t ExpectNumbers(Things& t) {
     expect(found.bearing);
   }
   for (const auto& heard : t.Part<ModelWifi>("wifi")->GetNeighbors()) expect(heard.db);
+  for (const auto& message : t.Part<ModelRadio>("radio")->Received()) {
+    expect(message.range);
+    expect(message.bearing);
+  }
   const ModelCamera& camera = *t.Part<ModelCamera>("camera");
   for (int i = 0; i < camera.getWidth() * camera.getHeight(); i++)
     expect(static_cast<double>(camera.FrameDepth()[i]));
@@ -304,7 +314,10 @@ TEST_P(Fields, AcceptAnyNumberAndStayFinite) {
     Step(*things.world, 2);
     GetParam().make(things, value);
     testing::internal::CaptureStderr();
-    Step(*things.world, 5);
+    Step(*things.world, 4);
+    for (const char* radio : {"a.radio", "b.radio"})
+      EXPECT_TRUE(Find<ModelRadio>(*things.world, radio)->Send("hello", 5));
+    Step(*things.world, 1);
     testing::internal::GetCapturedStderr();
     EXPECT_GT(ExpectNumbers(things), 1000u);
   }

@@ -31,8 +31,8 @@ const std::set<std::string> kMayBeNegative = {
     // values of fields
     "initial", "picture_range", "deposit_rate",
     // identifiers, and properties in which negative values have a special meaning
-    "seed", "fiducial_key", "fiducial_return", "ranger_return", "joules", "joules_capacity",
-    "kjoules", "kjoules_capacity", "quit_time", "speedup", "color_rgba",
+    "seed", "channel", "fiducial_key", "fiducial_return", "ranger_return", "joules",
+    "joules_capacity", "kjoules", "kjoules_capacity", "quit_time", "speedup", "color_rgba",
     // mirrored, with a warning
     "size",
     // read, no effect
@@ -40,11 +40,12 @@ const std::set<std::string> kMayBeNegative = {
 
 /// Flags, in which every value except for 0 means yes.
 const std::set<std::string> kFlags = {
-    "show_clock",         "test",        "paused",         "confirm_on_quit", "debug",
-    "noblocks",           "boundary",    "stack_children", "blob_return",     "gripper_return",
-    "obstacle_return",    "gui_nose",    "gui_outline",    "gui_grid",        "gui_move",
-    "alwayson",           "ignore_zloc", "autosnatch",     "enabled",         "first",
-    "limit_acceleration", "pushable",    "round",          "stops_when_empty"};
+    "show_clock",         "test",        "paused",         "confirm_on_quit",  "debug",
+    "noblocks",           "boundary",    "stack_children", "blob_return",      "gripper_return",
+    "obstacle_return",    "gui_nose",    "gui_outline",    "gui_grid",         "gui_move",
+    "alwayson",           "ignore_zloc", "autosnatch",     "enabled",          "first",
+    "limit_acceleration", "pushable",    "round",          "stops_when_empty", "line_of_sight",
+    "collisions"};
 
 bool MayBeNegative(const Property& property) {
   const std::string name = property.name, entity = property.entity;

@@ -358,9 +358,10 @@ def test_explain_tells_what_keeps_worlds_from_fast_steps(tmp_path: Path) -> None
     batch.step(5)
     assert batch.explain() == [None] * 3
     with_radio = tmp_path / "radio.world"
-    with_radio.write_text("position( name \"r\" wifi( alwayson 1 ) )\n")
-    for reason in st.Batch(with_radio, 2).explain():
-        assert reason is not None and "is a wifi with subscribers" in reason
+    for radio in "wifi", "radio":
+        with_radio.write_text(f"position( name \"r\" {radio}( alwayson 1 ) )\n")
+        for reason in st.Batch(with_radio, 2).explain():
+            assert reason is not None and f"is a {radio} with subscribers" in reason
 
 
 #: Each model and sensor twice: robots with odometry errors and noise, several kinds of readings, a thing to push.

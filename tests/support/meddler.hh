@@ -33,6 +33,7 @@ inline const char kRobotsOfAllTypes[] =
     "  actuator( alwayson 1 size [0.1 0.1 0.1] max_speed 1 )\n"
     "  wifi( alwayson 1 model \"simple\" range 5 )\n"
     "  groundsensor( alwayson 1 points 2 point[1] [0.1 0] noise 0.1 deposit_rate 0.5 )\n"
+    "  radio( alwayson 1 range 5 line_of_sight 1 delay 1 loss 0.1 range_noise 0.1 )\n"
     "  lightindicator() )\n"
     "robot( name \"a\" pose [-2 0 0 0] )\n"
     "robot( name \"b\" pose [0 0.1 0 180] fiducial_return 2 )\n"
@@ -80,6 +81,7 @@ class Meddler {
         position->SetSpeed(random_.Real(-1, 1), 0, random_.Real(-1, 1));
       if (auto* gripper = dynamic_cast<ModelGripper*>(model))
         random_.OneIn(2) ? gripper->CommandClose() : gripper->CommandOpen();
+      if (auto* radio = dynamic_cast<ModelRadio*>(model)) radio->Send("hello", random_.Next() % 6);
     }
   }
 
@@ -127,11 +129,11 @@ class Meddler {
   }
 
   void Create(Model* parent) {
-    const char* const kTypes[] = {"model",  "position",     "ranger",   "fiducial",
-                                  "wifi",   "gripper",      "camera",   "blobfinder",
-                                  "bumper", "blinkenlight", "actuator", "lightindicator"};
+    const char* const kTypes[] = {
+        "model",      "position", "ranger",       "fiducial", "wifi",           "gripper", "camera",
+        "blobfinder", "bumper",   "blinkenlight", "actuator", "lightindicator", "radio"};
     Model* const made = world_.CreateModel(parent == world_.GetGround() ? nullptr : parent,
-                                           kTypes[random_.Int(0, 11)]);
+                                           kTypes[random_.Int(0, 12)]);
     made->SetPose(NearBy());
     if (random_.OneIn(2)) made->Subscribe();
   }

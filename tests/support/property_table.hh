@@ -92,6 +92,7 @@ inline constexpr Property kWindow[] = {
     {"window", "show_overlay", "1"},
     {"window", "show_rays", "1"},
     {"window", "show_wifi", "1"},
+    {"window", "show_radio", "1"},
     {"window", "ranger_vis", "1"},
     {"window", "show_ranger_ranges", "1"},
     {"window", "show_ranger_strikes", "1"},
@@ -259,6 +260,15 @@ inline constexpr Property kTypes[] = {
     {"groundsensor", "interpolation", "\"nearest\""},
     {"groundsensor", "noise", "0.1"},
     {"groundsensor", "deposit_rate", "-0.5"},
+    {"radio", "range", "5"},
+    {"radio", "line_of_sight", "1"},
+    {"radio", "delay", "2"},
+    {"radio", "channel", "3"},
+    {"radio", "loss", "0.1"},
+    {"radio", "range_noise", "0.02"},
+    {"radio", "bearing_noise", "5"},
+    {"radio", "collisions", "1"},
+    {"radio", "capacity", "10"},
 };
 
 inline std::string WithSource(std::string text) {

@@ -194,7 +194,7 @@ TEST(SelfDeletion, InItsParentCallback) {
 TEST(SelfDeletion, WhenItStartsOrStops) {
   for (const auto type : {Model::CB_STARTUP, Model::CB_SHUTDOWN})
     for (const char* kind : {"position", "ranger", "bumper", "blobfinder", "fiducial", "wifi",
-                             "actuator", "gripper", "camera", "model"}) {
+                             "radio", "actuator", "gripper", "camera", "model"}) {
       const auto world = LoadText(std::string(kind) + "( name \"m\" joules 5 )");
       Model* m = Find(*world, "m");
       m->AddCallback(type, DeleteIt, nullptr);

@@ -48,6 +48,7 @@ std::string WideWorld(uint64_t seed) {
           "  gripper( pose [0.25 0 -0.3 0] alwayson 1 )\n"
           "  actuator( alwayson 1 size [0.1 0.1 0.1] max_speed 1 )\n"
           "  wifi( alwayson 1 model \"simple\" range 5 )\n"
+          "  radio( alwayson 1 range 5 line_of_sight 1 delay 1 loss 0.1 range_noise 0.1 )\n"
           "  lightindicator() )\n"
           "model( name \"wall\" pose [0 2 0 0] size [3 0.2 1] )\n"
           "model( name \"puck\" pose [-1 0 0 0] size [0.1 0.1 0.2] gripper_return 1 )\n"

@@ -141,6 +141,7 @@ const Example kExamples[] = {
      "drive \"omni\" localization \"odom\" localization_origin [1 2 0 30] "
      "odom_error [0.01 0.02 0 3] wheelbase 0.7 "
      "velocity_bounds [-2 2 -2 2 0 0 -90 90] acceleration_bounds [-1 1 -1 1 0 0 -9 9]"},
+    {"radio", "range 5 line_of_sight 1 delay 2 channel 3 loss 0.1 range_noise 0.02 capacity 9"},
     {"ranger",
      "sensor( pose [0.1 0 0 20] size [0.03 0.04 0.05] range [0 6] fov 170 samples 37 "
      "noise [0.01 0.02 0.5] color_rgba [0 1 0 0.2] )"},

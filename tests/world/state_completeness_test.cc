@@ -31,6 +31,7 @@ struct Scene {
             "  wifi( name \"wifi\" alwayson 1 model \"friis\" power 100 range 5 )\n"
             "  groundsensor( name \"ground\" alwayson 1 points 2 )\n"
             "  field( name \"field\" size [1 1 0] )\n"
+            "  radio( name \"radio\" alwayson 1 )\n"
             "  lightindicator( name \"light\" ) )\n"
             "robot( pose [-2 0 0 0] fiducial_return 1 )\n"
             "robot( name \"other\" pose [0 0.1 0 180] fiducial_return 2 )\n"
@@ -199,6 +200,16 @@ std::vector<Change> AllChanges() {
   }));
   add(Of<ModelField>("field", "diffusion", [](auto* m) { m->SetDiffusion(0.1); }));
   add(Of<ModelField>("field", "evaporation", [](auto* m) { m->SetEvaporation(0.1); }));
+  add(Of<ModelRadio>("radio", "range", [](auto* m) { m->range += 1; }));
+  add(Of<ModelRadio>("radio", "sight", [](auto* m) { m->line_of_sight = true; }));
+  add(Of<ModelRadio>("radio", "delay", [](auto* m) { m->delay = 3; }));
+  add(Of<ModelRadio>("radio", "channel", [](auto* m) { m->channel = 3; }));
+  add(Of<ModelRadio>("radio", "loss", [](auto* m) { m->loss = 0.5; }));
+  add(Of<ModelRadio>("radio", "range_noise", [](auto* m) { m->range_noise = 0.5; }));
+  add(Of<ModelRadio>("radio", "bearing_noise", [](auto* m) { m->bearing_noise = 0.5; }));
+  add(Of<ModelRadio>("radio", "collisions", [](auto* m) { m->collisions = true; }));
+  add(Of<ModelRadio>("radio", "capacity", [](auto* m) { m->capacity = 3; }));
+  add(Of<ModelRadio>("radio", "message", [](auto* m) { m->Send("hello", 5); }));
   add(Of<ModelLightIndicator>("light", "state", [](auto* m) { m->SetState(true); }));
   return all;
 }

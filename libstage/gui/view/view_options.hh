@@ -56,6 +56,7 @@ enum class Show : unsigned {
   kCamera,
   kBlink,
   kWifi,
+  kRadio,
   kRasterization,
   kEnergyOutput,
   kEnergyStored,

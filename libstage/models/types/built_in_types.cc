@@ -19,6 +19,7 @@ std::vector<ModelType> BuiltInModelTypes() {
           GroundSensorType(),
           LightIndicatorType(),
           PositionType(),
+          RadioType(),
           RangerType(),
           WifiType()};
 }

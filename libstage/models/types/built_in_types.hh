@@ -20,6 +20,7 @@ ModelType GripperType();
 ModelType GroundSensorType();
 ModelType LightIndicatorType();
 ModelType PositionType();
+ModelType RadioType();
 ModelType RangerType();
 ModelType WifiType();
 
