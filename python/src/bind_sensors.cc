@@ -23,6 +23,8 @@ namespace Stg::python {
 
 namespace {
 
+constexpr char kGroundSensor[] = "groundsensor";
+
 using Place = std::tuple<double, double, double, double>;
 
 Place PlaceOf(const Pose& pose) { return {pose.x, pose.y, pose.z, pose.a}; }
@@ -184,6 +186,17 @@ void BindSensors(nb::module_& module, nb::class_<ModelHandle>& model) {
       .def_prop_ro("lines",
                    Getter([](Model& m) { return As<ModelBumper>(m, "bumper").bumper_count; }),
                    "The number of touch lines of a bumper. Raises TypeError for other models.")
+      .def_prop_rw(
+          "deposit_rate",
+          Getter([](Model& m) { return As<ModelGroundSensor>(m, kGroundSensor).deposit_rate(); }),
+          [](const ModelHandle& handle, double rate) {
+            handle.With([&](Model& m) {
+              if (!As<ModelGroundSensor>(m, kGroundSensor).SetDepositRate(rate))
+                throw nb::value_error("found a rate that is not finite");
+            });
+          },
+          "Amount per second that a ground sensor adds to its field, at its origin, in each step. "
+          "Raises TypeError for other models.")
       .def_prop_ro(
           "view", Getter([](Model& m) { return ViewOf(m); }),
           "The field of view of a camera or a blobfinder. Raises TypeError for other models.");

@@ -241,6 +241,7 @@ void BindWorld(nb::module_& module) {
   BindRunning(world);
   BindState(world);
   BindCast(world);
+  BindField(module, world);
   BindPicture(module, world);
   BindScene(module, world);
   BindSections(world);

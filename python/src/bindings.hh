@@ -23,6 +23,7 @@ class Simulation;
 
 void BindBelief(nanobind::module_& module);
 void BindCast(nanobind::class_<Simulation>& world);
+void BindField(nanobind::module_& module, nanobind::class_<Simulation>& world);
 void BindModel(nanobind::module_& module);
 void BindSensors(nanobind::module_& module, nanobind::class_<ModelHandle>& model);
 void BindOptions(nanobind::module_& module);

@@ -19,6 +19,7 @@ from .batch import Batch
 from .belief import Behaviour, Belief, ConsequenceEngine, Decision, Moments, OtherKind, Sightings
 from .device_array import DeviceArray
 from .errors import GoneError, StageError, WorldError
+from .field import Field
 from .fleet import Fleet, Reading, Sensor, sensor_types
 from .futures import Futures
 from .pictures import Film, save_png
@@ -31,8 +32,8 @@ Ranger = Fiducials = Blobs = Camera = Sensor  # former names
 
 __version__: str = _core.version()
 __all__ = [
-    "Batch", "BatchContacts", "Behaviour", "Belief", "ConsequenceEngine", "Contacts", "Decision", "DeviceArray", "Film",
-    "Fleet", "Futures", "GoneError", "Model", "Moments", "OtherKind", "RangeSensor", "Reading", "Sensor", "Sightings",
+    "Batch", "BatchContacts", "Behaviour", "Belief", "ConsequenceEngine", "Contacts", "Decision", "DeviceArray", "Field",
+    "Film", "Fleet", "Futures", "GoneError", "Model", "Moments", "OtherKind", "RangeSensor", "Reading", "Sensor", "Sightings",
     "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "scenes", "sensor_types", "shipped_worlds",
 ]
 

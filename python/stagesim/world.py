@@ -14,6 +14,7 @@ import numpy.typing as npt
 from . import _checks, _core, _options, _paths, _rays
 from ._core import Model, Snapshot
 from .errors import GoneError, StageError, WorldError
+from .field import Field
 from .fleet import Fleet, Floats
 from .pictures import Pixels, png_of
 
@@ -353,6 +354,11 @@ class World:
     def models(self) -> list[Model]:
         """All models, in the order of creation."""
         return self._core.models()
+
+    @property
+    def fields(self) -> dict[str, Field]:
+        """All fields by their names, in the order of creation: see Field."""
+        return {model.name: Field(model) for model in self._core.fields()}
 
     def create(self, type: str = "model", parent: Model | None = None, **properties: Any) -> Model:
         """Creates a model.
