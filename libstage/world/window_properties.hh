@@ -42,6 +42,7 @@ inline constexpr std::string_view kWindowProperties[] = {
     "show_rays",
     "show_wifi",
     "show_radio",
+    "show_fields",
     "ranger_vis",
     "show_ranger_ranges",
     "show_ranger_strikes",

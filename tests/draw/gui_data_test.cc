@@ -63,6 +63,41 @@ TEST_F(DataTest, WifiRangesLieLightlyOnTheFloor) {
   EXPECT_TRUE(frame.data.triangles.empty());  // nothing above the floor layer
 }
 
+TEST_F(DataTest, FieldsLieOnTheFloorAndAreOpaqueWhereTheyAreHighest) {
+  world_ = LoadText("field ( name \"f\" size [4 2 0] field_resolution 1 pose [10 0 0 90] )");
+  auto* const field = Find<ModelField>(*world_, "f");
+  view_.options.Set(Show::kData, false);
+  scene_.Update(*world_, view_, kWidth, kHeight);
+  EXPECT_TRUE(scene_.frame().floor.triangles.empty()) << "all values are 0";
+  field->SetValue(10, 1.5, 8);  // in the east of the field, which is the north of the world
+  field->SetValue(10, 0.5, 4);
+  field->SetValue(10, -0.5, 4);
+  scene_.Update(*world_, view_, kWidth, kHeight);
+  const auto& triangles = scene_.frame().floor.triangles;
+  ASSERT_EQ(triangles.size(), 2u * 6) << "two equal neighbours are one rectangle";
+  for (const Vertex& v : triangles) {
+    EXPECT_EQ(v.z, 0);
+    const bool strong = v.color.a == 204;
+    EXPECT_TRUE(strong || v.color.a == 102) << int{v.color.a};
+    EXPECT_GE(v.y, strong ? 0.999 : -1.001);
+    EXPECT_LE(v.y, strong ? 2.001 : 1.001);
+  }
+  view_.options.Set(Show::kFields, false);
+  scene_.Update(*world_, view_, kWidth, kHeight);
+  EXPECT_TRUE(scene_.frame().floor.triangles.empty());
+}
+
+TEST_F(DataTest, LargeFieldsAreDrawnInPatches) {
+  world_ = LoadText("field ( name \"f\" size [33 1 0] field_resolution 0.1 )");
+  auto* const field = Find<ModelField>(*world_, "f");
+  field->SetValue(-16.45, -0.45, 9);  // in a patch of 3 x 3 cells
+  scene_.Update(*world_, view_, kWidth, kHeight);
+  ASSERT_EQ(scene_.frame().floor.triangles.size(), 6u);
+  double east = -99;
+  for (const Vertex& v : scene_.frame().floor.triangles) east = std::max<double>(east, v.x);
+  EXPECT_NEAR(east, -16.2, 1e-5);
+}
+
 TEST_F(DataTest, MessagesComeFromWhereTheirSendersWereMeasured) {
   world_ = LoadText(
       "radio ( name \"a\" pose [1 2 0.5 90] alwayson 1 ) radio ( name \"b\" pose [1 4 0 0] range 3 "

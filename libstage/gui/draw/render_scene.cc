@@ -7,6 +7,7 @@
 
 #include "geometry/trigonometry.hh"
 #include "gui/draw/debug_picture.hh"
+#include "gui/draw/field_picture.hh"
 #include "gui/draw/model_pictures.hh"
 #include "gui/draw/painter.hh"
 #include "gui/draw/scene_job.hh"
@@ -47,6 +48,7 @@ void RenderScene::Update(World& world, const view::ViewState& view, int width, i
   }
   if (view.options[Show::kGrid])
     DrawAxisNumbers(frame_.floor_x, frame_.floor_y, frame_.step, *frame_.projection, &frame_.floor);
+  if (view.options[Show::kFields] && !world.host().fields.empty()) DrawFields(world, &frame_.floor);
   if (view.options[Show::kOccupancy]) DrawOccupancy(world, *frame_.projection, &frame_.floor);
   for (Model* model : selection.models)
     DrawSelected(*model, *frame_.projection, &frame_.marks, &frame_.over);

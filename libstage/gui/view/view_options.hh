@@ -57,6 +57,7 @@ enum class Show : unsigned {
   kBlink,
   kWifi,
   kRadio,
+  kFields,
   kRasterization,
   kEnergyOutput,
   kEnergyStored,

@@ -42,6 +42,7 @@ ModelField::ModelField(World* world_, Model* parent_, const std::string& type_)
       evolved_to_(0) {
   ClearBlocks();
   geom.size = Size(1, 1, 0);
+  color = Color(0.1, 0.5, 0.2);
   vis.obstacle_return = false;
   vis.blob_return = false;
   vis.ranger_return = -1.0;
