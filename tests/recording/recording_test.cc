@@ -315,6 +315,38 @@ TEST_F(LogFile, EndsWhenItsWorldIsUnloaded) {
   EXPECT_EQ(last, 500'000'000u);
 }
 
+/// Logs what a radio has received in the step of its time stamp.
+TEST_F(EveryLog, ContainsTheMessagesOfRadios) {
+  World world(OptionsOf(1));
+  std::istringstream text(
+      "define bot position( size [0.2 0.2 0.2] alwayson 1 radio( alwayson 1 range 5 ) )\n"
+      "bot( name \"r\" ) bot( name \"s\" pose [3 0 0 90] )");
+  ASSERT_TRUE(world.Load(text));
+  auto *sender = dynamic_cast<ModelRadio*>(world.GetModel("r.radio:0")),
+       *receiver = dynamic_cast<ModelRadio*>(world.GetModel("s.radio:0"));
+  ASSERT_TRUE(sender && receiver && sender->Send("hello", 5));
+  Log(&world, 1, "run.mcap");
+  const McapReader log(Path("run.mcap"));
+  int found = 0;
+  for (const ReadMessage& message : MessagesOf(log)) {
+    if (message.topic != "/s/readings/radio") continue;
+    CdrReader from(message.data);
+    EXPECT_EQ(Header(&from).time(), message.time);
+    EXPECT_EQ(from.Get<int32_t>(), 1);
+    EXPECT_EQ(Elements<int32_t>(from.GetSequence<int32_t>()),
+              std::vector<int32_t>{static_cast<int32_t>(sender->GetId())});
+    EXPECT_EQ(Elements<double>(from.GetSequence<double>()), std::vector<double>{3});
+    EXPECT_EQ(Elements<double>(from.GetSequence<double>()),
+              std::vector<double>{receiver->Received()[0].bearing});
+    EXPECT_EQ(Elements<double>(from.GetSequence<double>()), std::vector<double>{0});
+    EXPECT_EQ(Elements<int32_t>(from.GetSequence<int32_t>()), std::vector<int32_t>{5});
+    EXPECT_EQ(from.GetSequence<uint8_t>(), "hello" + std::string(59, '\0'));
+    EXPECT_TRUE(from.is_good());
+    found++;
+  }
+  EXPECT_EQ(found, 1);
+}
+
 }  // namespace
 
 }  // namespace log_testing
