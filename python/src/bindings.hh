@@ -31,6 +31,7 @@ void BindRosNames(nanobind::module_& module);
 void BindPicture(nanobind::module_& module, nanobind::class_<Simulation>& world);
 void BindCrowd(nanobind::module_& module);
 void BindFeatures(nanobind::module_& module);
+void BindRadio(nanobind::class_<Simulation>& world);
 void BindScene(nanobind::module_& module, nanobind::class_<Simulation>& world);
 void BindSections(nanobind::class_<Simulation>& world);
 void BindSweep(nanobind::module_& module);

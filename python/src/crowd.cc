@@ -380,6 +380,20 @@ void Crowd::Teleport(const Source& source, size_t world, const double* poses, co
   }
 }
 
+std::vector<ModelRadio*> Crowd::RadiosOf(const Source& source, size_t world, size_t index) {
+  const ModelType& type = SensorTypeOf("radio");
+  std::vector<ModelRadio*> radios;
+  bool any = false;
+  for (ModelPosition* robot : RobotsOf(source, world)) {
+    size_t n = index;
+    Model* const found = robot ? FindInTree(type, robot, &n) : nullptr;
+    radios.push_back(static_cast<ModelRadio*>(found));
+    any = any || found;
+  }
+  if (!any) throw Failure{Kind::kGone, "no robot has a radio number " + std::to_string(index)};
+  return radios;
+}
+
 // ---- views --------------------------------------------------------------------------------------
 
 nb::object Crowd::View(const Array& array, bool writable) {

@@ -21,7 +21,8 @@
 
 namespace Stg {
 class ModelPosition;
-}
+class ModelRadio;
+}  // namespace Stg
 
 namespace Stg::python {
 
@@ -92,6 +93,13 @@ class Crowd : public std::enable_shared_from_this<Crowd> {
   /// Moves robots. `poses`: x, y (metres) and heading (radians) per robot. `which`: one flag per
   /// robot to move, or null for all.
   void Teleport(const Source& source, size_t world, const double* poses, const bool* which);
+  /// The robots of a world, which must not be in a row; null for those that are gone.
+  const std::vector<ModelPosition*>& RobotsOf(const Source& source, size_t world) {
+    return MembersOf(&source, world).robots;
+  }
+  /// Radio number `index` of each of these robots; null for those that have none. Throws Failure if
+  /// no robot has one.
+  std::vector<ModelRadio*> RadiosOf(const Source& source, size_t world, size_t index);
   /// Replaces the commands of a world: 3 numbers per robot.
   void SetCommands(size_t world, const double* rows);
   /// Sets all commands of a world to 0.

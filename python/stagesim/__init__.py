@@ -20,7 +20,7 @@ from .belief import Behaviour, Belief, ConsequenceEngine, Decision, Moments, Oth
 from .device_array import DeviceArray
 from .errors import GoneError, StageError, WorldError
 from .field import Field
-from .fleet import Fleet, Reading, Sensor, sensor_types
+from .fleet import Fleet, Messages, Reading, Sensor, sensor_types
 from .futures import Futures
 from .pictures import Film, save_png
 from .world import Contacts, World
@@ -33,8 +33,9 @@ Ranger = Fiducials = Blobs = Camera = Sensor  # former names
 __version__: str = _core.version()
 __all__ = [
     "Batch", "BatchContacts", "Behaviour", "Belief", "ConsequenceEngine", "Contacts", "Decision", "DeviceArray", "Field",
-    "Film", "Fleet", "Futures", "GoneError", "Model", "Moments", "OtherKind", "RangeSensor", "Reading", "Sensor", "Sightings",
-    "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "scenes", "sensor_types", "shipped_worlds",
+    "Film", "Fleet", "Futures", "GoneError", "Messages", "Model", "Moments", "OtherKind", "RangeSensor", "Reading", "Sensor",
+    "Sightings", "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "scenes", "sensor_types",
+    "shipped_worlds",
 ]
 
 

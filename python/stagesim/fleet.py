@@ -14,6 +14,7 @@ from .device_array import DeviceArray, wrapped
 if TYPE_CHECKING:
     from .world import World
 
+MAX_BYTES = 64  #: of a message
 MOST = 2**31 - 1  #: sensors of a robot, and things that a sensor reports
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int32]
@@ -41,6 +42,18 @@ class Reading(NamedTuple):
     unit: str
     description: str
     is_list: bool  #: one row per detection, of which an array holds a maximum number
+
+
+class Messages(NamedTuple):
+    """Messages that robots have received, as arrays with an element per message: see Fleet.messages()."""
+
+    receiver: Integers  #: index of the robot in the fleet; ascending
+    sender: Integers  #: index of the robot that sent it; -1: it is gone or not in the fleet
+    range: Floats  #: measured distance of the sender's radio, metres
+    bearing: Floats  #: its measured direction relative to the receiving radio's heading, radians
+    sent: Floats  #: world time when it was sent, seconds
+    size: Integers  #: number of bytes
+    payload: npt.NDArray[np.uint8]  #: the bytes and zeros behind them: shape (k, 64)
 
 
 def sensor_types() -> dict[str, tuple[Reading, ...]]:
@@ -296,6 +309,56 @@ class Fleet(Crowd):
         if not np.isfinite(poses[chosen]).all():
             raise ValueError("found a pose that is not finite")
         self.world._core.teleport(self._crowd, poses, mask)
+
+    def send(self, payload: bytes | npt.ArrayLike, which: npt.ArrayLike | None = None, index: int = 0) -> None:
+        """Sends a message by a radio of each robot, which radios of other robots receive in the next step.
+
+        Args:
+            payload: up to 64 bytes: uint8 of shape (m, bytes) for m selected robots, or (bytes,) or bytes for
+                all of them. Arrays of other types are sent by `numbers.view(numpy.uint8)`.
+            which: a mask of shape (n,), or indices of the robots that send; None: all.
+            index: the number of the radio on its robot.
+
+        Robots that are gone or have no such radio send nothing. See messages().
+
+        Raises:
+            GoneError: no robot has such a radio.
+            TypeError: the payload is not of bytes.
+            ValueError: there are more than 64 bytes, or a shape is wrong.
+        """
+        index = _checks.integer(index, "index", 0, MOST)
+        data = np.frombuffer(payload, np.uint8) if isinstance(payload, bytes) else np.asarray(payload)
+        if data.dtype != np.uint8:
+            raise TypeError(f"found a payload of {data.dtype}, expected bytes: use numbers.view(numpy.uint8)")
+        if data.ndim not in (1, 2):
+            raise ValueError(f"found a payload of shape {data.shape}, expected (robots, bytes)")
+        if data.shape[-1] > MAX_BYTES:
+            raise ValueError(f"found a message of {data.shape[-1]} bytes, expected at most {MAX_BYTES}; "
+                             "send it in several parts")
+        chosen = np.arange(len(self)) if which is None else np.arange(len(self))[np.asarray(which)]
+        if data.ndim == 2 and len(data) != len(chosen):
+            raise ValueError(f"found {len(data)} messages, expected one for each of {len(chosen)} robots")
+        payloads = np.zeros((len(self), data.shape[-1]), np.uint8)
+        payloads[chosen] = data
+        mask = np.zeros(len(self), bool)
+        mask[chosen] = True
+        self.world._core.send(self._crowd, index, payloads, mask)
+
+    def messages(self, index: int = 0) -> Messages:
+        """Returns what a radio of each robot has received until its last update, as new arrays.
+
+        Args:
+            index: the number of the radio on its robot.
+
+        A message is reported once: those of a robot are replaced in each update of its radio. They are ordered by
+        robot, then by step, then by distance. Ranges and bearings belong to the poses at the beginning of the
+        step of reception, usually `sensed_pose`. Calling this subscribes to the radios, so that they receive from
+        then on. `sensor("radio")` has the same as live arrays.
+
+        Raises:
+            GoneError: no robot has such a radio.
+        """
+        return Messages(*self.world._core.messages(self._crowd, _checks.integer(index, "index", 0, MOST)))
 
     def __repr__(self) -> str:
         return f"<Fleet of {len(self)} robots>"

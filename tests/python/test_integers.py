@@ -54,7 +54,7 @@ class Subjects:
 
     def __init__(self) -> None:
         self.world = st.World.from_text("""
-            define body position( ranger( sensor( samples 2 ) ) fiducial() blobfinder() bumper( bcount 1 )
+            define body position( ranger( sensor( samples 2 ) ) fiducial() blobfinder() bumper( bcount 1 ) radio()
               camera( resolution [4 4] ) )
             body() body( pose [3 0 0 0] )""")
         self.batch = st.Batch.of(self.world, 2, threads=1)
@@ -99,7 +99,7 @@ def skip(**_: Any) -> None:
 def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
     """Each compiled function with valid arguments."""
     batch, core, model = s.batch._core, s.core, s.model
-    add_sensor = s.world.create("ranger").add_sensor
+    add_sensor, crowd = s.world.create("ranger").add_sensor, s.world.fleet()._crowd
     return {
         "Crowd.sensor": (s.world.fleet()._crowd.sensor, {"type": "fiducial", "index": 0, "most": 2, "reading": "id"}),
         "DeviceCrowd.sensor": (s.on_device._core.device_crowd.sensor if s.on_device else skip,
@@ -152,6 +152,9 @@ def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str,
         "Simulation.find_id": (core.find_id, {"id": 1}),
         "Simulation.scans": (core.scans, {"ids": s.which, "most": 4}),
         "Simulation.crowd": (core.crowd, {"ids": s.ids}),
+        "Simulation.send": (core.send, {"crowd": crowd, "index": 0, "payloads": np.zeros((crowd.size, 1), np.uint8),
+                                        "which": np.ones(crowd.size, bool)}),
+        "Simulation.messages": (core.messages, {"crowd": crowd, "index": 0}),
     }
 
 
@@ -160,6 +163,8 @@ def public_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str, A
     return {
         **crowd_calls(s.world.fleet(), "Fleet"),
         **crowd_calls(s.batch, "Batch"),
+        "Fleet.send": (s.world.fleet().send, {"payload": b"x", "index": 0}),
+        "Fleet.messages": (s.world.fleet().messages, {"index": 0}),
         "World.__init__": (st.World, {"file": "arena.world", "seed": 1, "threads": 1}),
         "World.from_text": (st.World.from_text, {"text": "", "seed": 1, "threads": 1}),
         "World.of": (st.World.of, {"scene": Scene(), "seed": 1, "threads": 1}),
