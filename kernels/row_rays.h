@@ -166,7 +166,7 @@ RAY_FUNCTION void row_cast_ray(const row_world_t* w, ray_uint number) {
   ROW_COLUMN(w, row_byte, ROW_BRIGHTNESS)[number] = (row_byte)ray.brightness;
 }
 
-/* The fraction and the deviation of a sensor's noise in this world. See AddRangeNoise(). */
+/* The fraction and the deviation of a sensor's noise in this world. See AddRangeErrors(). */
 RAY_FUNCTION row_point_t row_noise_of(const row_world_t* w, RAY_GLOBAL const row_sensor_t* sensor,
                                       ray_uint index) {
   row_range_noise_t own;
@@ -176,23 +176,62 @@ RAY_FUNCTION row_point_t row_noise_of(const row_world_t* w, RAY_GLOBAL const row
                    row_is_finite(own.variance) ? sqrt(row_larger(0.0, own.variance)) : 0.0);
 }
 
-/* Adds noise to the ranges of a sensor. See ModelRanger::Sensor::AddRangeNoise(). */
-RAY_FUNCTION void row_add_noise(const row_world_t* w, ray_uint index) {
+/* True if a ray meets the chord to the hit of the ray beside it steeply. See IsSteep(). */
+RAY_FUNCTION bool row_is_steep(RAY_GLOBAL const row_sensor_t* sensor, double r, double beside) {
+  const double across = beside * sensor->sine;
+  const double chord2 = r * r + beside * beside - 2.0 * r * beside * sensor->cosine;
+  return across * across < sensor->least_cosine2 * chord2;
+}
+
+/* True if a range gets lost. See Measured() in models/noise.cc. */
+RAY_FUNCTION bool row_loses(RAY_GLOBAL const row_sensor_t* sensor, double r, double before,
+                            double after, row_random_t* random) {
+  const double farthest = sensor->max_range;
+  const bool any_before = before < farthest, any_after = after < farthest;
+  if (sensor->loss > 0 && row_uniform(random) < sensor->loss) return true;
+  return sensor->least_cosine2 > 0 && (any_before || any_after) &&
+         (!any_before || row_is_steep(sensor, r, before)) &&
+         (!any_after || row_is_steep(sensor, r, after));
+}
+
+/* Returns the measured value of the range `r`. See Measured(). */
+RAY_FUNCTION double row_measured(RAY_GLOBAL const row_sensor_t* sensor, row_point_t noise, double r,
+                                 double before, double after, row_random_t* random) {
+  const double fraction = noise.x, deviation = noise.y, farthest = sensor->max_range;
+  double noisy = r;
+  if (!(r < farthest)) return r;
+  if (r < sensor->min_range) return (sensor->flags & ROW_BLIND_NEAR) != 0 ? farthest : r;
+  if (row_loses(sensor, r, before, after, random)) return farthest;
+  if (fraction != 0 || deviation > 0) {
+    noisy = r + r * fraction * row_uniform_error(random);
+    noisy = noisy + (deviation > 0 ? deviation * row_normal_error(random) : 0.0);
+    noisy = row_constrain(noisy, sensor->min_range, farthest);
+  }
+  if (!(sensor->step > 0)) return noisy;
+  return row_smaller(sensor->step * floor(noisy / sensor->step + 0.5), farthest);
+}
+
+/* Adds noise and defects to the ranges of a sensor. See AddRangeErrors(). */
+RAY_FUNCTION void row_add_errors(const row_world_t* w, ray_uint index) {
   RAY_GLOBAL const row_sensor_t* const sensor = ROW_PART(w, row_sensor_t, ROW_SENSORS) + index;
   RAY_GLOBAL double* const ranges = ROW_COLUMN(w, double, ROW_RANGES) + sensor->first_ray;
+  RAY_GLOBAL row_byte* const brightness =
+      ROW_COLUMN(w, row_byte, ROW_BRIGHTNESS) + sensor->first_ray;
   const row_point_t noise = row_noise_of(w, sensor, index);
-  const double fraction = noise.x, deviation = noise.y;
+  const bool has_defects = (sensor->flags & ROW_BLIND_NEAR) != 0 || sensor->loss > 0 ||
+                           sensor->step > 0 || sensor->least_cosine2 > 0;
+  const double farthest = sensor->max_range;
+  double before = farthest;
   row_random_t random;
   ray_uint i;
-  if ((sensor->flags & ROW_NOISY) == 0 || (fraction == 0 && !(deviation > 0))) return;
+  if ((sensor->flags & ROW_NOISY) == 0 || (noise.x == 0 && !(noise.y > 0) && !has_defects)) return;
   random = ROW_COLUMN(w, row_random_t, ROW_NOISE)[index];
   for (i = 0; i < sensor->rays; i++) {
     const double r = ranges[i];
-    double noisy;
-    if (!(r < sensor->max_range) || r < sensor->min_range) continue;
-    noisy = r + r * fraction * row_uniform_error(&random);
-    noisy = noisy + (deviation > 0 ? deviation * row_normal_error(&random) : 0.0);
-    ranges[i] = row_constrain(noisy, sensor->min_range, sensor->max_range);
+    ranges[i] = row_measured(sensor, noise, r, before,
+                             i + 1 < sensor->rays ? ranges[i + 1] : farthest, &random);
+    if (has_defects && !(ranges[i] < farthest)) brightness[i] = 0;
+    before = r;
   }
   ROW_COLUMN(w, row_random_t, ROW_NOISE)[index] = random;
 }

@@ -239,6 +239,7 @@ typedef struct RAY_ALIGNED(16) {
 #define ROW_EXACT 1u
 #define ROW_NOISY 2u
 #define ROW_TURNS_NOISILY 4u
+#define ROW_BLIND_NEAR 8u
 
 /* See RangeNoise, which has the same layout. */
 typedef struct {
@@ -257,7 +258,7 @@ typedef struct RAY_ALIGNED(16) {
   double fraction, deviation;  /* of the noise of ranges, see row_noise_of() */
   double min_range, max_range; /* limits of ranges with noise */
   double increment;            /* rad, between rays */
-  double unused;
+  double step, loss, least_cosine2, sine, cosine; /* see RangeDefects */
 } row_sensor_t;
 
 typedef struct RAY_ALIGNED(16) {
@@ -486,7 +487,7 @@ typedef char row_placed_has_40_bytes[sizeof(row_placed_t) == 40 ? 1 : -1];
 typedef char row_mover_has_224_bytes[sizeof(row_mover_t) == 224 ? 1 : -1];
 typedef char row_properties_has_192_bytes[sizeof(row_properties_t) == 192 ? 1 : -1];
 typedef char row_body_has_64_bytes[sizeof(row_body_t) == 64 ? 1 : -1];
-typedef char row_sensor_has_112_bytes[sizeof(row_sensor_t) == 112 ? 1 : -1];
+typedef char row_sensor_has_144_bytes[sizeof(row_sensor_t) == 144 ? 1 : -1];
 typedef char row_own_ray_has_32_bytes[sizeof(row_own_ray_t) == 32 ? 1 : -1];
 typedef char row_fan_has_64_bytes[sizeof(row_fan_t) == 64 ? 1 : -1];
 typedef char row_wanted_has_48_bytes[sizeof(row_wanted_t) == 48 ? 1 : -1];

@@ -56,7 +56,7 @@ RAY_FUNCTION void row_update(const row_world_t* w, int is_due, int unseen, doubl
   for (i = ROW_ITEM; casts && i < scene->rays; i += ROW_ITEMS) row_cast_ray(w, i);
   ROW_BARRIER();
   if (scene->any_noise)
-    for (i = ROW_ITEM; i < sensors; i += ROW_ITEMS) row_add_noise(w, i);
+    for (i = ROW_ITEM; i < sensors; i += ROW_ITEMS) row_add_errors(w, i);
   for (i = ROW_ITEM; i < movers; i += ROW_ITEMS) row_store_sensed_pose(w, i);
 }
 

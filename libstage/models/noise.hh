@@ -47,10 +47,29 @@ struct RangeNoise {
   }
 };
 
-/// Adds noise, keeping ranges between the sensor's minimum and maximum. Ranges at the maximum or
-/// below the minimum are not measurements and stay unchanged.
-void AddRangeNoise(const RangeNoise& noise, const Bounds& range, RandomStream* random, double* to,
-                   size_t count);
+/// Errors of the sensor of a ranger other than noise; see ModelRanger::Sensor.
+struct RangeDefects {
+  bool blind_near = false;
+  double loss = 0;              // probability
+  double step = 0;              // m; 0: none
+  double least_cosine2 = 0;     // squared cosine of the steepest incidence with a return; 0: any
+  double sine = 0, cosine = 1;  // of the angle between rays
+
+  bool Any() const { return blind_near || loss > 0 || step > 0 || least_cosine2 > 0; }
+};
+
+/// `increment`: between rays, rad. `steepest`: incidence from the normal of a surface, rad.
+RangeDefects MakeRangeDefects(bool blind_near, double loss, double step, double steepest,
+                              double increment);
+
+/// Adds noise and defects to ranges, keeping them between the sensor's minimum and maximum. Ranges
+/// at the maximum are not measurements and stay unchanged. So do those below the minimum, unless
+/// the sensor is blind there. A range that is lost becomes the maximum.
+///
+/// The incidence of a ray on a surface is that on the chord to the hit of the ray beside it, or the
+/// less steep one of both sides: at the edge of a surface one side is another surface.
+void AddRangeErrors(const RangeNoise& noise, const RangeDefects& defects, const Bounds& range,
+                    RandomStream* random, double* to, size_t count);
 
 }  // namespace Stg
 

@@ -33,7 +33,8 @@ define wheeled sized(
   joules 4 joules_capacity 200
   block( points 6 point[0] [0.75 0] point[1] [1 0.25] point[2] [1 0.75] point[3] [0.75 1]
          point[4] [0 1] point[5] [0 0] z [0 1] )
-  ranger( pose [0.05 0 -0.1 10] sensor( range [0.1 1.5] fov 240 samples 24 noise [0.01 0.02 0.5] ) )
+  ranger( pose [0.05 0 -0.1 10] sensor( range [0.1 1.5] fov 240 samples 24 noise [0.01 0.02 0.5]
+    blind_near 1 loss 0.1 range_step 0.01 steepest 60 ) )
 )
 define omni sized(
   drive "omni" localization "gps" round 1 acceleration_bounds [-1 1 -1 1 0 0 -90 90]

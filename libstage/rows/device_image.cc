@@ -174,7 +174,8 @@ row_sensor_t ImageMaker::RecordOfSensor(const Sensor& sensor) const {
   row_sensor_t record{};
   record.mover = sensor.mover;
   record.flags = Flag(sensor.exact, ROW_EXACT) | Flag(sensor.noisy, ROW_NOISY) |
-                 Flag(sensor.turns_noisily, ROW_TURNS_NOISILY);
+                 Flag(sensor.turns_noisily, ROW_TURNS_NOISILY) |
+                 Flag(sensor.defects.blind_near, ROW_BLIND_NEAR);
   record.first_ray = sensor.first_ray;
   record.rays = sensor.rays;
   record.first_direction = sensor.first_direction;
@@ -183,7 +184,12 @@ row_sensor_t ImageMaker::RecordOfSensor(const Sensor& sensor) const {
   record.leg_cells = sensor.reach * scene_.cells_per_metre;
   record.increment = sensor.increment;
   record.turn_noise = sensor.increment * settings.angle_noise * 0.5;
-  // See ModelRanger::Sensor::AddRangeNoise().
+  record.step = sensor.defects.step;
+  record.loss = sensor.defects.loss;
+  record.least_cosine2 = sensor.defects.least_cosine2;
+  record.sine = sensor.defects.sine;
+  record.cosine = sensor.defects.cosine;
+  // See AddRangeErrors().
   record.fraction = finite(settings.range_noise);
   record.deviation = std::sqrt(std::max(0.0, finite(settings.range_noise_const)));
   record.min_range =

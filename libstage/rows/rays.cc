@@ -293,8 +293,12 @@ void Rows::Stepper::MeetExactly(size_t index, const Body& body) {
 
 void Rows::Stepper::AddNoise(size_t index) {
   const Sensor& sensor = scene_.sensors[index];
-  AddRangeNoise(NoiseOf(index), sensor.settings->range, &c_.noise[sensor_ + index],
-                &c_.ranges[ray_ + sensor.first_ray], sensor.rays);
+  const size_t first = ray_ + sensor.first_ray;
+  AddRangeErrors(NoiseOf(index), sensor.defects, sensor.settings->range, &c_.noise[sensor_ + index],
+                 &c_.ranges[first], sensor.rays);
+  if (!sensor.defects.Any()) return;
+  for (size_t i = first; i < first + sensor.rays; i++)
+    if (!(c_.ranges[i] < sensor.settings->range.max)) c_.brightness[i] = 0;
 }
 
 }  // namespace Stg::rows

@@ -172,7 +172,7 @@ class RowDevice {
 };
 
 /// Raise it whenever the meaning of the interface or of an image changes.
-inline constexpr uint32_t kRowBackendVersion = 8;
+inline constexpr uint32_t kRowBackendVersion = 9;
 
 /// A hash that differs if the layout of shared objects or of records differs.
 constexpr uint64_t RowBackendLayout() {

@@ -157,8 +157,10 @@ class Rows {
     if (columns.range_noise.empty()) return scene_->sensors[sensor].noise;
     return columns.range_noise[world * scene_->sensors.size() + sensor];
   }
+  /// True if readings of a sensor need random numbers in this world.
   bool IsNoisy(size_t world, size_t sensor) const {
-    return NoiseOf(world, sensor).Any(scene_->sensors[sensor].increment);
+    const Sensor& of = scene_->sensors[sensor];
+    return NoiseOf(world, sensor).Any(of.increment) || of.defects.loss > 0;
   }
   /// Time at which the pose of a running robot was sensed.
   usec_t SensedAt(size_t world, size_t mover) const;

@@ -86,8 +86,9 @@ struct Sensor {
   double reach;                         ///< m
   double z;                             ///< m, of the rays
   RangeNoise noise;                     ///< in worlds whose noise does not vary
+  RangeDefects defects;
   bool exact;
-  bool noisy, turns_noisily;  ///< in some worlds, if its noise varies
+  bool noisy, turns_noisily;  ///< readings have errors, in some worlds if their noise varies
   bool needed;         ///< its readings change a step: they have noise, or a controller reads them
   double increment;    ///< rad
   uint64_t name_hash;  ///< see Model::NoiseSeed()

@@ -333,7 +333,9 @@ void RowBridge::SceneMaker::AddSensor(ModelRanger* ranger, rows::InMover at, uin
   sensor.rays = samples;
   sensor.noise = {settings.range_noise_const, settings.range_noise, settings.angle_noise};
   sensor.turns_noisily = settings.HasAngleNoise();
-  sensor.noisy = sensor.needed = settings.IsNoisy();
+  sensor.needed = settings.IsNoisy();
+  sensor.defects = settings.Defects();
+  sensor.noisy = sensor.needed || sensor.defects.Any();
   sensor.increment = settings.Increment();
   sensor.name_hash = Fnv1a(ranger->token + "/" + std::to_string(index));
   sensor.first_direction = scene_.directions.Find(settings.table_fov_, samples);

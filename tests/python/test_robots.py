@@ -115,7 +115,7 @@ def test_sensors(macro: str) -> None:
 
 @pytest.mark.parametrize("macro", LIDARS)
 def test_lidar_reads_a_wall(macro: str) -> None:
-    distance, view, rays, interval, share, deviation = (numbers(cell)[0] for cell in LIDARS[macro][1:])
+    nearest, distance, view, rays, interval, share, deviation, step = (numbers(cell)[0] for cell in LIDARS[macro][1:])
     wall = 0.75 * distance
     with st.World.from_text(
             f'include "robots/lidars.inc"\ninterval_sim {interval:g}\nray_model "exact"\n'
@@ -135,11 +135,28 @@ def test_lidar_reads_a_wall(macro: str) -> None:
             errors.append(ranger.ranges[0][ahead] - true[ahead])
         assert np.isfinite(errors).all()
         relative = np.array(errors) / true[ahead]
+        half = step / 2000 * (1 + 1e-9)  # m, the largest error of rounding
         if share > 0:
             largest = np.abs(relative).max()
-            assert 0.97 * share / 100 < largest <= share / 100 * (1 + 1e-9)
+            assert 0.97 * share / 100 < largest <= share / 100 + half / true[ahead].min()
         else:
             assert np.std(errors) == pytest.approx(deviation, rel=0.05)
             assert abs(np.mean(errors)) < 6 * deviation / math.sqrt(np.size(errors))
         behind = np.abs(bearings) > math.radians(100)
-        assert np.abs(ranger.ranges[0][behind] / distance - 1).max() <= max(share / 100, 6 * deviation / distance)
+        assert np.abs(ranger.ranges[0][behind] / distance - 1).max() <= max(share / 100, 6 * deviation / distance) + half
+        steps = ranger.ranges[0][ahead] / step * 1000
+        assert steps == pytest.approx(np.round(steps), abs=1e-6)
+
+
+@pytest.mark.parametrize("macro", LIDARS)
+def test_lidar_measures_nothing_below_its_minimum(macro: str) -> None:
+    nearest, distance = (numbers(cell)[0] for cell in LIDARS[macro][1:3])
+    for wall, sees in ((nearest - 0.03, False), (1.3 * nearest, True)):
+        with st.World.from_text(
+                f'include "robots/lidars.inc"\nresolution 0.005\nray_model "exact"\n'
+                f'position( size [0.01 0.01 0.2] {macro}( pose [0 0 -0.05 0] ) )\n'
+                f'model( pose [{wall + 0.5} 0 0 0] size [1 2 1] )\n') as world:
+            ranger = world.fleet().ranger()
+            world.run(1)
+            middle = ranger.ranges[0][len(ranger.ranges[0]) // 2]
+            assert (middle == distance) != sees, middle

@@ -429,7 +429,7 @@ TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
   EXPECT_GT(wide, 0u);
   EXPECT_GT(noisy, 3u);
   EXPECT_GT(varied, 3u);
-  EXPECT_GT(controlled, 20u);
+  EXPECT_GT(controlled, 10u);
   EXPECT_GT(remembering, 20u);
   EXPECT_EQ(hindered > 300, outlines) << hindered;
   EXPECT_EQ(pushed > 30, outlines) << pushed;

@@ -15,6 +15,16 @@ std::string Pose2(double x, double y, double degrees) {
   return " pose [" + Number(x) + " " + Number(y) + " 0 " + Number(degrees) + "]";
 }
 
+/// Some of the errors of readings other than noise.
+std::string DefectsText(RandomSource* random) {
+  std::string text;
+  if (random->OneIn(2)) text += " blind_near 1";
+  if (random->OneIn(2)) text += " loss " + Number(random->Real(0, 0.5));
+  if (random->OneIn(2)) text += " range_step " + Number(random->Real(0.001, 0.2));
+  if (random->OneIn(2)) text += " steepest " + Number(random->Real(10, 90));
+  return text;
+}
+
 std::string SensorText(RandomSource* random) {
   std::string text = " sensor( range [" + std::string(random->OneIn(4) ? "0.3 " : "0 ") +
                      Number(random->Real(0.3, 6)) + "] fov " + Number(random->Real(0, 360)) +
@@ -22,6 +32,7 @@ std::string SensorText(RandomSource* random) {
   if (random->OneIn(2)) text += " size [0.1 0.1 " + Number(random->Real(0, 0.3)) + "]";
   if (random->OneIn(2)) text += Pose2(random->Real(-0.1, 0.1), 0, random->Real(-180, 180));
   if (random->OneIn(3)) text += " noise [0.01 0.05 " + Number(random->OneIn(2) ? 0 : 0.7) + "]";
+  if (random->OneIn(4)) text += DefectsText(random);
   if (random->OneIn(6))
     text += R"( ray_model ")" + std::string(random->OneIn(2) ? "exact" : "cell") + "\"";
   return text + " )";

@@ -130,6 +130,9 @@ std::string WorldText::Sensor() {
   if (Chance(0.2))
     text += Text(" noise [", Chance(0.5) ? 0 : cell_ * cell_, " ", Chance(0.5) ? 0 : 0.1, " ",
                  Chance(0.5) ? 0 : 40, "]");
+  if (Chance(0.1))
+    text += Text(" blind_near 1 loss ", Chance(0.5) ? 0 : 0.3, " range_step ",
+                 Chance(0.5) ? 0 : cell_, " steepest ", Chance(0.5) ? 90 : 60);
   return text + " )";
 }
 

@@ -10,7 +10,7 @@
 //   range below a cell     a ray like any other
 //   infinite range         allowed ("inf" in a world file); infinite reading if nothing is hit
 //   negative or NaN range  refused in a world file; through the API it counts as 0
-//   minimum range          stored, no effect: nearer hits are reported as they are
+//   minimum range          nearer hits are reported as they are, unless the sensor is blind there
 //   min > max              max is used
 //   field of view 0        all samples look ahead
 //   field of view > 360    rays wrap; bearings are as computed
@@ -34,6 +34,7 @@
 
 namespace Stg {
 
+struct RangeDefects;
 struct SineCosine;
 
 class ModelRanger : public Model, private internal::sensing::RaySink {
@@ -47,6 +48,10 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     double angle_noise;  ///< error of a ray's heading, as a fraction of half the sample increment
     double range_noise;  ///< maximum error as a fraction of the range
     double range_noise_const;   ///< variance of a normal error, square metres
+    double range_step;          ///< metres: ranges are multiples of it; 0: they are not rounded
+    bool blind_near;            ///< nothing is measured nearer than range.min
+    double loss;                ///< probability that a ray has no return, 0 to 1
+    radians_t steepest;         ///< rays that are farther from a surface's normal have no return
     unsigned int sample_count;  ///< up to 1 000 000
     Color color;
     RayModel ray_model;  ///< what ranges are measured to
@@ -73,9 +78,11 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     bool HasAngleNoise() const;
     bool IsNoisy() const;
     void Copy(const internal::sensing::DeviceRanges& given);
-    void AddRangeNoise(RandomStream* random, double* ranges, size_t count) const;
+    RangeDefects Defects() const;
+    void AddErrors();
     void Resize();
     void LoadRange(Worldfile* wf, int entity);
+    void LoadDefects(Worldfile* wf, int entity);
 
     // Parameters of the current bearings and direction table.
     double table_fov_;

@@ -23,6 +23,7 @@
 #include "models/types/built_in_types.hh"
 #include "models/warn_about.hh"
 #include "sensing/scene.hh"
+#include "worldfile/numbers.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -142,6 +143,10 @@ ModelRanger::Sensor::Sensor()
       angle_noise(0),
       range_noise(0),
       range_noise_const(0),
+      range_step(0),
+      blind_near(false),
+      loss(0),
+      steepest(M_PI / 2),
       sample_count(1),
       color(0, 0, 1, 0.15),
       ray_model(RayModel::kDefault),
@@ -168,8 +173,24 @@ void ModelRanger::Sensor::Load(Worldfile* wf, int entity) {
   ray_model = ReadRayModel(wf, entity, ray_model);
   wf->ReadTuple(entity, "noise", 0, 3, "lfa", &range_noise_const, &range_noise, &angle_noise);
   CheckNotNegative(*wf, entity, "noise", std::min({range_noise_const, range_noise, angle_noise}));
+  LoadDefects(wf, entity);
   if (!wf->PropertyExists(entity, "color") || !wf->ReadString(entity, "color", "").empty())
     color.Load(wf, entity);
+}
+
+void ModelRanger::Sensor::LoadDefects(Worldfile* wf, int entity) {
+  range_step = wf->ReadLength(entity, "range_step", range_step);
+  CheckNotNegative(*wf, entity, "range_step", range_step);
+  blind_near = wf->ReadInt(entity, "blind_near", blind_near) != 0;
+  loss = wf->ReadFloat(entity, "loss", loss);
+  steepest = wf->ReadAngle(entity, "steepest", steepest);
+  if (!(loss >= 0 && loss <= 1))
+    wf->Fail(entity, "loss",
+             "found a probability of " + worldfile::FloatText(loss) + ", expected 0 to 1");
+  if (!(steepest >= 0 && steepest <= M_PI / 2 + 1e-9))
+    wf->Fail(entity, "steepest",
+             "found " + worldfile::FloatText(rtod(steepest)) +
+                 " degrees, expected 0 to 90 from the normal of a surface");
 }
 
 /// Reads the only property that may be infinite: range [0 "inf"].
@@ -221,7 +242,7 @@ double ModelRanger::Sensor::Increment() const {
   return table_fov_ / (sample_count > 1 ? sample_count - 1 : 1);
 }
 
-bool ModelRanger::Sensor::IsNoisy() const { return NoiseOf(*this).Any(Increment()); }
+bool ModelRanger::Sensor::IsNoisy() const { return NoiseOf(*this).Any(Increment()) || loss > 0; }
 
 bool ModelRanger::Sensor::HasAngleNoise() const { return NoiseOf(*this).TurnsRays(Increment()); }
 
@@ -275,6 +296,8 @@ void ModelRanger::Sensor::ExchangeState(StateExchange& exchange) {
   StateChoice model_of_rays(&ray_model, RayModel::kExact);
   exchange(pose, size, range, fov, angle_noise, range_noise, range_noise_const, sample_count, color,
            model_of_rays);
+  // Hashes of sensors without defects are those of older versions.
+  if (!exchange.hashing() || Defects().Any()) exchange(range_step, blind_near, loss, steepest);
   const bool has_readings = !exchange.omits_readings();  // others are dropped
   if (has_readings)
     for (std::vector<double>* numbers : {&ranges, &intensities, &bearings})
@@ -469,7 +492,7 @@ void ModelRanger::ReceiveHits(uint32_t tag, const sensing::RayHits& hits) {
     for (; i < hit_interval->end; i++)
       if (intensities[i] != intensity) intensities[i] = intensity;
   }
-  sensor.AddRangeNoise(&sensor.random_, sensor.ranges.data(), sensor.ranges.size());
+  sensor.AddErrors();
 }
 
 bool ModelRanger::ReceiveRanges(uint32_t tag, const sensing::DeviceRanges& given) {
@@ -479,7 +502,7 @@ bool ModelRanger::ReceiveRanges(uint32_t tag, const sensing::DeviceRanges& given
   Sensor& sensor = sensors_[tag];
   sensor.intensities.resize(given.count);
   sensor.Copy(given);
-  sensor.AddRangeNoise(&sensor.random_, sensor.ranges.data(), sensor.ranges.size());
+  sensor.AddErrors();
   return true;
 }
 
@@ -501,24 +524,17 @@ void ModelRanger::Sensor::Copy(const sensing::DeviceRanges& given) {
   }
 }
 
-void ModelRanger::Sensor::AddRangeNoise(RandomStream* random, double* to, size_t count) const {
-  Stg::AddRangeNoise(NoiseOf(*this), range, random, to, count);
+RangeDefects ModelRanger::Sensor::Defects() const {
+  return MakeRangeDefects(blind_near, loss, range_step, steepest, Increment());
 }
 
-void AddRangeNoise(const RangeNoise& noise, const Bounds& range, RandomStream* random, double* to,
-                   size_t count) {
-  const double fraction = FiniteOr0(noise.fraction);
-  const double deviation = std::sqrt(Magnitude(FiniteOr0(noise.variance)));
-  if (fraction == 0 && !(deviation > 0)) return;
-  const double min_range = range.min < range.max ? Magnitude(range.min) : 0.0;
-  for (size_t i = 0; i < count; i++) {
-    double& r = to[i];
-    if (!(r < range.max) || r < min_range) continue;
-    const double relative = r * fraction * UniformError(random);
-    const double noisy = r + relative + (deviation > 0 ? deviation * NormalError(random) : 0.0);
-    STAGE_ASSERT(min_range <= range.max);
-    r = std::clamp(noisy, min_range, range.max);
-  }
+/// Adds noise and defects to the readings. Rays without a return have no intensity.
+void ModelRanger::Sensor::AddErrors() {
+  const RangeDefects defects = Defects();
+  AddRangeErrors(NoiseOf(*this), defects, range, &random_, ranges.data(), ranges.size());
+  if (!defects.Any()) return;
+  for (size_t i = 0; i < ranges.size(); i++)
+    if (!(ranges[i] < range.max)) intensities[i] = 0;
 }
 
 }  // namespace Stg
