@@ -312,3 +312,20 @@ def test_mistakes_are_told_in_one_line(make: Any, kind: type[Exception], message
 def test_speckle_is_refused() -> None:
     with pytest.raises(st.WorldError, match="with more than 500000 corners, expected a floor plan"):
         st.World.from_grid(np.indices((800, 800)).sum(0) % 2 == 0, .05)
+
+
+def test_errors_of_rangers_are_those_of_world_files() -> None:
+    def ranges(**errors: Any) -> Any:
+        wall = Box(pose=(3, 0, 0), size=(0.2, 8, 1))
+        robot = Robot(sensors=[Ranger(range=(0.5, 5), fov=2.0, samples=101, ray_model="exact", **errors)])
+        with st.World.of(Scene(models=[wall, robot])) as world:
+            ranger = world.fleet().ranger()
+            world.run(1)
+            return ranger.ranges[0].copy()
+
+    exact, bearings = ranges(), np.abs(np.linspace(-1, 1, 101))
+    assert (ranges(loss=1) == 5).all() and (ranges(range_step=0.25) % 0.25 == 0).all()
+    steep = ranges(steepest=0.7)
+    assert (steep[bearings > 0.72] == 5).all() and (steep[bearings < 0.68] == exact[bearings < 0.68]).all()
+    with pytest.raises(ValueError, match="loss"):
+        Ranger(loss=1.5)

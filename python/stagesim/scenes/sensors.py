@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -15,6 +16,10 @@ _RANGE = Numbers("two numbers: the least and the largest range in metres, from 0
                  in_order=True, may_be_infinite=True)
 _NOISE = Numbers("three numbers, 0 or more: the variance in square metres, a fraction, and radians", 3, least=0)
 _LENGTH = Number("metres, 0 or more", least=0)
+_SHARE = Number("a probability, 0 to 1", least=0, most=1)
+_INCIDENCE = Number("radians, 0 to pi / 2", least=0, most=math.pi / 2)
+#: Properties of a Sensor that a Ranger with only one sensor has itself.
+_OF_ONLY_SENSOR = ("range", "fov", "samples", "noise", "loss", "blind_near", "steepest", "range_step", "ray_model")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +33,10 @@ class Sensor:
         fov: field of view, radians.
         samples: number of rays.
         noise: random errors: variance of a range, largest fraction of it, and radians.
+        loss: probability that a ray has no return.
+        blind_near: whether nothing is measured below the least range.
+        steepest: greatest angle between a ray and the normal of a surface with a return, radians.
+        range_step: metres; ranges are multiples of it, or not rounded if it is 0.
         ray_model: "cell" or "exact".
     """
 
@@ -37,6 +46,10 @@ class Sensor:
     fov: float | None = prop(Number("radians"))
     samples: int | None = prop(Whole("a whole number, 0 to 1 000 000", 0, 1_000_000))
     noise: Sequence[float] | None = prop(_NOISE)
+    loss: float | None = prop(_SHARE)
+    blind_near: bool | None = prop(Flag())
+    steepest: float | None = prop(_INCIDENCE)
+    range_step: float | None = prop(_LENGTH)
     ray_model: str | None = prop(choice("cell", "exact"))
 
     def __post_init__(self) -> None:
@@ -52,7 +65,7 @@ class Ranger(Thing):
     """A range finder, such as a laser scanner.
 
     Args:
-        range, fov, samples, noise, ray_model: those of its only sensor, see Sensor.
+        range, fov, samples, noise, loss, blind_near, steepest, range_step, ray_model: those of its only sensor, see Sensor.
         sensor: several sensors instead.
     """
 
@@ -62,6 +75,10 @@ class Ranger(Thing):
     fov: float | None = prop(Number("radians"), written=False)
     samples: int | None = prop(Whole("a whole number, 0 to 1 000 000", 0, 1_000_000), written=False)
     noise: Sequence[float] | None = prop(_NOISE, written=False)
+    loss: float | None = prop(_SHARE, written=False)
+    blind_near: bool | None = prop(Flag(), written=False)
+    steepest: float | None = prop(_INCIDENCE, written=False)
+    range_step: float | None = prop(_LENGTH, written=False)
     ray_model: str | None = prop(choice("cell", "exact"), written=False)
     sensor: Sequence[Sensor] = ()
 
@@ -76,7 +93,7 @@ class Ranger(Thing):
 
     def _only(self) -> dict[str, object]:
         """The properties of the only sensor."""
-        return {name: getattr(self, name) for name in ("range", "fov", "samples", "noise", "ray_model")}
+        return {name: getattr(self, name) for name in _OF_ONLY_SENSOR}
 
 
 @dataclass(frozen=True, kw_only=True)
