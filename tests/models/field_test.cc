@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "models/types/field_evolution.hh"
+#include "recording/world_files.hh"
 #include "support/model_testing.hh"
 #include "support/own_worlds.hh"
 
@@ -186,6 +187,9 @@ TEST(Field, TakesItsValuesFromTheBrightnessOfAPicture) {
   text.replace(text.find("PICTURE"), 7, path);
   const auto world = LoadText(text);
   ExpectPicture(*Find<ModelField>(*world, "f"));
+  const std::vector<recording::WorldFile> files = recording::FilesOf(world.get());
+  EXPECT_TRUE(std::ranges::any_of(files, [](const auto& file) { return file.content == kPicture; }))
+      << "logs contain the picture";
 
   RunOptions options = OptionsOf(1);
   World copy(options);
