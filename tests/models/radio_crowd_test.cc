@@ -44,7 +44,9 @@ constexpr int kRadios = 40;
 
 std::string CrowdText(uint64_t seed) {
   RandomSource random(seed);
-  const char* const noise = seed % 2 == 1 ? " loss 0.3 range_noise 0.1 bearing_noise 5" : "";
+  // Odd seeds: with noise, and with radios that keep messages until they update.
+  const std::string noise =
+      seed % 2 == 1 ? " loss 0.3 range_noise 0.1 bearing_noise 5 update_interval 200" : "";
   std::ostringstream text;
   text << "resolution 0.05\n" << (seed % 3 == 0 ? "ray_model \"exact\"\n" : "");
   for (int i = 0; i < 8; i++)

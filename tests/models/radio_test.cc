@@ -231,6 +231,17 @@ TEST(Radio, CollidingMessagesAreNotHeard) {
   EXPECT_EQ(pair.Pass(), "c hi");
 }
 
+/// While c sends on another channel, its message for this one is still on the way.
+TEST(Radio, MessagesThatAreNotDueDoNotCollide) {
+  Pair pair("", "collisions 1", Radio("c", 3, 5, "range 10 delay 2"));
+  auto* c = Find<ModelRadio>(*pair.world, "c");
+  SendText(c, "late");
+  c->delay = 0;
+  c->channel = 1;
+  SendText(c, "other");
+  EXPECT_EQ(pair.Pass(), "hi");
+}
+
 TEST(Radio, MessagesCollideEvenIfTheyWouldBeLost) {
   Pair pair("", "collisions 1 loss 0.5", Radio("c", 3, 5, "range 10"));
   auto* c = Find<ModelRadio>(*pair.world, "c");
