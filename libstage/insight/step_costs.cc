@@ -94,6 +94,7 @@ class StepCostMeter {
     engine_.tracer.SetStatistics(statistics_);
     engine_.fiducials->Forget(nullptr);  // finders have their previous sightings again
     engine_.fiducials->SetFrozen(false);
+    engine_.lights->SetFrozen(false);
   }
 
   StepCosts Measure(double seconds) {
@@ -225,6 +226,7 @@ class StepCostMeter {
   Pass Run(const std::vector<Model*>& sample) {
     const ModelType* const type = FindModelType(*sample[0]);
     engine_.fiducials->SetFrozen(type && type->updates != ModelType::kSerial);
+    engine_.lights->SetFrozen(type && type->updates != ModelType::kSerial);
     Pass pass;
     const double start = WallClock();
     for (Model* model : sample) model->Update();

@@ -31,6 +31,7 @@ class DeletionWatch;
 class FiducialIndex;
 class ModelField;
 class ModelGroundSensor;
+class LightIndex;
 class ModelWifi;
 class RadioTraffic;
 
@@ -71,6 +72,7 @@ class Host : public std::enable_shared_from_this<Host> {
   std::vector<ModelField*> fields;                 ///< in the order of creation
   std::vector<ModelGroundSensor*> ground_sensors;  ///< in the order of creation
   FiducialIndex* fiducials = nullptr;              ///< candidates of fiducial finders; the engine's
+  LightIndex* lights = nullptr;                    ///< all lights; the engine's
   DeletionWatch* watches = nullptr;                ///< list of all watches
   double max_dissipation = 0;       ///< joules in one square metre: see DissipationVis
   RadioTraffic* traffic = nullptr;  ///< messages of radios; the engine's

@@ -11,6 +11,7 @@
 #include "messages/report.hh"
 #include "models/body.hh"
 #include "models/contact_outline.hh"
+#include "models/light.hh"
 #include "models/model_type.hh"
 #include "models/power_pack.hh"
 #include "models/radio.hh"
@@ -44,6 +45,15 @@ constexpr size_t kMaxBrightness = 256;
 constexpr const char* kLargeMap =
     "what stands covers too large an area (a coarser resolution is possible)";
 
+/// True if the shown colour of the model changes.
+bool IsLight(const Model& model) { return dynamic_cast<const LightSource*>(&model) != nullptr; }
+
+bool IsSeenByBlobfinders(const Model& model) {
+  return model.vis.blob_return && std::ranges::any_of(model.host().models, [](const Model* other) {
+           return IsOfType(*other, "blobfinder") && IsRunning(*other);
+         });
+}
+
 }  // namespace
 
 // ---- whether a world is closed ------------------------------------------------------------------
@@ -62,6 +72,8 @@ std::string RowBridge::WhyNotModel(const Model& model) {
   if (!IsRobot(model) && type->moves != ModelType::kStays)
     return Named(model) + " is a " + type->name + ", which moves by itself";
   if (IsRobot(model) && model.Parent()) return Named(model) + " is a robot on another model";
+  if (IsLight(model) && IsSeenByBlobfinders(model))
+    return Named(model) + " is a " + type->name + " that blobfinders see on and off";
   if (model.watts_give > 0 && model.FindPowerPack()) return Named(model) + " charges others";
   if (model.power_pack && !IsOfMover(model)) return Named(model) + " has a power pack and stands";
   if (model.blockgroup->IsUnrasterized()) return Named(model) + " is not in the grid";

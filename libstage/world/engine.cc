@@ -94,6 +94,7 @@ WorldEngine::WorldEngine() : snapshot_buffers(std::make_unique<SnapshotBuffers>(
   UsePool(threads::MakeWorkerPool(1));
   fiducials = &fiducial_index;
   traffic = &messages_of_radios;
+  lights = &light_index;
   tracer.SetRangerView([this] { return FindRangerView(); });
 }
 

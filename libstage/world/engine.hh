@@ -17,6 +17,7 @@
 #include "models/host.hh"
 #include "models/position.hh"
 #include "models/types/fiducial_index.hh"
+#include "models/types/light_index.hh"
 #include "models/types/radio_traffic.hh"
 #include "sensing/batch_tracer.hh"
 #include "threads/wall_clock.hh"
@@ -46,6 +47,7 @@ class WorldEngine : public Host {
   sensing::BatchTracer tracer{&scene};
   Scheduler scheduler;
   FiducialIndex fiducial_index;     ///< Host::fiducials
+  LightIndex light_index;           ///< Host::lights
   RadioTraffic messages_of_radios;  ///< Host::traffic
   GatherPhase gather;
   MovePhase move;

@@ -11,6 +11,7 @@
 #include "models/body.hh"
 #include "models/field.hh"
 #include "models/groundsensor.hh"
+#include "models/light.hh"
 #include "models/placement.hh"
 #include "models/position.hh"
 #include "models/radio.hh"
@@ -108,6 +109,12 @@ class World::Validator {
     return "";
   }
 
+  std::vector<const Model*> LightModels() const {
+    std::vector<const Model*> lights;
+    for (const LightSource* light : engine_.lights->sources()) lights.push_back(&light->model());
+    return lights;
+  }
+
   std::string CheckLists() {
     std::string fault = CheckList("moving models", engine_.moving);
     if (fault.empty()) fault = CheckList("models with energy", engine_.energy);
@@ -115,6 +122,7 @@ class World::Validator {
     if (fault.empty()) fault = CheckList("fields", engine_.fields);
     if (fault.empty()) fault = CheckList("ground sensors", engine_.ground_sensors);
     if (fault.empty()) fault = CheckList("radios with messages", engine_.traffic->radios());
+    if (fault.empty()) fault = CheckList("lights", LightModels());
     if (!fault.empty()) return fault;
     for (const auto* list : {&engine_.sensed, &engine_.update_callbacks_due})
       for (const Model* model : *list)

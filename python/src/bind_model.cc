@@ -205,6 +205,39 @@ void BindLooks(nb::class_<ModelHandle>& model) {
                    "The text that the window shows beside the model.");
 }
 
+const LightSource& AsLight(const Model& model) {
+  if (const auto* light = dynamic_cast<const LightSource*>(&model)) return *light;
+  throw Failure{Kind::kStage, "found a " + model.GetModelType() +
+                                  ", expected a light, lightindicator or blinkenlight"};
+}
+
+void Switch(Model& model, bool on) {
+  if (auto* const indicator = dynamic_cast<ModelLightIndicator*>(&model))
+    return indicator->SetState(on);
+  auto* const light = dynamic_cast<ModelLight*>(&model);
+  if (!light)
+    throw Failure{Kind::kStage,
+                  "found a " + model.GetModelType() + ", expected a light or lightindicator"};
+  light->SetOn(on);
+}
+
+void BindLights(nb::class_<ModelHandle>& model) {
+  model
+      .def_prop_rw("on", Getter([](Model& m) { return AsLight(m).IsOn(); }),
+                   Setter<bool>("on", kTruth, [](Model& m, bool on) { Switch(m, on); }),
+                   "Whether a light is on: a light or lightindicator, which can be switched, or a "
+                   "blinkenlight, which switches itself.")
+      .def_prop_rw("intensity", Getter([](Model& m) { return AsLight(m).GetIntensity(); }),
+                   Setter<double>("intensity", kNumber,
+                                  [](Model& m, double intensity) {
+                                    FailOnMessages([&] {
+                                      As<ModelLight>(m, "light").SetIntensity(intensity);
+                                    });
+                                  }),
+                   "Irradiance that a light causes at a distance of 1 m, W/m2, 0 or more; see the "
+                   "readings of light sensors. That of a light can be set.");
+}
+
 void BindContacts(nb::class_<ModelHandle>& model) {
   model
       .def_prop_rw(
@@ -309,7 +342,7 @@ void BindModel(nb::module_& module) {
   BindTree(model);
   BindPlace(model);
   BindLooks(model);
-  BindContacts(model);
+  BindLights(model);
   BindContacts(model);
   BindEnergy(model);
   BindDriving(model);

@@ -34,12 +34,13 @@ position( name "s" pose [1 0 0 180] alwayson 1 velocity [0.3 0 0 -20]
   bumper( name "u" alwayson 1 bcount 2 ) fiducial( name "f" alwayson 1 range_max 4 )
   blobfinder( name "c" alwayson 1 image [8 8] range 3 ) camera( alwayson 1 resolution [4 4] ) )
 actuator( name "a" pose [0 -2 0 0] alwayson 1 max_position 2 start_position 0.5
-  wifi( name "w" alwayson 1 model "simple" ) lightindicator( name "i" ) )
+  wifi( name "w" alwayson 1 model "simple" ) lightindicator( name "i" intensity 1 )
+  light( name "j" ) lightsensor( name "k" alwayson 1 noise [0.1 0.1] ) )
 wifi( alwayson 1 model "simple" pose [1 1 0 0] )
 )";
-constexpr const char* kTypes[] = {"model",    "position", "ranger",       "gripper",
-                                  "bumper",   "fiducial", "blobfinder",   "camera",
-                                  "actuator", "wifi",     "blinkenlight", "lightindicator"};
+constexpr const char* kTypes[] = {
+    "model",  "position", "ranger", "gripper",      "bumper",         "fiducial", "blobfinder",
+    "camera", "actuator", "wifi",   "blinkenlight", "lightindicator", "light",    "lightsensor"};
 constexpr size_t kMaxModels = 60;
 
 /// One run, with the record of what happened.

@@ -27,10 +27,11 @@ const char kWorld[] = R"(
 resolution 0.05
 position( name "r" joules 100 alwayson 1 velocity [0.4 0 0 20] fiducial_return 1
   ranger( alwayson 1 sensor( range [0 3] fov 180 samples 7 noise [0.01 0.01 1] ) )
-  gripper( alwayson 1 autosnatch 1 ) blinkenlight( period 200 )
+  gripper( alwayson 1 autosnatch 1 ) blinkenlight( period 200 intensity 1 )
   bumper( alwayson 1 bcount 1 ) fiducial( alwayson 1 range_max 4 )
   blobfinder( alwayson 1 image [4 4] range 3 ) camera( alwayson 1 resolution [4 3] )
-  actuator( alwayson 1 max_position 2 ) wifi( alwayson 1 model "simple" ) lightindicator() )
+  actuator( alwayson 1 max_position 2 ) wifi( alwayson 1 model "simple" ) lightindicator()
+  light() lightsensor( alwayson 1 noise [0.1 0.1] ) )
 model( name "disc" size [0.2 0.2 0.2] pose [0.6 0.1 0 0] gripper_return 1 fiducial_return 2 )
 model( name "wall" size [0.2 4 1] pose [2 0 0 0] )
 )";

@@ -2,6 +2,9 @@
 //
 // Lights: the blinkenlight and the lightindicator.
 
+#include <sstream>
+#include <utility>
+
 #include "support/model_testing.hh"
 
 namespace Stg {
@@ -88,6 +91,64 @@ TEST(LightIndicator, HasTheBodyOfAPlainModel) {
   EXPECT_EQ(Find(*world, "l")->GetGeom().size.x, Find(*world, "m")->GetGeom().size.x);
   EXPECT_EQ(Find(*world, "l")->GetColor(), Color("red"));
   EXPECT_TRUE(Find(*world, "l")->HasCollision());
+}
+
+// ---- seen by other sensors ----------------------------------------------------------------------
+
+/// The colour of the only blob that a blobfinder at the origin sees.
+std::string ColorSeen(World& world, const ModelBlobfinder* finder) {
+  Step(world);
+  if (finder->GetBlobs().size() != 1) return "none";
+  const Color seen = finder->GetBlobs()[0].color;
+  std::ostringstream text;
+  text << seen.r << ' ' << seen.g << ' ' << seen.b;
+  return text.str();
+}
+
+// The blobfinder of Stage 4.3 sees lights in their colour, whether they are on or not.
+TEST(Lights, AreSeenByBlobfindersAsTheyAre) {
+  for (const auto& [type, off] :
+       {std::pair("light", "0.5 0.25 0"), std::pair("lightindicator", "0.8 0.4 0")}) {
+    const auto world = LoadText("blobfinder( name \"b\" )\n" + std::string(type) +
+                                "( name \"l\" pose [2 0 0 0] size [0.2 0.2 0.5] "
+                                "color_rgba [1 0.5 0 1] )");
+    const auto* finder = FindRunning<ModelBlobfinder>(*world, "b");
+    auto* light = Find(*world, "l");
+    const auto set = [&](bool on) {
+      if (auto* lamp = dynamic_cast<ModelLight*>(light)) lamp->SetOn(on);
+      if (auto* lamp = dynamic_cast<ModelLightIndicator*>(light)) lamp->SetState(on);
+    };
+    set(false);
+    EXPECT_EQ(ColorSeen(*world, finder), off) << type;
+    set(true);
+    EXPECT_EQ(ColorSeen(*world, finder), "1 0.5 0") << type;
+  }
+}
+
+TEST(Lights, BlinkInBlobfinders) {
+  const auto world = LoadText(
+      "blobfinder( name \"b\" colors_count 1 colors [\"red\"] )\n"
+      "blinkenlight( pose [2 0 0 0] size [0.2 0.2 0.5] color \"red\" period 400 )");
+  const auto* finder = FindRunning<ModelBlobfinder>(*world, "b");
+  std::string pattern;
+  for (int i = 0; i < 8; i++) pattern += ColorSeen(*world, finder) == "1 0 0" ? '#' : '.';
+  EXPECT_EQ(pattern, "#..##..#");
+}
+
+TEST(Lights, AreSeenByCamerasAsTheyAre) {
+  const auto world = LoadText(
+      "camera( name \"c\" resolution [9 9] )\n"
+      "lightindicator( name \"l\" pose [2 0 -0.5 0] size [1 1 1] color_rgba [1 0.5 0 1] )");
+  const auto* camera = FindRunning<ModelCamera>(*world, "c");
+  const auto red = [&] {
+    Step(*world);
+    return static_cast<int>(camera->FrameColor()[(4 * 9 + 4) * 4]);
+  };
+  const int off = red();
+  Find<ModelLightIndicator>(*world, "l")->SetState(true);
+  const int on = red();
+  EXPECT_GT(on, 0);
+  EXPECT_NEAR(off, 0.8 * on, 1);
 }
 
 }  // namespace

@@ -49,7 +49,8 @@ TEST(ModelTypes, BuiltInTypesAreRegistered) {
   const auto world = EmptyWorld();
   for (const std::string type :
        {"actuator", "blinkenlight", "blobfinder", "bumper", "camera", "fiducial", "field",
-        "gripper", "groundsensor", "lightindicator", "model", "position", "ranger", "wifi"}) {
+        "gripper", "groundsensor", "light", "lightindicator", "lightsensor", "model", "position",
+        "ranger", "wifi"}) {
     const Model* const model = world->CreateModel(nullptr, type);
     ASSERT_NE(model, nullptr) << type;
     const ModelType* const known = FindModelType(*model);

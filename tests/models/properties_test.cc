@@ -132,10 +132,10 @@ TEST(PropertiesTable, HasAllPropertiesThatAreRead) {
   for (const std::string& name : tabled) EXPECT_EQ(asked.count(name), 1u) << name;
 }
 
-/// The table has properties of all types except for `ranger` and `lightindicator`, which have none.
+/// The table has properties of all types except for `ranger`, which has none.
 TEST(PropertiesTable, KnowsEveryType) {
   InitLibrary();
-  std::set<std::string> tabled = {"model", "ranger", "lightindicator"};
+  std::set<std::string> tabled = {"model", "ranger"};
   for (const Property& property : kTypes) tabled.insert(property.entity);
   for (const auto& [type, creator] : Model::name_map) EXPECT_EQ(tabled.count(type), 1u) << type;
 }

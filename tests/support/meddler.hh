@@ -34,6 +34,7 @@ inline const char kRobotsOfAllTypes[] =
     "  wifi( alwayson 1 model \"simple\" range 5 )\n"
     "  groundsensor( alwayson 1 points 2 point[1] [0.1 0] noise 0.1 deposit_rate 0.5 )\n"
     "  radio( alwayson 1 range 5 line_of_sight 1 delay 1 loss 0.1 range_noise 0.1 )\n"
+    "  light() lightsensor( alwayson 1 noise [0.1 0.1] )\n"
     "  lightindicator() )\n"
     "robot( name \"a\" pose [-2 0 0 0] )\n"
     "robot( name \"b\" pose [0 0.1 0 180] fiducial_return 2 )\n"
@@ -42,7 +43,7 @@ inline const char kRobotsOfAllTypes[] =
     "model( name \"puck\" pose [-1 0 0 0] size [0.1 0.1 0.2] gripper_return 1\n"
     "  block( points 3 point[0] [0 0] point[1] [1 0] point[2] [0 1] z [0 1] )\n"
     "  model( name \"lid\" size [0.05 0.05 0.05] ) )\n"
-    "blinkenlight( pose [1 1 0 0] size [0.1 0.1 0.1] )\n"
+    "blinkenlight( intensity 1 pose [1 1 0 0] size [0.1 0.1 0.1] )\n"
     "field( name \"trail\" size [6 6 0] field_resolution 0.2 diffusion 0.01 evaporation 0.1 )\n";
 
 inline std::unique_ptr<World> LoadRobotsOfAllTypes(uint64_t seed, bool exact = false) {
@@ -129,11 +130,12 @@ class Meddler {
   }
 
   void Create(Model* parent) {
-    const char* const kTypes[] = {
-        "model",      "position", "ranger",       "fiducial", "wifi",           "gripper", "camera",
-        "blobfinder", "bumper",   "blinkenlight", "actuator", "lightindicator", "radio"};
+    const char* const kTypes[] = {"model",    "position", "ranger",       "gripper",
+                                  "bumper",   "fiducial", "blobfinder",   "camera",
+                                  "actuator", "wifi",     "blinkenlight", "lightindicator",
+                                  "radio",    "light",    "lightsensor"};
     Model* const made = world_.CreateModel(parent == world_.GetGround() ? nullptr : parent,
-                                           kTypes[random_.Int(0, 12)]);
+                                           kTypes[random_.Int(0, 14)]);
     made->SetPose(NearBy());
     if (random_.OneIn(2)) made->Subscribe();
   }

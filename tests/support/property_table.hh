@@ -230,6 +230,22 @@ inline constexpr Property kTypes[] = {
     {"blinkenlight", "dutycycle", "0.5"},
     {"blinkenlight", "period", "500"},
     {"blinkenlight", "enabled", "0"},
+    {"blinkenlight", "intensity", "2"},
+
+    {"light", "intensity", "2"},
+    {"light", "on", "0"},
+
+    {"lightindicator", "intensity", "2"},
+
+    {"lightsensor", "directions", "[0 90]"},
+    {"lightsensor", "range", "4"},
+    {"lightsensor", "fov", "90"},
+    {"lightsensor", "cosine_power", "2"},
+    {"lightsensor", "shadows", "0"},
+    {"lightsensor", "least_distance", "0.1"},
+    {"lightsensor", "ambient", "0.1"},
+    {"lightsensor", "noise", "[0.1 0.1]"},
+    {"lightsensor", "saturation", "5"},
 
     {"block", "points", "3", "point[0] [0 0] point[1] [1 0] point[2] [0 1]"},
     {"block", "point[0]", "[0 0]", "points 3 point[1] [1 0] point[2] [0 1]"},

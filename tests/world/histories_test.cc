@@ -49,10 +49,11 @@ std::string WideWorld(uint64_t seed) {
           "  actuator( alwayson 1 size [0.1 0.1 0.1] max_speed 1 )\n"
           "  wifi( alwayson 1 model \"simple\" range 5 )\n"
           "  radio( alwayson 1 range 5 line_of_sight 1 delay 1 loss 0.1 range_noise 0.1 )\n"
+          "  light() lightsensor( alwayson 1 noise [0.1 0.1] )\n"
           "  lightindicator() )\n"
           "model( name \"wall\" pose [0 2 0 0] size [3 0.2 1] )\n"
           "model( name \"puck\" pose [-1 0 0 0] size [0.1 0.1 0.2] gripper_return 1 )\n"
-          "blinkenlight( pose [1 1 0 0] size [0.1 0.1 0.1] )\n";
+          "blinkenlight( intensity 1 pose [1 1 0 0] size [0.1 0.1 0.1] )\n";
   for (const std::string name : {"a", "b", "c"})
     text << "robot( name \"" << name << "\" pose [" << random.Real(-4, 4) << " "
          << random.Real(-4, 4) << " 0 " << random.Int(-180, 180) << "] velocity ["

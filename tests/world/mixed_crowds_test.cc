@@ -39,7 +39,8 @@ const char* const kParts[] = {
     "actuator( type \"rotational\" axis [0 0 1] size [0.1 0.3 0.1] max_speed 1 ranger( sensor( "
     "samples 4 ) ) )",
     "position( size [0.1 0.1 0.1] pose [0.2 0 0 0] )",
-    "blinkenlight( period 250 )",
+    "blinkenlight( period 250 intensity 0.5 )",
+    "lightsensor( range 3 directions [0 90] noise [0.01 0.1] )",
     "model( size [0.1 0.1 0.1] update_interval 200 )",
 };
 constexpr int kPartCount = std::size(kParts);

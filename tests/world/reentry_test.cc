@@ -16,9 +16,10 @@ const char kWorld[] =
     "position( name \"m\" pose [1 1 0 0] joules 5 ranger( name \"r\" alwayson 1 sensor( ) ) )"
     " model( name \"other\" pose [3 0 0 0] )";
 
-constexpr const char* kTypes[] = {"model",        "position",       "ranger", "gripper",  "bumper",
-                                  "fiducial",     "blobfinder",     "camera", "actuator", "wifi",
-                                  "blinkenlight", "lightindicator", "radio"};
+constexpr const char* kTypes[] = {"model",    "position", "ranger",       "gripper",
+                                  "bumper",   "fiducial", "blobfinder",   "camera",
+                                  "actuator", "wifi",     "blinkenlight", "lightindicator",
+                                  "radio",    "light",    "lightsensor"};
 
 World* NewWorld(const std::string& text) { return LoadText(text).release(); }
 

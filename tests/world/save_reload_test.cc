@@ -129,13 +129,19 @@ void PrintTo(const Example& example, std::ostream* out) { *out << example.type; 
 
 const Example kExamples[] = {
     {"actuator", "type \"linear\" axis [0 1 0] start_position 0.25 max_position 2 max_speed 0.5"},
-    {"blinkenlight", "period 500 dutycycle 0.4 enabled 1"},
+    {"blinkenlight", "period 500 dutycycle 0.4 enabled 1 intensity 2"},
     {"blobfinder", "image [40 30] range 6 fov 90 pan 20 colors_count 1 colors [\"blue\"]"},
     {"bumper", "bcount 2 blength 0.3 bpose[0] [0.3 0 0 0] bpose[1] [0 0.3 0 90] blength[1] 0.5"},
     {"camera", "resolution [16 12] range [0.3 7] fov [60 45] pantilt [10 5]"},
     {"fiducial", "range_min 0.1 range_max 6 range_max_id 4 fov 200 ignore_zloc 1"},
+    {"field", "size [2 2 0] field_resolution 0.5 diffusion 0.01 evaporation 0.1"},
     {"gripper", "paddle_size [0.5 0.1 0.4] paddle_state [\"closed\" \"up\"]"},
-    {"lightindicator", ""},
+    {"groundsensor", "points 2 point[1] [0.1 0] noise 0.1 deposit_rate 0.5"},
+    {"light", "intensity 2.5 on 0 color \"blue\""},
+    {"lightindicator", "intensity 3"},
+    {"lightsensor",
+     "directions [0 45.5] range 7 fov 120 cosine_power 2 shadows 0 least_distance 0.2 ambient 0.1 "
+     "noise [0.1 0.2] saturation 9"},
     {"model", "boundary 1 friction 0.2 map_resolution 0.05 trail_length 7"},
     {"position",
      "drive \"omni\" localization \"odom\" localization_origin [1 2 0 30] "

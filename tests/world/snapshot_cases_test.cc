@@ -49,6 +49,7 @@ std::string TextOf(const Kind& kind) {
           "  gripper( pose [0.25 0 -0.3 0] alwayson 1 )\n"
           "  actuator( alwayson 1 size [0.1 0.1 0.1] max_speed 1 )\n"
           "  wifi( alwayson 1 model \"simple\" range 5 )\n"
+          "  light() lightsensor( alwayson 1 noise [0.1 0.1] )\n"
           "  lightindicator() )\n"
           "robot( name \"a\" pose [-2 0 0 0] )\n"
           "robot( name \"b\" pose [0 0.4 0 180] fiducial_return 2 )\n"
@@ -56,7 +57,7 @@ std::string TextOf(const Kind& kind) {
           "model( name \"zone\" pose [0 0 0 0] size [2 2 0.01] obstacle_return 0 )\n"
           "model( name \"puck\" pose [-1.73 0 0 0] size [0.1 0.1 0.2] gripper_return 1\n"
           "  obstacle_return 0 model( name \"lid\" size [0.05 0.05 0.05] ) )\n"
-          "blinkenlight( name \"blinken\" pose [1 1 0 0] size [0.1 0.1 0.1] )\n"
+          "blinkenlight( name \"blinken\" intensity 1 pose [1 1 0 0] size [0.1 0.1 0.1] )\n"
           "position( name \"drone\" pose [2 -2 1 0] size [0.2 0.2 0.1] alwayson 1\n"
           "  ranger( alwayson 1 sensor( range [0 3] fov 90 samples 5 ) ) )\n";
   return text.str();

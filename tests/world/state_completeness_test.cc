@@ -32,6 +32,7 @@ struct Scene {
             "  groundsensor( name \"ground\" alwayson 1 points 2 )\n"
             "  field( name \"field\" size [1 1 0] )\n"
             "  radio( name \"radio\" alwayson 1 )\n"
+            "  light( name \"lamp\" ) lightsensor( name \"lightsensor\" )\n"
             "  lightindicator( name \"light\" ) )\n"
             "robot( pose [-2 0 0 0] fiducial_return 1 )\n"
             "robot( name \"other\" pose [0 0.1 0 180] fiducial_return 2 )\n"
@@ -211,6 +212,22 @@ std::vector<Change> AllChanges() {
   add(Of<ModelRadio>("radio", "capacity", [](auto* m) { m->capacity = 3; }));
   add(Of<ModelRadio>("radio", "message", [](auto* m) { m->Send("hello", 5); }));
   add(Of<ModelLightIndicator>("light", "state", [](auto* m) { m->SetState(true); }));
+  add(Of<ModelLight>("lamp", "off", [](auto* m) { m->SetOn(false); }));
+  add(Of<ModelLight>("lamp", "intensity", [](auto* m) { m->SetIntensity(7); }));
+  using Eye = ModelLightSensor;
+  const auto add_eye = [&](const char* what, void (*change)(Eye*)) {
+    add(Of<Eye>("lightsensor", what, change));
+  };
+  add_eye("directions", [](Eye* m) { m->directions[0] += 1; });
+  add_eye("range", [](Eye* m) { m->range += 1; });
+  add_eye("fov", [](Eye* m) { m->fov = 1; });
+  add_eye("cosine_power", [](Eye* m) { m->cosine_power++; });
+  add_eye("shadows", [](Eye* m) { m->shadows = false; });
+  add_eye("least_distance", [](Eye* m) { m->least_distance += 1; });
+  add_eye("ambient", [](Eye* m) { m->ambient += 1; });
+  add_eye("noise", [](Eye* m) { m->noise += 1; });
+  add_eye("relative_noise", [](Eye* m) { m->relative_noise += 1; });
+  add_eye("saturation", [](Eye* m) { m->saturation = 7; });
   return all;
 }
 

@@ -5,16 +5,17 @@
 #ifndef STAGE_MODELS_BLINKENLIGHT_HH
 #define STAGE_MODELS_BLINKENLIGHT_HH
 
+#include "models/light.hh"
 #include "models/model.hh"
 
 namespace Stg {
 
-/// Blinks even without subscribers.
-class ModelBlinkenlight : public Model {
+/// Blinks even without subscribers. Light sensors sense it if the world file gives it an intensity.
+class ModelBlinkenlight : public Model, public LightSource {
  public:
   ModelBlinkenlight(World* world, Model* parent, const std::string& type);
 
-  bool IsOn() const;
+  bool IsOn() const override;
   /// Its colour, at half the brightness while it is off.
   Color GetShownColor() const override;
 

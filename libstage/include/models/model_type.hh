@@ -43,6 +43,7 @@ struct ModelType {
     kUsesEverythingLayer = 8,  ///< its rays use the layer of all heights
     kRequestsSensed = 16,      ///< it requests Sensed()
     kReadsContacts = 64,       ///< it calls ForEachContact()
+    kReadsLightIndex = 128,    ///< it reads the index of lights
     kCallsVelocity = 32,       ///< it calls CB_VELOCITY callbacks; runs alone if there are any
   };
   [[deprecated("use kSerial")]] static const Updates kAlone = kSerial;

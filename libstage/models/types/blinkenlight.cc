@@ -20,7 +20,11 @@ ModelType BlinkenlightType() {
 }
 
 ModelBlinkenlight::ModelBlinkenlight(World* world_, Model* parent_, const std::string& type_)
-    : Model(world_, parent_, type_), dutycycle_(1.0), period_(1000 * kMillisecond), enabled_(true) {
+    : Model(world_, parent_, type_),
+      LightSource(this, 0),
+      dutycycle_(1.0),
+      period_(1000 * kMillisecond),
+      enabled_(true) {
   geom.size = Size(0.02, 0.02, 0.02);
   blockgroup->Fit(geom.size);
   color = Color("green");
@@ -35,6 +39,7 @@ void ModelBlinkenlight::Load() {
   if (period < 1) wf->Fail(wf_entity, "period", "found a period below 1 ms, expected 1 or more");
   period_ = static_cast<usec_t>(period) * kMillisecond;
   enabled_ = wf->ReadInt(wf_entity, "enabled", enabled_);
+  LoadIntensity(wf, wf_entity);
 }
 
 bool ModelBlinkenlight::IsOn() const {

@@ -209,9 +209,9 @@ void ModelBlobfinder::FindBlobs(const sensing::RayHits& hits, double table_fov,
       continue;
     }
     const uint32_t first = i;
-    const Color seen = hit_interval->model->GetColor();
+    const Color seen = hit_interval->model->GetShownColor();
     while (i < hits.count && hit_interval->model &&
-           LooksLike(hit_interval->model->GetColor(), seen))
+           LooksLike(hit_interval->model->GetShownColor(), seen))
       i = (hit_interval++)->end;
     if (Reports(seen)) {
       const double sum = std::accumulate(hits.ranges + first, hits.ranges + i, 0.0);

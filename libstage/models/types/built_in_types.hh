@@ -19,6 +19,8 @@ ModelType FieldType();
 ModelType GripperType();
 ModelType GroundSensorType();
 ModelType LightIndicatorType();
+ModelType LightSensorType();
+ModelType LightType();
 ModelType PositionType();
 ModelType RadioType();
 ModelType RangerType();

@@ -215,7 +215,7 @@ void ModelCamera::DrawBody(const Model& mod, const Pose& global) {
   camera::Raster& raster = picture_->raster;
   const Pose frame = global + mod.GetGeom().pose;
   if (!raster.MayShow(frame.x, frame.y, mod.body().radius())) return;
-  const camera::Rgba paint = Opaque(mod.GetColor());
+  const camera::Rgba paint = Opaque(mod.GetShownColor());
   const auto& blocks = mod.body().blocks();
   for (size_t i = 0; i < blocks.size(); i++) {
     const Bounds& z = blocks[i]->z_range();

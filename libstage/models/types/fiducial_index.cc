@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <new>
 
 #include "messages/assert.hh"
@@ -15,69 +14,30 @@ namespace Stg {
 
 namespace {
 
-/// Metres. Half the usual range of a finder: it then searches five strips and few targets too far
-/// left or right.
-constexpr double kStripWidth = 4.0;
-
-double StripAt(double x) { return std::floor(x / kStripWidth); }
-
 bool Older(const Model* a, const Model* b) { return a->GetId() < b->GetId(); }
 
 }  // namespace
 
-bool FiducialIndex::Place::operator<(const Place& o) const {
-  if (strip != o.strip) return strip < o.strip;
-  if (y != o.y) return y < o.y;
-  return target < o.target;
-}
-
 void FiducialIndex::Refresh(const std::vector<Model*>& models) {
   sightings_known_ = false;  // finders may now find and keep new targets
   if (frozen_ && is_current_) return;
-  found_.clear();
+  is_current_ = false;  // in case of an exception
+  targets_.clear();
+  points_.clear();
   for (Model* model : models) {
     if (model->vis.fiducial_return == 0) continue;
     const Pose pose = model->GetGlobalPose();
-    if (std::isfinite(pose.x) && std::isfinite(pose.y)) found_.push_back({model, pose});
+    if (!std::isfinite(pose.x) || !std::isfinite(pose.y)) continue;
+    targets_.push_back({model, pose});
+    points_.emplace_back(pose.x, pose.y);
   }
-  const auto same_place = [](const Target& a, const Target& b) {
-    return a.pose.x == b.pose.x && a.pose.y == b.pose.y;
-  };
-  if (places_.size() != found_.size() || !std::ranges::equal(found_, targets_, same_place))
-    SortPlaces();
-  targets_.swap(found_);
+  places_.Replace(&points_);
   is_current_ = true;
-}
-
-/// Sorts the places of the targets in `found_`.
-void FiducialIndex::SortPlaces() {
-  places_.clear();
-  places_.reserve(found_.size());  // throws here or not at all: never are there too few places
-  for (uint32_t i = 0; i < found_.size(); i++)
-    places_.push_back({StripAt(found_[i].pose.x), found_[i].pose.y, i});
-  std::sort(places_.begin(), places_.end());
 }
 
 const std::vector<uint32_t>& FiducialIndex::Near(double x, double y, double reach) const {
   STAGE_ASSERT(is_current_ && places_.size() == targets_.size());  // after Refresh()
-  static thread_local std::vector<uint32_t> near;                  // static to reuse its memory
-  near.clear();
-  if (!std::isfinite(x) || !std::isfinite(y) || !(reach >= 0)) return near;
-  const double last_strip = StripAt(x + reach);
-  const Place from{StripAt(x - reach), y - reach, 0};
-  auto place = std::lower_bound(places_.begin(), places_.end(), from);
-  while (place != places_.end() && place->strip <= last_strip) {
-    const double strip = place->strip;
-    // `place` may be in a later strip than intended, so the search in its strip starts here.
-    place = std::lower_bound(place, places_.end(), Place{strip, y - reach, 0});
-    for (; place != places_.end() && place->strip == strip && place->y <= y + reach; ++place)
-      if (std::fabs(targets_[place->target].pose.x - x) <= reach) near.push_back(place->target);
-    // Next strip. nextafter() because adding 1 has no effect on very large numbers.
-    const double beyond = std::nextafter(strip, std::numeric_limits<double>::infinity());
-    place = std::lower_bound(place, places_.end(), Place{beyond, y - reach, 0});
-  }
-  std::sort(near.begin(), near.end());
-  return near;
+  return places_.Near(x, y, reach);
 }
 
 void FiducialIndex::AddFinder(ModelFiducial* finder) {
@@ -141,7 +101,7 @@ bool FiducialIndex::CollectSightings() {
 void FiducialIndex::Clear() {
   is_current_ = false;
   targets_.clear();
-  places_.clear();
+  places_.Clear();
   finders_.clear();
   sightings_.clear();
   sightings_known_ = false;

@@ -11,6 +11,7 @@
 
 #include "geometry/geometry.hh"
 #include "messages/assert.hh"
+#include "models/types/place_index.hh"
 
 namespace Stg {
 
@@ -54,24 +55,16 @@ class FiducialIndex {
   uint64_t looked_at() const { return looked_at_; }
 
  private:
-  // The plane is divided into strips along y. Targets are sorted by strip, then by y.
-  struct Place {
-    double strip, y;
-    uint32_t target;
-    bool operator<(const Place& o) const;
-  };
-
   struct Sighting {
     const Model* target;  // may be dangling; only compared
     uint32_t finder;      // model id
   };
   void ForgetSightings(const Model* target);
   bool CollectSightings();
-  void SortPlaces();
 
   std::vector<Target> targets_;          // in the order of creation
-  std::vector<Target> found_;            // scratch memory of Refresh()
-  std::vector<Place> places_;            // one for each target; sorted
+  std::vector<point_t> points_;          // scratch memory of Refresh()
+  PlaceIndex places_;                    // of the targets
   std::vector<ModelFiducial*> finders_;  // in the order of creation
   bool frozen_ = false;
   bool is_current_ = false;  // Refresh() has read the models since SetFrozen() and Forget()

@@ -18,7 +18,11 @@ ModelType LightIndicatorType() {
 }
 
 ModelLightIndicator::ModelLightIndicator(World* world_, Model* parent_, const std::string& type_)
-    : Model(world_, parent_, type_), is_on_(false) {}
+    : Model(world_, parent_, type_), LightSource(this, 0), is_on_(false) {}
+
+void ModelLightIndicator::Load() {
+  if (LoadCommon()) LoadIntensity(wf, wf_entity);
+}
 
 Color ModelLightIndicator::GetShownColor() const {
   if (is_on_) return color;

@@ -21,18 +21,21 @@ namespace {
 
 constexpr size_t kGatherGrain = 32;
 
-/// Freezes or unfreezes the index of fiducials; the destructor does the opposite.
-class FiducialsFrozen {
+/// Freezes or unfreezes the indices of fiducials and lights; the destructor does the opposite.
+class IndicesFrozen {
  public:
-  FiducialsFrozen(FiducialIndex* index, bool frozen) : index_(index), frozen_(frozen) {
-    index_->SetFrozen(frozen_);
-  }
-  ~FiducialsFrozen() { index_->SetFrozen(!frozen_); }
-  FiducialsFrozen(const FiducialsFrozen&) = delete;
-  FiducialsFrozen& operator=(const FiducialsFrozen&) = delete;
+  IndicesFrozen(Host* host, bool frozen) : host_(host), frozen_(frozen) { Set(frozen_); }
+  ~IndicesFrozen() { Set(!frozen_); }
+  IndicesFrozen(const IndicesFrozen&) = delete;
+  IndicesFrozen& operator=(const IndicesFrozen&) = delete;
 
  private:
-  FiducialIndex* const index_;
+  void Set(bool frozen) {
+    host_->fiducials->SetFrozen(frozen);
+    host_->lights->SetFrozen(frozen);
+  }
+
+  Host* const host_;
   const bool frozen_;
 };
 
@@ -50,7 +53,7 @@ void GatherPhase::Run(World* world, WorldEngine* engine) {
   const bool batch = world->options().batch;
   const bool parallel = batch && engine->parallel_choice.is_parallel();
   // Updates of built-in types move nothing; see RunEvent() for the rest.
-  const FiducialsFrozen frozen(engine->fiducials, true);
+  const IndicesFrozen frozen(engine, true);
   // By index: an update may delete models, which clears their events, or the whole world, which
   // empties the list.
   for (size_t i = 0; i < due.size();) {
@@ -85,8 +88,8 @@ void GatherPhase::RunEvent(WorldEngine* engine, size_t index) {
   STAGE_ASSERT(index < engine->due.size());
   const Scheduler::Event event = engine->due[index];
   // Callbacks, and updates of classes derived by clients, may move and change any model.
-  std::optional<FiducialsFrozen> unfrozen;
-  if (!CanRunInParallel(event)) unfrozen.emplace(engine->fiducials, false);
+  std::optional<IndicesFrozen> unfrozen;
+  if (!CanRunInParallel(event)) unfrozen.emplace(engine, false);
   if (event.callback) {
     engine->due[index] = Scheduler::Event();    // called once, even if it throws
     engine->TraceBatch();                       // it may read what others sensed
@@ -213,6 +216,7 @@ unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) 
   if ((updates & ModelType::kIgnoresOwnTree) && !model.root->self_masks_)
     needs |= Model::kNeedsPreparation;
   if (updates & ModelType::kReadsFiducialIndex) needs |= kTargets;
+  if (updates & ModelType::kReadsLightIndex) needs |= kLights;
   if (updates & ModelType::kReadsContacts) needs |= kContacts;
   if ((updates & ModelType::kUsesEverythingLayer) && model.host().IsExact(RayModel::kDefault))
     needs |= Model::kExactRays;
@@ -226,6 +230,7 @@ unsigned GatherPhase::PrepareEntry(const Scheduler::Event& event, Entry* entry) 
 void GatherPhase::FinishPreparation(unsigned needs, World* world) {
   WorldEngine& engine = world->engine();
   if (needs & kTargets) engine.fiducials->Refresh(engine.models);
+  if (needs & kLights) engine.lights->Refresh();
   if (needs & kContacts) engine.contacts.FindContacts(&engine);
   if ((needs & Model::kExactRays) && world->IsExact(RayModel::kDefault))
     engine.scene.grid.EverythingLayer(true);

@@ -77,7 +77,7 @@ class GatherPhase {
   bool Prepare(const Scheduler::Event* events, size_t count, World* world,
                threads::WorkerPool* workers);
   // Flags in addition to those of Model::Preparations().
-  static constexpr unsigned kTargets = 4, kContacts = 8;
+  static constexpr unsigned kTargets = 4, kContacts = 8, kLights = 16;
   static unsigned PrepareEntry(const Scheduler::Event& event, Entry* entry);
   void FinishPreparation(unsigned needs, World* world);
   static void UpdateSerially(Model* model);

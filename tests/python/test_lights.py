@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Lights and light sensors: arrays of readings, switching, and the example of docs/lights.md."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import stagesim as st
+
+WORLD = """
+light( name "lamp" pose [2 0 0 0] intensity 8 color_rgba [1 0.5 0 1] )
+position( name "a" lightsensor( directions [0 60] ) )
+position( name "b" pose [0 -5 0 0] lightsensor( ) )
+blinkenlight( name "blinker" pose [50 0 0 0] )
+"""
+
+
+def test_readings_are_arrays_over_a_fleet() -> None:
+    world = st.World.from_text(WORLD)
+    eyes = world.fleet().sensor("lightsensor")
+    assert eyes.intensity.shape == (2, 2) and np.isnan(eyes.intensity).all()
+    world.step()
+    assert eyes.intensity[0] == pytest.approx([2, 1])
+    assert eyes.color[0] == pytest.approx(np.array([[2, 1, 0], [1, 0.5, 0]]))
+    assert eyes.direction[0] == pytest.approx([0, np.pi / 3])
+    assert np.isnan(eyes.intensity[1, 1])
+    assert eyes.intensity[1, 0] == pytest.approx(8 / 29 * 2 / np.sqrt(29))
+
+
+def test_lights_are_switched() -> None:
+    world = st.World.from_text(WORLD)
+    eyes = world.fleet().sensor("lightsensor")
+    lamp = world.model("lamp")
+    assert lamp.on and lamp.intensity == 8
+    lamp.on = False
+    world.step()
+    assert (eyes.intensity[0] == 0).all()
+    lamp.on, lamp.intensity = True, 4
+    world.step()
+    assert eyes.intensity[0] == pytest.approx([1, 0.5])
+    assert world.model("blinker").on
+
+
+def test_errors_are_one_line() -> None:
+    world = st.World.from_text(WORLD)
+    with pytest.raises(st.StageError, match="refused the intensity -1"):
+        world.model("lamp").intensity = -1
+    for change in ("a", "blinker"):
+        with pytest.raises(st.StageError, match="found a (position|blinkenlight), expected a light or lightindicator"):
+            world.model(change).on = True
+    with pytest.raises(st.StageError, match="found a position, expected a light"):
+        _ = world.model("a").intensity
+
+
+def test_a_batch_says_why_its_worlds_are_not_closed(tmp_path: Path) -> None:
+    file = tmp_path / "lights.world"
+    file.write_text(WORLD)
+    batch = st.Batch(file, n=2)
+    readings = batch.sensor("lightsensor").intensity
+    batch.step()
+    assert readings[:, 0] == pytest.approx(np.array([[2, 1], [2, 1]]))
+    assert "is a lightsensor with subscribers" in str(batch.explain())
+
+
+def test_example_of_the_page(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The controllers in C++ and in Python make the same run, and all robots reach the lamp."""
+    page = root / "docs" / "lights.md"
+    if not page.exists():
+        pytest.skip("there is no docs/lights.md")
+    (text,) = re.findall(r"```\n(resolution.*?)```", page.read_text(), re.S)
+    (code,) = re.findall(r"```python\n(.*?)```", page.read_text(), re.S)
+    (tmp_path / "phototaxis.world").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    exec(compile(code, str(page), "exec"), names)  # noqa: S102
+    driven = names["robots"]
+    assert isinstance(driven, st.Fleet)
+    distances = np.hypot(*(driven.pose[:, :2] - (3, 1)).T)
+    assert (distances < 1).all() and (driven.velocity == 0).all()
+
+    world = st.World("phototaxis.world")
+    robots = world.fleet()
+    while world.time < 40:
+        world.step()
+    assert np.array_equal(robots.pose, driven.pose)
