@@ -55,6 +55,7 @@
 #include "models/position.hh"
 #include "models/power_pack.hh"
 #include "models/radio.hh"
+#include "models/range_response.hh"
 #include "models/ranger.hh"
 #include "models/readings.hh"
 #include "models/state_exchange.hh"

@@ -97,10 +97,12 @@ std::string RowBridge::WhyNotRobot(const ModelPosition& robot) {
 }
 
 std::string RowBridge::WhyNotRanger(const ModelRanger& ranger) {
-  for (const ModelRanger::Sensor& sensor : ranger.GetSensors())
+  for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) {
+    if (sensor.response.exists()) return Named(ranger) + " has a response curve";
     if (sensor.Reach() * ranger.scene().cells_per_metre > RAY_LEG_CELLS)
       return Named(ranger) + " has rays of more than " + std::to_string(RAY_LEG_CELLS) +
              " cells (shorter ones, or a coarser resolution, are possible)";
+  }
   return "";
 }
 

@@ -192,6 +192,8 @@ inline constexpr Property kTypes[] = {
     {"sensor", "color", "\"red\""},
     {"sensor", "color_rgba", "[1 0 0 0.5]"},
     {"sensor", "ray_model", "\"exact\""},
+    {"sensor", "response", "[0 9 1 0]"},
+    {"sensor", "response_noise", "[0.1 0.1]"},
 
     {"blobfinder", "image", "[40 30]"},
     {"blobfinder", "range", "6"},

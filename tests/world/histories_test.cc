@@ -37,7 +37,8 @@ std::string WideWorld(uint64_t seed) {
   if (random.OneIn(3)) text << "ray_model \"exact\"\n";
   const char* const one_sensor = random.OneIn(2) ? " ray_model \"exact\"" : "";
   text << "define robot position( size [0.4 0.4 0.3] joules 1000 alwayson 1 fiducial_return 1\n"
-          "  ranger( alwayson 1 sensor( range [0 6] fov 180 samples 9 noise [0.01 0.01 0] )\n"
+          "  ranger( alwayson 1 sensor( range [0 6] fov 180 samples 9 noise [0.01 0.01 0]\n"
+          "      response [0 9 2 3 4 0] response_noise [0.1 0.1] )\n"
           "    sensor( range [0 3] fov 90 samples 3"
        << one_sensor
        << " ) )\n"

@@ -29,6 +29,7 @@
 
 #include "grid/ray_model.hh"
 #include "models/model.hh"
+#include "models/range_response.hh"
 #include "random/random.hh"
 #include "sensing/ray_hit.hh"
 
@@ -54,13 +55,15 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     radians_t steepest;         ///< rays that are farther from a surface's normal have no return
     unsigned int sample_count;  ///< up to 1 000 000
     Color color;
-    RayModel ray_model;  ///< what ranges are measured to
+    RayModel ray_model;      ///< what ranges are measured to
+    RangeResponse response;  ///< for `values`; from the world file
 
     // Data: empty before the first update, then sample_count elements each. Sample 0 is at the
     // right end of the field of view.
     std::vector<meters_t> ranges;     ///< range.max if nothing was hit
     std::vector<double> intensities;  ///< ranger_return of the model hit, or 0
     std::vector<double> bearings;     ///< radians, relative to the sensor
+    std::vector<double> values;       ///< of the response at the ranges; empty without one
 
     Sensor();
     void Load(Worldfile* wf, int entity);
@@ -81,6 +84,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     RangeDefects Defects() const;
     void AddErrors();
     void Resize();
+    void FillValues();
     void LoadRange(Worldfile* wf, int entity);
     void LoadDefects(Worldfile* wf, int entity);
 

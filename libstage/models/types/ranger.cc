@@ -126,6 +126,9 @@ ModelType RangerType() {
       .Reads(MakeReading("intensities", "",
                          "The ranger_return of the model that was hit; 0: nothing was hit.",
                          SamplesOf, CopyData<&ModelRanger::Sensor::intensities>))
+      .Reads(MakeReading("values", "",
+                         "The response of the sensor at each range; NaN: it has none.", SamplesOf,
+                         CopyData<&ModelRanger::Sensor::values>))
       .Reads(MakeReading("bearings", "rad",
                          "Direction of each ray relative to the robot's heading: -pi to pi, "
                          "counter-clockwise.",
@@ -174,6 +177,7 @@ void ModelRanger::Sensor::Load(Worldfile* wf, int entity) {
   wf->ReadTuple(entity, "noise", 0, 3, "lfa", &range_noise_const, &range_noise, &angle_noise);
   CheckNotNegative(*wf, entity, "noise", std::min({range_noise_const, range_noise, angle_noise}));
   LoadDefects(wf, entity);
+  response.Load(wf, entity);
   if (!wf->PropertyExists(entity, "color") || !wf->ReadString(entity, "color", "").empty())
     color.Load(wf, entity);
 }
@@ -242,7 +246,9 @@ double ModelRanger::Sensor::Increment() const {
   return table_fov_ / (sample_count > 1 ? sample_count - 1 : 1);
 }
 
-bool ModelRanger::Sensor::IsNoisy() const { return NoiseOf(*this).Any(Increment()) || loss > 0; }
+bool ModelRanger::Sensor::IsNoisy() const {
+  return NoiseOf(*this).Any(Increment()) || loss > 0 || response.IsNoisy();
+}
 
 bool ModelRanger::Sensor::HasAngleNoise() const { return NoiseOf(*this).TurnsRays(Increment()); }
 
@@ -302,10 +308,12 @@ void ModelRanger::Sensor::ExchangeState(StateExchange& exchange) {
   if (has_readings)
     for (std::vector<double>* numbers : {&ranges, &intensities, &bearings})
       ExchangeNumbers(exchange, numbers);
+  // The curve is that of the world file. Sensors without one have no further state.
+  if (has_readings && response.exists()) ExchangeNumbers(exchange, &values);
   exchange(random_, seeded_);
   const auto is_whole = [this](size_t count) { return count == 0 || count == sample_count; };
-  if (has_readings &&
-      !(is_whole(ranges.size()) && is_whole(intensities.size()) && is_whole(bearings.size())))
+  if (has_readings && !(is_whole(ranges.size()) && is_whole(intensities.size()) &&
+                        is_whole(bearings.size()) && is_whole(values.size())))
     exchange.Fail("found another number of readings than a sensor has");
 }
 
@@ -334,6 +342,7 @@ void ModelRanger::DropReadings() {
     sensor.ranges.clear();
     sensor.intensities.clear();
     sensor.bearings.clear();
+    sensor.values.clear();
   }
   scan_pose_ = Pose();
   has_scan_pose_ = false;
@@ -493,6 +502,7 @@ void ModelRanger::ReceiveHits(uint32_t tag, const sensing::RayHits& hits) {
       if (intensities[i] != intensity) intensities[i] = intensity;
   }
   sensor.AddErrors();
+  if (sensor.response.exists()) sensor.FillValues();
 }
 
 bool ModelRanger::ReceiveRanges(uint32_t tag, const sensing::DeviceRanges& given) {
@@ -503,6 +513,7 @@ bool ModelRanger::ReceiveRanges(uint32_t tag, const sensing::DeviceRanges& given
   sensor.intensities.resize(given.count);
   sensor.Copy(given);
   sensor.AddErrors();
+  if (sensor.response.exists()) sensor.FillValues();
   return true;
 }
 
@@ -527,6 +538,8 @@ void ModelRanger::Sensor::Copy(const sensing::DeviceRanges& given) {
 RangeDefects ModelRanger::Sensor::Defects() const {
   return MakeRangeDefects(blind_near, loss, range_step, steepest, Increment());
 }
+
+void ModelRanger::Sensor::FillValues() { response.Fill(ranges, &random_, &values); }
 
 /// Adds noise and defects to the readings. Rays without a return have no intensity.
 void ModelRanger::Sensor::AddErrors() {
