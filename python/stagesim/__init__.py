@@ -26,7 +26,7 @@ from .pictures import Film, save_png
 from .world import Contacts, World
 
 if _TYPE_CHECKING:
-    from . import scenes
+    from . import scenarios, scenes
 
 Ranger = Fiducials = Blobs = Camera = Sensor  # former names
 
@@ -34,15 +34,15 @@ __version__: str = _core.version()
 __all__ = [
     "Batch", "BatchContacts", "Behaviour", "Belief", "ConsequenceEngine", "Contacts", "Decision", "DeviceArray", "Field",
     "Film", "Fleet", "Futures", "GoneError", "Messages", "Model", "Moments", "OtherKind", "RangeSensor", "Reading", "Sensor",
-    "Sightings", "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "scenes", "sensor_types",
-    "shipped_worlds",
+    "Sightings", "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "scenarios", "scenes",
+    "sensor_types", "shipped_worlds",
 ]
 
 
 def __getattr__(name: str) -> object:
-    """Imports stagesim.scenes when it is first needed."""
-    if name == "scenes":
+    """Imports stagesim.scenarios and stagesim.scenes when they are first needed."""
+    if name in ("scenarios", "scenes"):
         from importlib import import_module
 
-        return import_module(".scenes", __name__)
+        return import_module(f".{name}", __name__)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
