@@ -133,6 +133,30 @@ TEST(Groups, ARobotWaitsForMembersBehindItByTheGazeAlone) {
   EXPECT_NEAR(robot.GetVelocity().x, 1.4 / (1 + 4 * 0.5 * 1.5707963), 1e-6);
 }
 
+/// The distance after 20 seconds of two robots that walk side by side and feel one force alone.
+double GapAfter(double gap, const std::string& force) {
+  const auto member = [&](int number) {
+    const std::string y = std::to_string(number * gap);
+    return "pose [0 " + y + " 0 0] ctrl \"stage/pedestrian x=90 y=" + y +
+           " repulsion=0 gaze=0 group=2 member=" + std::to_string(number) + force + "\"";
+  };
+  const auto world = LoadWalkers({member(1), member(2)});
+  for (int i = 0; i < 200; i++) world->Update();
+  const std::vector<ModelPosition*> robots = WalkersOf(*world);
+  return robots[0]->GetPose().Distance(robots[1]->GetPose());
+}
+
+TEST(Groups, CohesionAttractsMembersThatAreFarFromTheirMiddle) {
+  EXPECT_NEAR(GapAfter(3, " push=0 cohesion=0"), 3, 0.01);
+  EXPECT_LT(GapAfter(3, " push=0"), 1.5);
+  EXPECT_NEAR(GapAfter(0.95, " push=0"), 0.95, 0.01);
+}
+
+TEST(Groups, MembersThatAreCloseGiveWay) {
+  EXPECT_NEAR(GapAfter(0.5, " push=0 cohesion=0"), 0.5, 0.01);
+  EXPECT_GT(GapAfter(0.5, " cohesion=0"), 0.75);
+}
+
 // ---- mistakes ----
 
 std::string ReasonOf(const std::string& ctrl) {
