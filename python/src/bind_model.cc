@@ -207,17 +207,14 @@ void BindLooks(nb::class_<ModelHandle>& model) {
 
 const LightSource& AsLight(const Model& model) {
   if (const auto* light = dynamic_cast<const LightSource*>(&model)) return *light;
-  throw Failure{Kind::kStage, "found a " + model.GetModelType() +
-                                  ", expected a light, lightindicator or blinkenlight"};
+  RefuseType(model, "light, lightindicator or blinkenlight");
 }
 
 void Switch(Model& model, bool on) {
   if (auto* const indicator = dynamic_cast<ModelLightIndicator*>(&model))
     return indicator->SetState(on);
   auto* const light = dynamic_cast<ModelLight*>(&model);
-  if (!light)
-    throw Failure{Kind::kStage,
-                  "found a " + model.GetModelType() + ", expected a light or lightindicator"};
+  if (!light) RefuseType(model, "light or lightindicator");
   light->SetOn(on);
 }
 

@@ -58,12 +58,17 @@ auto Getter(Get get) {
   return [get](const ModelHandle& handle) { return handle.With(get); };
 }
 
+/// Throws nb::type_error, which names the type of the model and the expected type.
+[[noreturn]] inline void RefuseType(const Model& model, const char* expected) {
+  throw nb::type_error(
+      ("found a model of the type " + model.GetModelType() + ", expected a " + expected).c_str());
+}
+
 /// Casts the model to T. Throws nb::type_error, naming the type `type`, if it is no T.
 template <typename T>
 T& As(Model& model, const char* type) {
   if (T* const found = dynamic_cast<T*>(&model)) return *found;
-  throw nb::type_error(
-      ("found a model of the type " + model.GetModelType() + ", expected a " + type).c_str());
+  RefuseType(model, type);
 }
 
 }  // namespace Stg::python

@@ -49,9 +49,9 @@ def test_errors_are_one_line() -> None:
     with pytest.raises(st.StageError, match="refused the intensity -1"):
         world.model("lamp").intensity = -1
     for change in ("a", "blinker"):
-        with pytest.raises(st.StageError, match="found a (position|blinkenlight), expected a light or lightindicator"):
+        with pytest.raises(TypeError, match="of the type (position|blinkenlight), expected a light or lightindicator"):
             world.model(change).on = True
-    with pytest.raises(st.StageError, match="found a position, expected a light"):
+    with pytest.raises(TypeError, match="of the type position, expected a light"):
         _ = world.model("a").intensity
 
 
