@@ -147,15 +147,10 @@ struct OldFile {
 };
 constexpr OldFile kFiles[] = {
     {"walle.inc", "\"pioneer.inc\" has a robot: pioneer2dx"},
-    {"irobot.inc", "\"robots.inc\" has a small round robot: swarmer"},
-    {"roomba.inc", "\"robots.inc\" has a small round robot: swarmer"},
-    {"create.inc", "\"robots.inc\" has a small round robot: swarmer"},
-    {"chatterbox.inc", "\"robots.inc\" has a small round robot: swarmer"},
+    {"roomba.inc", "\"irobot.inc\" has this robot: roomba"},
+    {"create.inc", "\"irobot.inc\" has this robot: create"},
     {"ubot.inc", "\"robots.inc\" has a small round robot: swarmer"},
-    {"hokuyo.inc", "\"sick.inc\" has such a laser: sicklaser"},
     {"rplidar.inc", "\"sensors.inc\" has such a laser: round_scanner"},
-    {"beacons.inc", "a model with fiducial_return is a beacon"},
-    {"objects.inc", "a model with gripper_return 1 is a puck"},
     {"pantilt.inc", "a camera has a property pantilt"},
 };
 

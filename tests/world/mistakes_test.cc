@@ -42,7 +42,7 @@ void ExpectOneLine(const std::string& text, const std::string& line) {
 bool IsList(const Property& property) {
   const std::string name = property.name, entity = property.entity;
   return name == "ctrl" || name == "plugins" || name == "colors" || name == "odom" ||
-         entity == "window";
+         name == "response" || name == "directions" || entity == "window";
 }
 
 std::string WithOneMore(const Property& property) {
@@ -209,9 +209,9 @@ TEST(OldTypes, SuggestTheirReplacement) {
 
 TEST(OldIncludes, SuggestShippedIncludes) {
   const std::pair<const char*, const char*> kFiles[] = {
-      {"walle.inc", "pioneer.inc"},       {"old/irobot.inc", "robots.inc"},
-      {"hokuyo.inc", "sick.inc"},         {"../chatterbox.inc", "robots.inc"},
-      {"beacons.inc", "fiducial_return"}, {"pantilt.inc", "pantilt"}};
+      {"walle.inc", "pioneer.inc"},     {"old/roomba.inc", "irobot.inc"},
+      {"rplidar.inc", "round_scanner"}, {"../ubot.inc", "robots.inc"},
+      {"create.inc", "irobot.inc"},     {"pantilt.inc", "pantilt"}};
   for (const auto& [file, hint] : kFiles) {
     const auto world = EmptyWorld();
     const LoadOutcome outcome =
