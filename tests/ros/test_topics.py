@@ -26,6 +26,10 @@ KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TYPES = {"base_scan": LaserScan, "image": Image, "depth": Image, "camera_info": CameraInfo,
          "fiducials": MarkerArray, "blobs": MarkerArray, "bumper": UInt8MultiArray, "stall": Bool}
 
+#: Readings without a message of their own, by type of model.
+ARRAYS = {"groundsensor": ["value"], "lightsensor": ["intensity", "color", "direction"],
+          "radio": ["count", "sender", "sent", "range", "bearing", "size", "data"]}
+
 
 def tree(model: st.Model) -> Iterator[st.Model]:
     yield model
@@ -51,6 +55,7 @@ def expected_topics(world: st.World, scheme: str) -> list[str]:
             names = {"camera": ["image", "depth", "camera_info"], "fiducial": ["fiducials"],
                      "blobfinder": ["blobs"], "bumper": ["bumper"]}
             own += [name + number for name in names.get(model.type, [])]
+            own += [f"{model.type}{number}/{name}" for name in ARRAYS.get(model.type, [])]
         if robot.energy_capacity is not None:
             own.append("battery")
         topics += [prefix + name for name in own]

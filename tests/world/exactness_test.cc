@@ -240,6 +240,11 @@ int CountUpdate(Stg::Model* model, void* counts) {
   return 0;
 }
 
+bool IsExact(const Stg::ModelRanger::Sensor& s) {
+  return s.angle_noise == 0 && s.range_noise == 0 && s.range_noise_const == 0 && !s.blind_near &&
+         s.loss == 0 && s.range_step == 0 && s.steepest >= M_PI / 2;
+}
+
 /// Makes a step and compares readings; returns their number.
 size_t CompareStep(Stg::World* world) {
   std::map<uint32_t, int> updates;
@@ -247,9 +252,7 @@ size_t CompareStep(Stg::World* world) {
   for (Stg::ModelRanger* ranger : RangersOf(*world)) {
     ranger->AddCallback(Stg::Model::CB_UPDATE, CountUpdate, &updates);
     for (size_t i = 0; i < ranger->GetSensors().size(); i++) {
-      const Stg::ModelRanger::Sensor& s = ranger->GetSensors()[i];
-      if (s.angle_noise == 0 && s.range_noise == 0 && s.range_noise_const == 0)
-        expected.push_back(Foresee(world, *ranger, i));
+      if (IsExact(ranger->GetSensors()[i])) expected.push_back(Foresee(world, *ranger, i));
     }
   }
   {
