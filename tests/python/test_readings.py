@@ -87,7 +87,7 @@ def test_rows_are_padded_and_empty_without_a_sensor() -> None:
     world.step(3)
     for key, view in views.items():
         assert is_empty(view[2]), key
-        # Nothing bumps, and the sensor has no response curve.
+        # No bumper is touched, and the sensor has no response curve.
         assert not is_empty(view[0]) or key[0] == "bumper" or key == ("ranger", "values"), key
     assert np.isnan(views["ranger", "ranges"][1, 6:]).all() and not np.isnan(views["ranger", "ranges"][1, :6]).any()
     assert np.isnan(views["camera", "depth"][1, :, 4:]).all() and not np.isnan(views["camera", "depth"][1, :, :4]).any()
