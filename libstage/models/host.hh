@@ -6,6 +6,7 @@
 #ifndef STAGE_MODELS_HOST_HH
 #define STAGE_MODELS_HOST_HH
 
+#include <algorithm>
 #include <atomic>
 #include <deque>
 #include <forward_list>
@@ -53,6 +54,12 @@ struct UpdateGeneration {
 WorldBase& BaseOf(World& world);
 /// Searches all listed worlds, oldest first. Defined by module `world`, too.
 Model* FindModelOfAnyWorld(uint32_t id);
+
+/// Adds a model to a list of models in the order of creation, which is that of their ids.
+template <typename T>
+void InsertByAge(std::vector<T*>* models, T* model) {
+  models->insert(std::ranges::upper_bound(*models, model->GetId(), {}, &Model::GetId), model);
+}
 
 /// Share its ownership to keep it alive: callbacks may delete the world.
 class Host : public std::enable_shared_from_this<Host> {

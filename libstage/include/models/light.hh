@@ -37,8 +37,8 @@ class LightSource {
   Model* const model_;
 };
 
-/// Neither an obstacle nor visible to rangers unless the world file says so; blobfinders and
-/// cameras see it.
+/// A lamp or an LED. It is no obstacle, and rangers do not see it, unless the world file says so.
+/// Blobfinders and cameras see it.
 class ModelLight : public Model, public LightSource {
  public:
   ModelLight(World* world, Model* parent, const std::string& type);

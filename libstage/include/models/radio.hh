@@ -3,14 +3,13 @@
 // ModelRadio: sends short messages to nearby radios, which measure where they come from (range and
 // bearing). Part of <stage.hh>.
 //
-// A message that is sent after the sensing of the step at time t, such as by a controller, is
-// received at the beginning of the step at t + (1 + delay) * interval, by each running radio
-//   - of another tree and on the channel on which the message was sent,
-//   - whose origin is within the sender's range, measured horizontally,
-//   - that no body hides, if the sender has line_of_sight: a horizontal ray at the height of the
-//     sender meets no body that rangers see, except for both trees.
-// Ranges and bearings belong to the poses at that instant, before the moves of the step. A radio
-// keeps what it receives until its next update, usually in the same step, and then reports it.
+// Controllers run after the sensing of a step. What they send in the step at time t is received at
+// the beginning of the step at t + (1 + delay) * interval. Each running radio receives it that is
+// of another tree, on the channel on which the message was sent, and within the sender's range. The
+// range is measured horizontally, between origins. If the sender has line_of_sight, a horizontal
+// ray at its height must not meet a body that rangers see, except for both trees. Ranges and
+// bearings belong to the poses at that instant, before the moves of the step. A radio keeps what it
+// receives until its next update, usually in the same step, and then reports it.
 
 #ifndef STAGE_MODELS_RADIO_HH
 #define STAGE_MODELS_RADIO_HH

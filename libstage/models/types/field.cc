@@ -47,8 +47,7 @@ ModelField::ModelField(World* world_, Model* parent_, const std::string& type_)
   vis.blob_return = false;
   vis.ranger_return = -1.0;
   values_->Resize(1, 1);
-  std::vector<ModelField*>& fields = host().fields;
-  fields.insert(std::ranges::upper_bound(fields, GetId(), {}, &Model::GetId), this);
+  InsertByAge(&host().fields, this);
 }
 
 ModelField::~ModelField() { std::erase(host().fields, this); }

@@ -62,8 +62,7 @@ ModelGroundSensor::ModelGroundSensor(World* world_, Model* parent_, const std::s
   vis.obstacle_return = false;
   vis.blob_return = false;
   vis.ranger_return = -1.0;
-  std::vector<ModelGroundSensor*>& sensors = host().ground_sensors;
-  sensors.insert(std::ranges::upper_bound(sensors, GetId(), {}, &Model::GetId), this);
+  InsertByAge(&host().ground_sensors, this);
 }
 
 ModelGroundSensor::~ModelGroundSensor() { std::erase(host().ground_sensors, this); }

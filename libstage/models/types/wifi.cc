@@ -84,8 +84,7 @@ ModelWifi::ModelWifi(World* world_, Model* parent_, const std::string& type_)
   vis.obstacle_return = false;
   vis.blob_return = false;
   vis.ranger_return = -1.0;
-  std::vector<ModelWifi*>& radios = host().radios;
-  radios.insert(std::ranges::upper_bound(radios, GetId(), {}, &Model::GetId), this);
+  InsertByAge(&host().radios, this);
 }
 
 ModelWifi::~ModelWifi() {
