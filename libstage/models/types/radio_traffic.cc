@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "geometry/trigonometry.hh"
 #include "messages/assert.hh"
@@ -40,16 +39,7 @@ bool HidesSender(Model* candidate, const Model* sender, const void* receiving_tr
 
 }  // namespace
 
-bool RadioTraffic::Place::operator<(const Place& o) const {
-  if (reach != o.reach) return reach < o.reach;
-  if (strip != o.strip) return strip < o.strip;
-  if (y != o.y) return y < o.y;
-  return sender < o.sender;
-}
-
-void RadioTraffic::Add(ModelRadio* radio) {
-  radios_.insert(std::ranges::upper_bound(radios_, radio->GetId(), {}, &Model::GetId), radio);
-}
+void RadioTraffic::Add(ModelRadio* radio) { InsertByAge(&radios_, radio); }
 
 void RadioTraffic::Remove(const ModelRadio* radio) {
   const auto found = std::ranges::lower_bound(radios_, radio->GetId(), {}, &Model::GetId);
@@ -66,7 +56,7 @@ size_t RadioTraffic::Begin(usec_t now, Host* host) {
   for (ModelRadio* radio : radios_)
     if (radio->HasSubscribers()) receivers_.push_back(radio);
   if (receivers_.empty()) return 0;
-  SortPlaces();
+  IndexSenders();
   PrepareRays(host);
   return receivers_.size();
 }
@@ -78,20 +68,26 @@ void RadioTraffic::CollectSenders() {
       senders_.push_back({radio, radio->GetGlobalPose()});
 }
 
-void RadioTraffic::SortPlaces() {
-  places_.clear();
+/// The group with this reach, which is made if there is none.
+RadioTraffic::Group* RadioTraffic::GroupWith(double reach) {
+  const auto found = std::ranges::find(groups_, reach, &Group::reach);
+  return found != groups_.end() ? &*found
+                                : &groups_.emplace_back(Group{reach, {}, {}, PlaceIndex(reach)});
+}
+
+void RadioTraffic::IndexSenders() {
+  for (Group& group : groups_) {
+    group.senders.clear();
+    group.points.clear();
+  }
   for (uint32_t i = 0; i < senders_.size(); i++) {
-    const double reach = ReachOf(senders_[i].radio->range);
     const Pose& pose = senders_[i].pose;
-    places_.push_back({reach, std::floor(pose.x / reach), pose.y, pose.x, i});
+    if (!std::isfinite(pose.x) || !std::isfinite(pose.y)) continue;  // heard by nobody
+    Group* const group = GroupWith(ReachOf(senders_[i].radio->range));
+    group->senders.push_back(i);
+    group->points.emplace_back(pose.x, pose.y);
   }
-  std::sort(places_.begin(), places_.end());
-  groups_.clear();
-  for (size_t i = 0; i < places_.size(); i++) {
-    if (groups_.empty() || places_[i].reach != groups_.back().reach)
-      groups_.push_back({places_[i].reach, i, i});
-    groups_.back().end = i + 1;
-  }
+  for (Group& group : groups_) group.places.Replace(&group.points);
 }
 
 /// Makes what rays need and what must not be made by several threads.
@@ -139,38 +135,20 @@ void RadioTraffic::Deliver(size_t index) const {
 void RadioTraffic::FindNear(const ModelRadio& receiver, const Pose& here,
                             std::vector<Near>* near) const {
   near->clear();
-  for (const Group& group : groups_) SearchGroup(group, receiver, here, near);
+  for (const Group& group : groups_)
+    group.places.ForEachNear(here.x, here.y, group.reach, [&](uint32_t place, double x, double y) {
+      AddIfNear(group.senders[place], x - here.x, y - here.y, receiver, near);
+    });
   std::ranges::sort(*near, [](const Near& a, const Near& b) {
     return a.distance != b.distance ? a.distance < b.distance : a.sender < b.sender;
   });
 }
 
-void RadioTraffic::SearchGroup(const Group& group, const ModelRadio& receiver, const Pose& here,
-                               std::vector<Near>* near) const {
-  const auto begin = places_.begin() + static_cast<std::ptrdiff_t>(group.begin);
-  const auto end = places_.begin() + static_cast<std::ptrdiff_t>(group.end);
-  const double reach = group.reach, low = here.y - reach, high = here.y + reach;
-  const double last_strip = std::floor((here.x + reach) / reach);
-  double strip = std::floor((here.x - reach) / reach);
-  for (auto place = begin; strip <= last_strip;) {
-    place = std::lower_bound(place, end, Place{reach, strip, low, 0, 0});
-    for (; place != end && place->strip == strip && place->y <= high; ++place)
-      AddIfNear(*place, receiver, here, near);
-    // The next strip with senders. nextafter() because adding 1 does not change very large numbers.
-    strip = std::nextafter(strip, std::numeric_limits<double>::infinity());
-    place = std::lower_bound(place, end, Place{reach, strip, -HUGE_VAL, 0, 0});
-    if (place == end) return;
-    strip = place->strip;
-  }
-}
-
-void RadioTraffic::AddIfNear(const Place& place, const ModelRadio& receiver, const Pose& here,
+void RadioTraffic::AddIfNear(uint32_t sender, double dx, double dy, const ModelRadio& receiver,
                              std::vector<Near>* near) const {
-  const double dx = place.x - here.x, dy = place.y - here.y;
   const double distance = std::sqrt(dx * dx + dy * dy);
-  const ModelRadio& sender = *senders_[place.sender].radio;
-  if (distance <= sender.range && !sender.IsRelated(&receiver))
-    near->push_back({distance, place.sender});
+  const ModelRadio& radio = *senders_[sender].radio;
+  if (distance <= radio.range && !radio.IsRelated(&receiver)) near->push_back({distance, sender});
 }
 
 bool RadioTraffic::Hears(const ModelRadio& receiver, const Pose& here, const Near& near) const {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "geometry/geometry.hh"
+#include "models/types/place_index.hh"
 #include "sensing/fan.hh"
 
 namespace Stg {
@@ -47,16 +48,13 @@ class RadioTraffic {
     ModelRadio* radio;
     Pose pose;  // global
   };
-  /// Senders with ranges below `reach`, and not below half of it unless tiny: a part of `places_`.
-  /// A search among them covers at most three strips of the plane, which are `reach` wide.
+  /// Senders with ranges below `reach`, and not below half of it unless tiny. A search among them
+  /// covers at most three strips of the index, which are `reach` wide.
   struct Group {
     double reach;
-    size_t begin, end;
-  };
-  struct Place {
-    double reach, strip, y, x;
-    uint32_t sender;
-    bool operator<(const Place& o) const;
+    std::vector<uint32_t> senders;
+    std::vector<point_t> points;
+    PlaceIndex places;  // of the senders
   };
   /// A sender in range of a receiver.
   struct Near {
@@ -65,12 +63,11 @@ class RadioTraffic {
   };
 
   void CollectSenders();
-  void SortPlaces();
+  void IndexSenders();
+  Group* GroupWith(double reach);
   void PrepareRays(Host* host);
   void FindNear(const ModelRadio& receiver, const Pose& here, std::vector<Near>* near) const;
-  void SearchGroup(const Group& group, const ModelRadio& receiver, const Pose& here,
-                   std::vector<Near>* near) const;
-  void AddIfNear(const Place& place, const ModelRadio& receiver, const Pose& here,
+  void AddIfNear(uint32_t sender, double dx, double dy, const ModelRadio& receiver,
                  std::vector<Near>* near) const;
   bool Hears(const ModelRadio& receiver, const Pose& here, const Near& near) const;
   bool IsHidden(const ModelRadio& receiver, const Pose& here, const Near& near) const;
@@ -80,8 +77,7 @@ class RadioTraffic {
   // Data of a delivery, which keep their memory.
   std::vector<ModelRadio*> receivers_;
   std::vector<Sender> senders_;  // in the order of creation
-  std::vector<Place> places_;    // one for each sender; sorted
-  std::vector<Group> groups_;
+  std::vector<Group> groups_;    // some may be empty
   usec_t now_ = 0;
   const sensing::Scene* scene_ = nullptr;
   sensing::Fan ray_;  // what the rays of all senders have in common
