@@ -51,21 +51,19 @@ install(
   COMPONENT libstage-dev)
 
 # Clients of Stage 4.3 include <Stage-4.3/stage.hh>, with the flags of pkg-config or CMake, or with those of the folder above.
+# install_old_header: installs a header of that name in FOLDER, which includes HEADER.
+function(install_old_header folder header)
+  set(staged "${PROJECT_BINARY_DIR}/old_headers/${folder}/stage.hh")
+  file(CONFIGURE OUTPUT "${staged}" CONTENT "// SPDX-License-Identifier: GPL-2.0-or-later\n\n#include \"${header}\"\n")
+  install(
+    FILES "${staged}"
+    DESTINATION "${folder}/Stage-4.3"
+    COMPONENT libstage-dev)
+endfunction()
 get_filename_component(include_name "${STAGE_INSTALL_INCLUDE_DIR}" NAME)
 get_filename_component(include_parent "${STAGE_INSTALL_INCLUDE_DIR}" DIRECTORY)
-foreach(place IN ITEMS "old_header/inside:${STAGE_INSTALL_INCLUDE_DIR}:../stage.hh"
-                       "old_header/beside:${include_parent}:../${include_name}/stage.hh")
-  string(REPLACE ":" ";" place "${place}")
-  list(GET place 0 staged)
-  list(GET place 1 parent)
-  list(GET place 2 header)
-  file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/${staged}/stage.hh"
-       CONTENT "// SPDX-License-Identifier: GPL-2.0-or-later\n\n#include \"${header}\"\n")
-  install(
-    FILES "${PROJECT_BINARY_DIR}/${staged}/stage.hh"
-    DESTINATION "${parent}/Stage-4.3"
-    COMPONENT libstage-dev)
-endforeach()
+install_old_header("${STAGE_INSTALL_INCLUDE_DIR}" ../stage.hh)
+install_old_header("${include_parent}" "../${include_name}/stage.hh")
 
 set(pkgconfig_dir "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 file(RELATIVE_PATH pkgconfig_to_prefix "/prefix/${pkgconfig_dir}" "/prefix")
