@@ -4,8 +4,6 @@ docstrings."""
 
 from __future__ import annotations
 
-import contextlib
-import io
 import math
 import re
 import subprocess
@@ -14,6 +12,7 @@ from pathlib import Path
 
 import pytest
 import stagesim as st
+from snippets import check_outputs
 
 
 def test_page_prints_what_it_shows(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -21,16 +20,8 @@ def test_page_prints_what_it_shows(root: Path, tmp_path: Path, monkeypatch: pyte
     page = root / "docs" / "python.md"
     if not page.exists():
         pytest.skip("there is no docs/python.md")
-    blocks = re.findall(r"```python\n(.*?)```\n(?:\n```\n(.*?)```)?", page.read_text(), re.S)
-    assert len(blocks) > 5
     monkeypatch.chdir(tmp_path)
-    names: dict[str, object] = {}
-    for code, expected in blocks:
-        printed = io.StringIO()
-        with contextlib.redirect_stdout(printed):
-            exec(compile(code, str(page), "exec"), names)  # noqa: S102
-        if expected:
-            assert printed.getvalue() == expected, code
+    assert check_outputs(page) > 5
 
 
 def test_api_page(root: Path) -> None:

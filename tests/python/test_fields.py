@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 import stagesim as st
+from snippets import executed
 
 TEXT = """
 field( name "a" size [4 3 0] field_resolution 0.5 pose [1 2 0 0] )
@@ -29,10 +28,7 @@ def test_example_of_the_page(root: Path) -> None:
     if not page.exists():
         pytest.skip("there is no docs/fields.md")
     ((code, expected),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", page.read_text(), re.S)
-    printed = io.StringIO()
-    with contextlib.redirect_stdout(printed):
-        exec(compile(code, str(page), "exec"), {})  # noqa: S102
-    assert printed.getvalue() == expected
+    assert executed(code, {}, str(page)) == expected
 
 
 def test_world_of_the_page(root: Path) -> None:

@@ -6,9 +6,7 @@ Without PyTorch, only the parts that need none are tested.
 
 from __future__ import annotations
 
-import contextlib
 import importlib.util
-import io
 import json
 import os
 import re
@@ -24,6 +22,7 @@ import stagesim as st
 pytest.importorskip("gymnasium")
 pytest.importorskip("pettingzoo")
 from stagesim.env import TASKS  # noqa: E402
+from snippets import executed
 
 HAS_TORCH = importlib.util.find_spec("torch") is not None
 NEEDS_TORCH = re.compile(r"^(?:import ppo|.*\bppo\.|policy\b)", re.MULTILINE)
@@ -47,14 +46,6 @@ def ppo(learning: Path) -> Any:
     import ppo
 
     return ppo
-
-
-def executed(code: str, names: dict[str, Any]) -> str:
-    """Executes code and returns the text that it prints."""
-    printed = io.StringIO()
-    with contextlib.redirect_stdout(printed):
-        exec(compile(code, "a snippet", "exec"), names)  # noqa: S102
-    return printed.getvalue()
 
 
 # ---- the page and the notebook ------------------------------------------------------------------

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import re
 import subprocess
 import sys
@@ -15,6 +13,7 @@ import pytest
 import stagesim as st
 from stagesim import scenarios, scenes
 from stagesim.scenarios.__main__ import main
+from snippets import check_outputs
 
 NAMES = list(scenarios.names())
 WALKER = 'position( size [0.4 0.4 1.7] round 1 drive "omni" velocity_bounds [-3 3 -3 3 0 0 -180 180] '
@@ -246,16 +245,8 @@ def test_page_prints_what_it_shows(root: Path, tmp_path: Path, monkeypatch: pyte
     page = root / "docs" / "people.md"
     if not page.exists():
         pytest.skip("there is no docs/people.md")
-    blocks = re.findall(r"```python\n(.*?)```\n(?:\n```\n(.*?)```)?", page.read_text(encoding="utf-8"), re.S)
-    assert len(blocks) >= 3
     monkeypatch.chdir(tmp_path)
-    names: dict[str, object] = {}
-    for code, expected in blocks:
-        printed = io.StringIO()
-        with contextlib.redirect_stdout(printed):
-            exec(compile(code, str(page), "exec"), names)  # noqa: S102
-        if expected:
-            assert printed.getvalue() == expected, code
+    assert check_outputs(page) >= 3
 
 
 def test_the_command_of_the_page_writes_a_file(root: Path, tmp_path: Path) -> None:
