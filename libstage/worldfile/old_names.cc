@@ -146,12 +146,9 @@ struct OldFile {
   std::string_view name, advice;
 };
 constexpr OldFile kFiles[] = {
-    {"walle.inc", "\"pioneer.inc\" has a robot: pioneer2dx"},
     {"roomba.inc", "\"irobot.inc\" has this robot: roomba"},
     {"create.inc", "\"irobot.inc\" has this robot: create"},
-    {"ubot.inc", "\"robots.inc\" has a small round robot: swarmer"},
     {"rplidar.inc", "\"sensors.inc\" has such a laser: round_scanner"},
-    {"pantilt.inc", "a camera has a property pantilt"},
 };
 
 bool Has(std::string_view text, std::string_view part) {

@@ -64,6 +64,10 @@ TEST_F(ShippedFiles, AreFoundByName) {
                            "hokuyo.inc",
                            "chatterbox.inc",
                            "beacons.inc",
+                           "pantilt.inc",
+                           "ubot.inc",
+                           "walle.inc",
+                           "usc-devices.inc",
                            "objects.inc",
                            "bitmaps/cave.png",
                            "rooms.png",
@@ -295,6 +299,75 @@ TEST_F(ShippedFiles, OldLasersAndZones) {
   const auto* sick = dynamic_cast<ModelRanger*>(world.GetModel("r")->GetChild("ranger:0"));
   ASSERT_NE(sick, nullptr);
   EXPECT_NEAR(sick->GetSensors()[0].ranges[90], 1.9, 0.02);  // the zone is transparent
+}
+
+/// A robot that faces a wall, as lines of a world file.
+std::string Facing(const std::string& robot) {
+  return robot + "( name \"r\" )\nmodel( pose [1 0 0 0] size [0.2 2 1] )\n";
+}
+
+TEST_F(ShippedFiles, UbotsSeeWithInfrared) {
+  Write("w.world", "include \"ubot.inc\"\nresolution 0.01\n" + Facing("ubot") +
+                       "model( pose [0 0.5 0 0] size [0.2 0.2 1] )\n");
+  ASSERT_EQ(Complaint("w.world"), "");
+  World world;
+  ASSERT_TRUE(world.Load("w.world"));
+  Scan(&world, world.GetModel("r")->GetChild("ranger:0"));
+  const auto* ir = dynamic_cast<ModelRanger*>(world.GetModel("r")->GetChild("ranger:0"));
+  ASSERT_EQ(ir->GetSensors().size(), 8u);
+  EXPECT_NEAR(ir->GetSensors()[0].ranges[0], 0.8, 0.02) << "the wall is too far away";
+  EXPECT_NEAR(ir->GetSensors()[2].ranges[0], 0.4 - 0.09, 0.02) << "the box on the left";
+}
+
+// A laser at the height of the eyes sees them, and one at the height of the tracks sees both
+// tracks.
+TEST_F(ShippedFiles, WalleHasTracksABodyAndEyes) {
+  struct {
+    double height, y, range;
+  } const kRays[] = {{0.70, 0.08, 0.89}, {0.70, 0.25, 1.3}, {0.56, 0, 0.97}, {0.56, 0.08, 1.3},
+                     {0.30, 0, 0.8},     {0.20, 0.25, 0.7}, {0.05, 0, 1.3}};
+  for (const auto& ray : kRays) {
+    Write("w.world", "include \"walle.inc\"\nresolution 0.01\nwalle( name \"w\" )\n" +
+                         ("model( obstacle_return 0 ranger_return -1 size [0.1 0.1 0.01] pose [1 " +
+                          std::to_string(-ray.y)) +
+                         " " + std::to_string(ray.height) +
+                         " 180] name \"eye\" ranger( size [0 0 0] "
+                         "sensor( range [0 1.3] fov 0 samples 1 ) ) )\n");
+    ASSERT_EQ(Complaint("w.world"), "");
+    World world;
+    ASSERT_TRUE(world.Load("w.world"));
+    const std::vector<double> seen = Scan(&world, world.GetModel("eye")->GetChild("ranger:0"));
+    EXPECT_NEAR(seen.at(0), ray.range, 0.025) << ray.height << " " << ray.y;
+  }
+}
+
+TEST_F(ShippedFiles, CamerasPanAndTilt) {
+  for (const char* type : {"pantiltcamera", "fancypantiltcamer"}) {
+    Write("w.world",
+          std::string("include \"pantilt.inc\"\nposition( name \"r\" size [0.4 0.4 0.3] ") + type +
+              "( pantilt [30 10] ) )\n");
+    ASSERT_EQ(Complaint("w.world"), "") << type;
+    World world;
+    ASSERT_TRUE(world.Load("w.world"));
+    auto* const camera = dynamic_cast<ModelCamera*>(world.GetModel("r")->GetChild("camera:0"));
+    ASSERT_NE(camera, nullptr);
+    EXPECT_EQ(camera->getPan(), 30);
+    EXPECT_EQ(camera->getTilt(), 10);
+    EXPECT_EQ(camera->getWidth(), 320);
+    EXPECT_EQ(camera->getHeight(), 240);
+  }
+}
+
+TEST_F(ShippedFiles, RobotsOfUscHaveALaserAndSonar) {
+  Write("w.world", "include \"pioneer.inc\"\ninclude \"usc-devices.inc\"\n" + Facing("robot_usc"));
+  ASSERT_EQ(Complaint("w.world"), "");
+  World world;
+  ASSERT_TRUE(world.Load("w.world"));
+  Model* const robot = world.GetModel("r");
+  const std::vector<double> laser = Scan(&world, robot->GetChild("ranger:1"));
+  ASSERT_EQ(laser.size(), 180u);
+  EXPECT_NEAR(laser[90], 0.9 - 0.04, 0.05);
+  EXPECT_EQ(dynamic_cast<ModelRanger*>(robot->GetChild("ranger:0"))->GetSensors().size(), 16u);
 }
 
 // All macros of older Stages are defined.
