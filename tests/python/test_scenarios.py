@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -207,6 +208,98 @@ def test_branches_of_a_scenario_are_measured() -> None:
         branch.fleet().cmd[0, 0] = speed
         closest.append(scenarios.measures(made, scenarios.record(branch, 5))["path_length"])
     assert closest[0] < 0.2 < 3 < closest[1]
+
+
+def test_branches_of_a_batch_go_on_like_their_world() -> None:
+    robot = scenes.Robot(size=(0.5, 0.5, 0.5), drive="omni", ctrl="stage/orca goals={goals} speed=0.8")
+    many = [scenarios.scenario("hall", seed, robot=robot) for seed in range(3)]
+    batch = st.Batch.of([each.scene for each in many], 3)
+    batch.step(30)
+    branch = batch.fork(1)
+    run, alone = scenarios.record(batch, 5), scenarios.record(branch, 5)
+    assert np.array_equal(run.pose[:, 1], alone.pose) and np.array_equal(run.stalled[:, 1], alone.stalled)
+    assert not np.array_equal(run.pose[:, 2], alone.pose)
+    assert run.dt == pytest.approx(alone.dt)  # the time of the batch is a difference of larger numbers
+
+
+# ---- environments ----
+
+
+def ranges_alone(scene: scenes.Scene, actions: int, **options: Any) -> np.ndarray:
+    """Ranges of the robot after each action of two steps, in a world of its own."""
+    world = st.World.of(scene, **options)
+    fleet = world.fleet("robot")
+    ranges = fleet.sensor("ranger").ranges
+    world.step()
+    found = []
+    for _ in range(actions):
+        fleet.cmd[0, 0] = 0.5
+        world.step(2)
+        found.append(ranges[0].copy())
+    return np.array(found)
+
+
+def ranges_in(environment: Any, actions: int) -> np.ndarray:
+    """Ranges of the robots of all worlds after each action."""
+    environment.reset(seed=list(range(environment.num_envs)))
+    for _ in range(actions):
+        environment.step(np.tile(np.float32([1, 0]), (environment.num_envs, 1)))
+    return np.array(environment.task.seen)
+
+
+def navigate() -> Any:
+    """A task that starts where the scene says, and keeps the ranges."""
+    pytest.importorskip("gymnasium")
+    from stagesim.env.tasks import Navigate
+
+    class Straight(Navigate):
+        def __init__(self) -> None:
+            super().__init__()
+            self.seen: list[np.ndarray] = []
+
+        def begin(self, scene: Any, randoms: Any) -> None:
+            super().begin(scene, randoms)
+
+        def judge(self, scene: Any) -> Any:
+            self.seen.append(scene.ranges[:, 0].copy())
+            return super().judge(scene)
+
+    return Straight()
+
+
+@pytest.mark.parametrize("rule", ["pedestrian", "orca"])
+def test_people_of_an_environment_walk_like_those_of_the_world(rule: str) -> None:
+    task = navigate()
+    from stagesim.env import StageVectorEnv
+
+    made = scenarios.scenario("hall", 1, rule=rule)
+    environment = StageVectorEnv(3, made.scene, task, robots="robot")
+    assert environment.agents == ("robot",)
+    found, expected = ranges_in(environment, 20), ranges_alone(made.scene, 20)
+    for i in range(3):
+        assert np.array_equal(found[:, i], expected)
+    assert not np.array_equal(expected, ranges_alone(made.scene, 20, controllers=False))  # the robot sees people who walk
+
+
+def test_each_episode_has_another_scenario() -> None:
+    task = navigate()
+    from stagesim.env import StageVectorEnv
+
+    drawn: list[scenes.Scene] = []
+
+    def hall(random: np.random.Generator) -> scenes.Scene:
+        drawn.append(scenarios.scenario("hall", int(random.integers(1000))).scene)
+        return drawn[-1]
+
+    environment = StageVectorEnv(3, scenarios.scenario("hall", 0).scene, task, robots="robot", maps=hall)
+    for _ in range(2):
+        task.seen.clear()
+        drawn.clear()
+        found = ranges_in(environment, 5)
+        assert len(drawn) == 3
+        for i, scene in enumerate(drawn):
+            assert np.array_equal(found[:, i], ranges_alone(scene, 5))
+    assert not np.array_equal(found[:, 0], found[:, 1])
 
 
 # ---- files, sweeps and the page ----
