@@ -316,6 +316,35 @@ def test_saved_scenarios_run_equally(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert capsys.readouterr().err.startswith("stagesim.scenarios: found the scenario 'lift', expected one of")
 
 
+def test_pictures_show_walls_paths_and_the_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    made = scenarios.scenario("counterflow", 1)
+    run = scenarios.record(st.World.of(made.scene), 8)
+    for time, poses in ((None, 81), (2, 21)):
+        figure, axes = pyplot.subplots()
+        scenarios.draw(axes, made, run, time)
+        walls, bodies = ([patch for patch in axes.patches if type(patch).__name__ == kind]
+                         for kind in ("Rectangle", "Circle"))
+        assert len(walls) == 2 and walls[0].get_bbox().size == pytest.approx((0.2, 4.5))
+        assert [body.center for body in bodies] == [pytest.approx(place) for place in run.pose[poses - 1, :, :2]]
+        assert bodies[1].radius == pytest.approx(0.2)
+        paths = [line.get_xydata() for line in axes.lines]
+        assert np.array_equal(paths[0], run.pose[:poses, 0, :2]) and np.array_equal(paths[-1], [made.goal])
+        assert np.array_equal(paths[1], run.pose[max(0, poses - 31):poses, 0, :2])
+        pyplot.close(figure)
+    with pytest.raises(ValueError, match="found the time 9 s, expected 0 to 8 s"):
+        scenarios.draw(None, made, run, 9)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"expected \(t, 13, 3\): those of a single world"):
+        scenarios.draw(None, made, run._replace(pose=run.pose[:, None]))  # type: ignore[arg-type]
+    file = tmp_path / "corner.png"
+    assert main(["corner", "--picture", str(file), "--seconds", "1"]) == 0 and capsys.readouterr().out == ""
+    assert file.read_bytes().startswith(b"\x89PNG")
+    for words, message in ((["--picture", str(tmp_path / "a.none")], "Format 'none' is not supported"),
+                           (["--picture", str(file), "--seconds", "nan"], "found nan seconds, expected 0 or more")):
+        assert main(["corner", *words]) == 1
+        assert capsys.readouterr().err.startswith(f"stagesim.scenarios: {message}")
+
+
 def test_sweeps_measure_scenarios(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from stagesim.sweep import Experiment, run
 

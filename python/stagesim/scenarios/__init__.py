@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from .catalogue import names, scenario
+from .drawing import draw, save_picture
 from .metrics import (INTIMATE, PERSONAL, arrival_times, closest_distances, collisions, crossing_times, flow,
                       intrusion_times, path_lengths)
 from .recording import Recording, measures, record
@@ -12,5 +13,6 @@ from .sweep_metrics import Social
 
 __all__ = [
     "INTIMATE", "PERSONAL", "Recording", "Scenario", "Social", "arrival_times", "closest_distances", "collisions",
-    "crossing_times", "flow", "intrusion_times", "measures", "names", "path_lengths", "record", "scenario",
+    "crossing_times", "draw", "flow", "intrusion_times", "measures", "names", "path_lengths", "record", "save_picture",
+    "scenario",
 ]

@@ -42,7 +42,12 @@ def record(worlds: World | Batch, seconds: float) -> Recording:
 
     Returns:
         The recording, with a pose for each step.
+
+    Raises:
+        ValueError: `seconds` is negative or no number.
     """
+    if not 0 <= seconds < float("inf"):
+        raise ValueError(f"found {seconds} seconds, expected 0 or more")
     robots = worlds if isinstance(worlds, Batch) else worlds.fleet()
     pose, stalled = [np.array(robots.pose)], [np.array(robots.stalled)]
     begin = float(np.ravel(worlds.time)[0])
