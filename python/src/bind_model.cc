@@ -211,11 +211,7 @@ const LightSource& AsLight(const Model& model) {
 }
 
 void Switch(Model& model, bool on) {
-  if (auto* const indicator = dynamic_cast<ModelLightIndicator*>(&model))
-    return indicator->SetState(on);
-  auto* const light = dynamic_cast<ModelLight*>(&model);
-  if (!light) RefuseType(model, "light or lightindicator");
-  light->SetOn(on);
+  if (!SwitchLight(model, on)) RefuseType(model, "light or lightindicator");
 }
 
 void BindLights(nb::class_<ModelHandle>& model) {

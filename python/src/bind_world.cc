@@ -242,6 +242,7 @@ void BindWorld(nb::module_& module) {
   BindState(world);
   BindCast(world);
   BindField(module, world);
+  BindLight(world);
   BindPicture(module, world);
   BindRadio(world);
   BindScene(module, world);

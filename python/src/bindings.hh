@@ -24,6 +24,7 @@ class Simulation;
 void BindBelief(nanobind::module_& module);
 void BindCast(nanobind::class_<Simulation>& world);
 void BindField(nanobind::module_& module, nanobind::class_<Simulation>& world);
+void BindLight(nanobind::class_<Simulation>& world);
 void BindModel(nanobind::module_& module);
 void BindSensors(nanobind::module_& module, nanobind::class_<ModelHandle>& model);
 void BindOptions(nanobind::module_& module);
@@ -36,6 +37,9 @@ void BindScene(nanobind::module_& module, nanobind::class_<Simulation>& world);
 void BindSections(nanobind::class_<Simulation>& world);
 void BindSweep(nanobind::module_& module);
 void BindWorld(nanobind::module_& module);
+
+/// Switches a light or lightindicator. Returns false for other models.
+bool SwitchLight(Model& model, bool on);
 
 }  // namespace Stg::python
 

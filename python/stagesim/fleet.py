@@ -360,5 +360,40 @@ class Fleet(Crowd):
         """
         return Messages(*self.world._core.messages(self._crowd, _checks.integer(index, "index", 0, MOST)))
 
+    def switch_lights(self, on: npt.ArrayLike, which: npt.ArrayLike | None = None, index: int = 0) -> None:
+        """Switches a light of each robot. Light sensors sense the change from the next step on.
+
+        Args:
+            on: truth values of shape (m,) for m selected robots, or one for all of them.
+            which: a mask of shape (n,), or indices of the robots whose lights are switched; None: all.
+            index: the number of the light on its robot, among its models of the types light and lightindicator.
+
+        Robots that are gone or have no such light are skipped.
+
+        Raises:
+            GoneError: no robot has such a light.
+            ValueError: a shape is wrong.
+        """
+        index = _checks.integer(index, "index", 0, MOST)
+        chosen = np.arange(len(self)) if which is None else np.arange(len(self))[np.asarray(which)]
+        given = np.asarray(on, bool)
+        if given.shape not in ((), chosen.shape):
+            raise ValueError(f"found values of shape {given.shape}, expected one for each of {len(chosen)} robots")
+        values, mask = np.zeros((2, len(self)), bool)
+        values[chosen], mask[chosen] = given, True
+        self.world._core.switch_lights(self._crowd, index, values, mask)
+
+    def lights(self, index: int = 0) -> Bools:
+        """Returns which robots have a light number `index` that is on, as a new array of shape (n,).
+
+        Lights are counted as in switch_lights().
+
+        Raises:
+            GoneError: no robot has such a light.
+        """
+        values = np.empty(len(self), bool)
+        self.world._core.read_lights(self._crowd, _checks.integer(index, "index", 0, MOST), values)
+        return values
+
     def __repr__(self) -> str:
         return f"<Fleet of {len(self)} robots>"

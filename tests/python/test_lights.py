@@ -44,6 +44,49 @@ def test_lights_are_switched() -> None:
     assert world.model("blinker").on
 
 
+FLEET = """
+define robot position( size [0.1 0.1 0.1] )
+robot( name "a" light( on 0 ) lightsensor( directions [90] ) )
+robot( name "b" pose [0 1 0 0] model( light( intensity 3 ) ) lightindicator( intensity 2 ) )
+robot( name "c" pose [0 2 0 0] blinkenlight() )
+"""
+
+
+def test_lights_of_a_fleet_are_switched_together() -> None:
+    world = st.World.from_text(FLEET)
+    fleet = world.fleet()
+    seen = fleet.sensor("lightsensor").intensity
+    assert fleet.lights().tolist() == [False, True, False]
+    assert fleet.lights(1).tolist() == [False, False, False]
+    world.step()
+    assert seen[0, 0] == pytest.approx(3)
+    fleet.switch_lights([True, False, True])
+    fleet.switch_lights(True, index=1)
+    assert fleet.lights().tolist() == [True, False, False]
+    assert world.model("a.light:0").on
+    assert fleet.lights(1).tolist() == [False, True, False]
+    world.step()
+    assert seen[0, 0] == pytest.approx(2)
+    fleet.switch_lights(False, [1], index=1)
+    fleet.switch_lights([True, False], np.array([False, True, True]))
+    assert (fleet.lights().tolist(), fleet.lights(1).tolist()) == ([True, True, False], [False] * 3)
+
+
+def test_mistakes_about_lights_of_a_fleet_are_refused() -> None:
+    world = st.World.from_text(FLEET)
+    fleet = world.fleet()
+    for call in (lambda: fleet.lights(2), lambda: fleet.switch_lights(True, index=2)):
+        with pytest.raises(st.GoneError, match="no robot has a light number 2"):
+            call()
+    with pytest.raises(ValueError, match=r"found values of shape \(2,\), expected one for each of 3 robots"):
+        fleet.switch_lights([True, False])
+    world.model("b").delete()
+    fleet.switch_lights(True)
+    assert fleet.lights().tolist() == [True, False, False]
+    with pytest.raises(st.GoneError):
+        fleet.lights(1)
+
+
 def test_errors_are_one_line() -> None:
     world = st.World.from_text(WORLD)
     with pytest.raises(st.StageError, match="refused the intensity -1"):
