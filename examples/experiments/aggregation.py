@@ -12,9 +12,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import stagesim as st
-from experiment import Axis, Column, Effect, Study, Table, draw_quartiles, main, sets_of, sweep_of
+from experiment import Axis, Column, Effect, Study, Table, draw_quartiles, largest_cluster, main, sets_of, sweep_of
 from stagesim.reports.plots import BLUE
 
 RADIUS = 0.0355  #: of a robot, metres
@@ -59,14 +58,6 @@ class Measure:
         places = self.robots.pose[:, :2]
         moment = ((places - places.mean(0)) ** 2).sum() / (4 * RADIUS**2)
         return {"dispersion": float(moment), "cluster": self.cluster(), "gathered": self.gathered}
-
-
-def largest_cluster(places: npt.NDArray[np.float64], reach: float) -> int:
-    """The largest number of places that are connected by distances of less than `reach`."""
-    near = np.hypot(*(places[:, None] - places).transpose(2, 0, 1)) < reach
-    for _ in range(int(np.ceil(np.log2(len(places))))):
-        near = near @ near
-    return int(near.sum(1).max())
 
 
 RANGES = (0.1, 0.25, 0.5, 0.7, 1, 2, 5)  #: of the line of sight, metres

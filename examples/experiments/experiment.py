@@ -24,6 +24,7 @@ from stagesim.sweep import run as run_sweep
 FOLDER = Path(__file__).resolve().parent
 RUNS = 30  #: of each set of values
 
+Floats = npt.NDArray[np.float64]
 Values = npt.NDArray[Any]
 Table = Mapping[str, Values]  #: columns of a sweep, with an element for each run
 Settings = Mapping[str, Any]
@@ -135,11 +136,11 @@ class Study:
     def lines(self, table: Table) -> list[str]:
         """The table in Markdown: a row for each set of values."""
         rows = [[*(axis.head for axis in self.axes), *(column.head for column in self.columns)]]
-        rows.append(["---"] * len(rows[0]))
         for values, chosen in sets_of(table, [axis.name for axis in self.axes]):
             rows.append([*(axis.text(value) for axis, value in zip(self.axes, values)),
                          *(column.cell(table[column.metric][chosen]) for column in self.columns)])
-        return [f"| {' | '.join(row)} |" for row in rows]
+        lines = [f"| {' | '.join(row)} |" for row in rows]
+        return [lines[0], "|" + "---|" * len(rows[0]), *lines[1:]]
 
 
 def sweep_of(name: str, axes: Settings, **options: Any) -> Experiment:
@@ -166,6 +167,11 @@ def arguments_in(ctrl: str) -> dict[str, float]:
     """The numbers in the text of `ctrl`: {"noise": 0.5} of "flocking noise=0.5"."""
     pairs = (word.split("=") for word in ctrl.split()[1:])
     return {name: float(value) for name, value in pairs}
+
+
+def number_in(text: str, name: str) -> float:
+    """The number of that name in the text of `ctrl`."""
+    return arguments_in(text)[name]
 
 
 def begin(study: Study, seed: int, settings: Settings, plugin: bool,
@@ -209,7 +215,7 @@ def main(study: Study, arguments: Sequence[str] | None = None) -> None:
         print(f"{name} {value:.4g}")
 
 
-# ---- sweeps
+# ---- sweeps and statistics
 
 
 def run(study: Study, runs: int, jobs: int, folder: Path) -> Table:
@@ -225,6 +231,14 @@ def sets_of(table: Table, axes: Sequence[str]) -> Iterator[tuple[tuple[Any, ...]
     rows = list(zip(*(table[axis].tolist() for axis in axes)))
     for values in dict.fromkeys(rows):
         yield values, np.array([row == values for row in rows])
+
+
+def largest_cluster(places: Floats, reach: float) -> int:
+    """The largest number of places that are connected by distances of less than `reach`: places of shape (n, 2)."""
+    near = np.hypot(*(places[:, None] - places).transpose(2, 0, 1)) < reach
+    for _ in range(int(np.ceil(np.log2(len(places))))):
+        near = near @ near
+    return int(near.sum(1).max())
 
 
 # ---- figures
