@@ -245,7 +245,12 @@ def largest_cluster(places: Floats, reach: float) -> int:
 
 
 def draw_quartiles(axes: Any, x: Sequence[float], groups: Sequence[Values], **look: Any) -> None:
-    """Draws the medians of groups of runs as a line, and the range between their quartiles as a band."""
-    low, middle, high = (np.array([np.nanquantile(group, part) for group in groups]) for part in (0.25, 0.5, 0.75))
-    (line,) = axes.plot(x, middle, marker="o", markersize=4, **look)
-    axes.fill_between(x, low, high, color=line.get_color(), alpha=0.2, linewidth=0)
+    """Draws the medians of groups of runs as a line, and the range between their quartiles as a band.
+
+    Runs without a value do not count, and groups of such runs are left out.
+    """
+    found = [(place, group[np.isfinite(group)]) for place, group in zip(x, groups) if np.isfinite(group).any()]
+    low, middle, high = np.array([np.quantile(group, [0.25, 0.5, 0.75]) for _, group in found]).reshape(-1, 3).T
+    places = [place for place, _ in found]
+    (line,) = axes.plot(places, middle, marker="o", markersize=4, **look)
+    axes.fill_between(places, low, high, color=line.get_color(), alpha=0.2, linewidth=0)
