@@ -164,8 +164,8 @@ def names() -> list[str]:
 
 
 def arguments_in(ctrl: str) -> dict[str, float]:
-    """The numbers in the text of `ctrl`: {"noise": 0.5} of "flocking noise=0.5"."""
-    pairs = (word.split("=") for word in ctrl.split()[1:])
+    """The numbers with names in the text of `ctrl`: {"noise": 0.5} of "flocking noise=0.5"."""
+    pairs = (word.split("=") for word in ctrl.split()[1:] if "=" in word)
     return {name: float(value) for name, value in pairs}
 
 

@@ -98,6 +98,18 @@ def test_errors_are_one_line() -> None:
         _ = world.model("a").intensity
 
 
+@pytest.mark.parametrize(("words", "message"), [
+    ("bright", 'found "bright", expected an irradiance in W/m2, as in "phototaxis 4"'),
+    ("4 5", 'found the argument "5", expected speed=NUMBER, gain=NUMBER, search=NUMBER'),
+    ("gain=200", "expected a number from -100"),
+])
+def test_mistakes_in_the_arguments_of_phototaxis(words: str, message: str) -> None:
+    with pytest.raises(st.WorldError) as error:
+        st.World.from_text(f'position( lightsensor( directions [40 -40] ) ctrl "phototaxis {words}" )')
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
 def test_a_batch_says_why_its_worlds_are_not_closed(tmp_path: Path) -> None:
     file = tmp_path / "lights.world"
     file.write_text(WORLD)
