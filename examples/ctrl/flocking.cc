@@ -3,7 +3,7 @@
 // flocking: flies with its neighbours (Reynolds, 1987) with noise (Vicsek, Czirok, Ben-Jacob, Cohen
 // and Shochet, 1995).
 //
-//   ctrl "flocking [align=1] [gather=1] [near=0.4] [noise=0] [speed=0.1] [gain=5]"
+//   ctrl "flocking [align=1] [gather=1] [near=0.4] [noise=0.1] [speed=0.1] [gain=5]"
 //
 // Robots send their headings by the first radio that they carry, which measures where the sender
 // is. A robot turns to the sum of two vectors: `align` times the mean heading of its neighbours and
@@ -24,7 +24,7 @@ namespace {
 struct Robot {
   Stg::ModelPosition* position = nullptr;
   Stg::ModelRadio* radio = nullptr;
-  double align = 1, gather = 1, near = 0.4, noise = 0, speed = 0.1, gain = 5;
+  double align = 1, gather = 1, near = 0.4, noise = 0.1, speed = 0.1, gain = 5;
 };
 
 /// The vector to which a robot turns, in its own frame.

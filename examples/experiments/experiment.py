@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import importlib
+import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -164,9 +165,15 @@ def names() -> list[str]:
 
 
 def arguments_in(ctrl: str) -> dict[str, float]:
-    """The numbers with names in the text of `ctrl`: {"noise": 0.5} of "flocking noise=0.5"."""
-    pairs = (word.split("=") for word in ctrl.split()[1:] if "=" in word)
-    return {name: float(value) for name, value in pairs}
+    """The numbers in the text of `ctrl`: {"noise": 0.5} of "flocking noise=0.5". Raises ValueError."""
+    found = {}
+    for word in ctrl.split()[1:]:
+        name, _, value = word.partition("=")
+        try:
+            found[name] = float(value)
+        except ValueError:
+            raise ValueError(f"found the argument {word!r}, expected NAME=NUMBER") from None
+    return found
 
 
 def number_in(text: str, name: str) -> float:
@@ -176,12 +183,18 @@ def number_in(text: str, name: str) -> float:
 
 def begin(study: Study, seed: int, settings: Settings, plugin: bool,
           threads: int = 1) -> tuple[st.World, Controller | None]:
-    """A world before its first step, and its controller in Python, or None for that in C++, the plug-in."""
+    """A world before its first step, and its controller in Python, or None for that in C++, the plug-in.
+
+    The arguments of both are those of the setting "bot.ctrl". Raises ValueError if Python does not know one.
+    """
     world = st.World(study.sweep.world, seed=seed, settings=dict(settings), controllers=plugin, threads=threads)
     if plugin:
         return world, None
-    ctrl = str(settings.get("bot.ctrl", study.name))
-    return world, study.controller(world, **arguments_in(ctrl))
+    arguments = arguments_in(str(settings.get("bot.ctrl", study.name)))
+    known = list(inspect.signature(study.controller).parameters)[1:]
+    if unknown := [name for name in arguments if name not in known]:
+        raise ValueError(f"found the argument {unknown[0]!r}, expected any of {', '.join(known)}")
+    return world, study.controller(world, **arguments)
 
 
 def steps(world: st.World, controller: Controller | None, seconds: float) -> Iterator[None]:
@@ -210,8 +223,14 @@ def main(study: Study, arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a setting, as of stage --set")
     parser.add_argument("--plugin", action="store_true", help="run the controller in C++ instead")
     options = parser.parse_args(arguments)
+    if wrong := [word for word in options.set if "=" not in word]:
+        parser.error(f"found the setting {wrong[0]!r}, expected NAME=VALUE")
     settings = dict(word.split("=", 1) for word in options.set)
-    for name, value in measure_run(study, options.seed, settings, options.seconds, options.plugin).items():
+    try:
+        metrics = measure_run(study, options.seed, settings, options.seconds, options.plugin)
+    except (ValueError, st.StageError) as error:
+        parser.error(str(error))
+    for name, value in metrics.items():
         print(f"{name} {value:.4g}")
 
 

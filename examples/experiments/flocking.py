@@ -22,7 +22,7 @@ REACH = 1.0  #: of a radio, metres
 class Controller:
     """Drives as examples/ctrl/flocking.cc does, but for the last bits of trigonometry, and with other random numbers."""
 
-    def __init__(self, world: st.World, align: float = 1, gather: float = 1, near: float = 0.4, noise: float = 0,
+    def __init__(self, world: st.World, align: float = 1, gather: float = 1, near: float = 0.4, noise: float = 0.1,
                  speed: float = 0.1, gain: float = 5) -> None:
         self.robots = world.fleet()
         self.robots.messages()  # subscribes
