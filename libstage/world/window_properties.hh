@@ -43,6 +43,7 @@ inline constexpr std::string_view kWindowProperties[] = {
     "show_wifi",
     "show_radio",
     "show_fields",
+    "show_lights",
     "ranger_vis",
     "show_ranger_ranges",
     "show_ranger_strikes",

@@ -81,6 +81,14 @@ std::tuple<size_t, size_t, double, double> GridOf(const ModelHandle& handle) {
   });
 }
 
+/// X, y and heading of its middle in the world.
+std::tuple<double, double, double> FrameOf(const ModelHandle& handle) {
+  return handle.With([](Model& model) {
+    const Pose frame = AsField(model).GetGlobalPose() + model.GetGeom().pose;
+    return std::tuple(frame.x, frame.y, frame.a);
+  });
+}
+
 /// Diffusion and evaporation.
 std::tuple<double, double> RatesOf(const ModelHandle& handle) {
   return handle.With([](Model& model) {
@@ -109,6 +117,7 @@ std::vector<ModelHandle> FieldsOf(const std::shared_ptr<Simulation>& simulation)
 
 void BindField(nb::module_& module, nb::class_<Simulation>& world) {
   module.def("field_grid", &GridOf, nb::arg("model"))
+      .def("field_frame", &FrameOf, nb::arg("model"))
       .def("field_rates", &RatesOf, nb::arg("model"))
       .def("set_field_rates", &SetRates, nb::arg("model"), nb::arg("diffusion"),
            nb::arg("evaporation"))

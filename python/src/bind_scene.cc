@@ -63,7 +63,9 @@ void BindScene(nb::module_& module, nb::class_<Simulation>& world) {
       .def("find_id", &FindById, nb::arg("id"))
       .def("scene_key", [](Simulation& s) { return s.With([](World& w) { return SceneKey(w); }); })
       .def("places", &FillPlaces, nb::arg("ids"), nb::arg("places"), nb::arg("stalled"))
-      .def("scans", &Scans, nb::arg("ids"), nb::arg("most"));
+      .def("scans", &Scans, nb::arg("ids"), nb::arg("most"))
+      .def("glows",
+           [](Simulation& s) { return BytesOf(s.With([](World& w) { return GlowsOf(w); })); });
 }
 
 }  // namespace Stg::python

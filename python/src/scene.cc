@@ -13,9 +13,12 @@
 #include "geometry/trigonometry.hh"
 #include "models/body.hh"
 #include "models/host.hh"
+#include "models/light.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
 #include "models/robot_marks.hh"
+#include "models/types/glow.hh"
+#include "models/types/light_index.hh"
 #include "random/random.hh"
 #include "world/world.hh"
 
@@ -232,6 +235,21 @@ std::string ScansOf(World& world, const uint32_t* ids, size_t count, size_t max_
   for (size_t i = 0; i < count; i++)
     if (const Model* const model = world.FindModel(ids[i]))
       if (!AddScans(*model, *model, &max_samples, &words)) break;
+  return std::move(words.bytes());
+}
+
+std::string GlowsOf(World& world) {
+  Words words;
+  for (const LightSource* light : world.host().lights->sources()) {
+    const double radius = GlowRadius(*light);
+    if (radius == 0) continue;
+    const Model& model = light->model();
+    const Pose place = model.GetGlobalPose() + model.GetGeom().pose;
+    words.Add(place.x);
+    words.Add(place.y);
+    words.Add(radius);
+    words.Add(Canvas::Ink::Of(model.GetColor()));
+  }
   return std::move(words.bytes());
 }
 

@@ -87,6 +87,40 @@ TEST_F(DataTest, FieldsLieOnTheFloorAndAreOpaqueWhereTheyAreHighest) {
   EXPECT_TRUE(scene_.frame().floor.triangles.empty());
 }
 
+TEST_F(DataTest, LightsThatAreOnGlow) {
+  view_.options.Set(Show::kData, false);
+  world_ = LoadText(
+      "light ( name \"l\" pose [1 2 0 0] size [0.2 0.1 0.3] intensity 1 color \"red\" )\n"
+      "position( pose [0 -4 0 90] lightindicator( pose [1 0 0 0] name \"i\" ) )\n"
+      "light ( pose [5 5 0 0] intensity 0 )");
+  auto* const light = Find<ModelLight>(*world_, "l");
+  const auto& triangles = scene_.frame().floor.triangles;
+  const auto away = [](const Vertex& v) { return std::hypot(double{v.x} - 1, double{v.y} - 2); };
+  const auto look = [&]() -> double {
+    scene_.Update(*world_, view_, kWidth, kHeight);
+    double radius = 0;
+    for (const Vertex& v : triangles) radius = std::max(radius, away(v));
+    for (const Vertex& v : triangles) {
+      const int opacity = away(v) < 0.001 ? 153 : away(v) > radius - 0.001 ? 0 : 38;
+      EXPECT_EQ(v.color, (Rgba{255, 0, 0, static_cast<uint8_t>(opacity)})) << away(v);
+      EXPECT_EQ(v.z, 0);
+    }
+    return radius;
+  };
+  EXPECT_NEAR(look(), 0.5, 1e-6) << "where it causes 4 W/m2";
+  light->SetIntensity(1000);
+  EXPECT_NEAR(look(), 2, 1e-6);
+  light->SetIntensity(0.0001);
+  EXPECT_NEAR(look(), 0.2, 1e-6) << "twice its body";
+  view_.options.Set(Show::kLights, false);
+  EXPECT_EQ(look(), 0);
+  EXPECT_TRUE(triangles.empty());
+  view_.options.Set(Show::kLights, true);
+  light->SetOn(false);
+  EXPECT_EQ(look(), 0);
+  EXPECT_TRUE(triangles.empty()) << "neither do lights without an intensity glow";
+}
+
 TEST_F(DataTest, LargeFieldsAreDrawnInPatches) {
   world_ = LoadText("field ( name \"f\" size [33 1 0] field_resolution 0.1 )");
   auto* const field = Find<ModelField>(*world_, "f");

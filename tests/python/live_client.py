@@ -35,6 +35,8 @@ class Client:
         self.shapes: list[bytes] = []
         self.frame: dict[str, Any] = {}
         self.words = b""
+        self.fields: dict[int, tuple[dict[str, Any], np.ndarray]] = {}  # headers and shades
+        self.fields_received = 0
 
     def __enter__(self) -> Client:
         return self
@@ -54,6 +56,10 @@ class Client:
             self.scene = header
             ends = 4 * np.cumsum([0, *header["lengths"]])
             self.shapes[header["first"]:] = [words[a:b] for a, b in zip(ends, ends[1:])]
+        elif header["type"] == "field":
+            shape = header["rows"], header["columns"]
+            self.fields[header["id"]] = header, np.frombuffer(words, np.uint8, shape[0] * shape[1]).reshape(shape)
+            self.fields_received += 1
         elif header["type"] == "frame":
             self.frame, self.words = header, words
         else:
@@ -86,9 +92,19 @@ class Client:
         return np.unpackbits(bits, count=count, bitorder="little").astype(bool)
 
     @property
+    def _glows_begin(self) -> int:
+        count = int(self.frame["things"])
+        return 12 * count + 4 * -(-count // 32)
+
+    @property
+    def glows(self) -> list[tuple[list[float], list[int]]]:
+        """X, y and radius of each glow, and its colour."""
+        ends = range(self._glows_begin, self._glows_begin + 16 * self.frame["glows"], 16)
+        return [(np.frombuffer(self.words, "<f4", 3, at).tolist(), list(self.words[at + 12:at + 16])) for at in ends]
+
+    @property
     def scans(self) -> list[dict[str, Any]]:
-        count = self.frame["things"]
-        at, found = 12 * count + 4 * -(-count // 32), []
+        at, found = self._glows_begin + 16 * self.frame["glows"], []
         while at < len(self.words):
             thing, samples = np.frombuffer(self.words, "<u4", 2, at)
             time = np.frombuffer(self.words[at + 8:at + 16], "<u8")[0] / 1e6

@@ -18,6 +18,7 @@ pytest.importorskip("websockets", reason="the package websockets is not installe
 from live_client import Client, do  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 from stagesim.live import Server  # noqa: E402
+from stagesim.live.floor import picture_of  # noqa: E402
 from stagesim.live.scene import Shapes  # noqa: E402
 
 WORLDS = st.shipped_worlds()
@@ -77,6 +78,64 @@ def test_scans_of_a_crowd_only_when_asked_for() -> None:
         client.until(lambda: client.scans)
         assert {scan["thing"] for scan in client.scans} == set(robots)
         assert client.frame["details"]["id"] == robots[0]
+
+
+FLOOR = """resolution 0.05
+field( name "trail" size [4 2 0] field_resolution 1 pose [10 0 0 90] color "green" )
+light( name "lamp" pose [1 2 0 0] size [0.2 0.2 0.2] intensity 1 color "red" )
+position( name "r" pose [0 -1 0 0] size [0.4 0.4 0.4] lightindicator( name "led" intensity 0.04 color "blue" ) )
+"""
+
+
+def test_a_changed_field_is_sent_and_no_other() -> None:
+    with Server(st.World.from_text(FLOOR), paused=True) as server, Client(server) as client:
+        client.until(lambda: client.fields)
+        (number,) = client.fields
+        header, shades = client.fields[number]
+        assert client.frame["fields"] == [number] and not shades.any() and shades.shape == (2, 4)
+        assert header["pose"] == pytest.approx([10, 0, np.pi / 2]) and header["size"] == [4, 2]
+        assert header["patch"] == [1, 1] and header["rgb"] == [0, 255, 0]
+        client.send("step", count=3)
+        client.until(lambda: client.frame["steps"] == 3)
+        assert client.fields_received == 1
+        values = np.array([[0, 1, 2, 4], [0, 0, 0, 3]])
+        do(server, lambda run: setattr(run.world.fields["trail"], "values", values))
+        client.until(lambda: client.fields_received > 1)
+        assert np.array_equal(client.fields[number][1], np.rint(values / 4 * 255))
+        do(server, lambda run: run.world.model("trail").delete())
+        client.until(lambda: client.frame["fields"] == [])
+        assert client.fields_received == 2
+
+
+def test_fields_of_many_cells_are_sent_as_means() -> None:
+    world = st.World.from_text('field( name "f" size [16.5 0.2 0] field_resolution 0.05 )')
+    values = np.zeros((4, 330))
+    values[0, 327:] = 9
+    values[3, 0] = 3
+    world.fields["f"].values = values
+    picture = picture_of(world.fields["f"])
+    assert picture.shape == (2, 110) and picture.patch == pytest.approx((0.15, 0.15))
+    shades = np.frombuffer(picture.shades, np.uint8).reshape(picture.shape)
+    assert shades[0, 109] == 255 and shades[1, 0] == round(255 / 3) and np.count_nonzero(shades) == 2
+    world.fields["f"].values = 7
+    assert set(picture_of(world.fields["f"]).shades) == {255}
+
+
+def test_lights_that_are_on_are_sent_as_glows() -> None:
+    with Server(st.World.from_text(FLOOR), paused=True) as server, Client(server) as client:
+        client.until(lambda: True)
+        assert client.glows == [([1, 2, 0.5], [255, 0, 0, 255])]
+        do(server, lambda run: setattr(run.world.model("r.led"), "on", True))
+        client.until(lambda: client.frame["glows"] == 2)
+        assert client.glows[1] == ([0, -1, pytest.approx(0.4)], [0, 0, 255, 255])
+        do(server, lambda run: setattr(run.world.model("lamp"), "on", False))
+        client.until(lambda: client.frame["glows"] == 1)
+        do(server, lambda run: setattr(run.world.model("r"), "pose", (3, 0, 0)))
+        client.until(lambda: client.glows[0][0][0] == 3)
+        client.send("sense", thing=client.thing("r"))
+        client.send("step", count=1)
+        client.until(lambda: client.frame["steps"] == 1)
+        assert client.scans == []
 
 
 def test_details(server: Server) -> None:

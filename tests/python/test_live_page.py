@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 import stagesim as st
 
@@ -221,6 +222,44 @@ def test_page_fits_small_screens(look: Look, width: int) -> None:
     sizes = "[...document.querySelectorAll('.card, button')].map((part) => part.getBoundingClientRect())"
     assert browser.value(f"{sizes}.every((box) => box.left >= 0 && box.right <= innerWidth)")
     browser.screenshot(PICTURES / f"small_{width}.png")
+
+
+FLOOR = """resolution 0.05
+field( name "trail" size [8 4 0] field_resolution 1 color "green" )
+light( name "lamp" pose [-2 -4 0 0] size [0.1 0.1 0.1] intensity 16 color "red" )
+position( name "r" pose [2 4 0 0] size [0.4 0.4 0.4] )
+"""
+
+
+def test_fields_and_lights_lie_on_the_floor_and_change(look: Look) -> None:
+    server, browser = look(st.World.from_text(FLOOR), paused=True)
+
+    def color(x: float, y: float) -> str:
+        scale, left, top = (browser.value(f"Number(document.body.dataset.{part})") for part in ("scale", "left", "top"))
+        ratio = "Math.min(devicePixelRatio || 1, 2)"
+        return ("(() => { const canvas = document.getElementById('view'); return Array.from(canvas.getContext('2d')"
+                f".getImageData({(x - left) * scale} * {ratio}, {(top - y) * scale} * {ratio}, 1, 1).data).join(); }})()")
+
+    def setting(name: str, value: object) -> None:
+        server.run.order(lambda run: setattr(run.world.fields["trail"] if name == "values" else run.world.model("lamp"),
+                                             name, value)).result(PATIENCE)
+
+    empty = browser.value(color(0.25, 4.2))
+    assert browser.value(color(-3.4, 1.4)) == empty
+    values = np.zeros((4, 8))
+    values[3, 0], values[0, 7] = 4, 2  # the north-west and the south-east
+    setting("values", values)
+    browser.wait(f"{color(-3.4, 1.4)} !== '{empty}'")
+    strong, weak, none = (list(map(int, browser.value(color(*place)).split(",")))
+                          for place in ((-3.4, 1.4), (3.4, -1.4), (3.4, 1.4)))
+    assert strong[1] - strong[0] > weak[1] - weak[0] + 50 > none[1] - none[0] + 100
+    red, _, blue, _ = map(int, browser.value(color(-1.4, -4)).split(","))
+    assert red > blue + 20
+    browser.screenshot(PICTURES / "floor.png")
+    setting("on", False)
+    browser.wait(f"{color(-1.4, -4)} === '{empty}'")
+    setting("values", np.zeros((4, 8)))
+    browser.wait(f"{color(-3.4, 1.4)} === '{empty}'")
 
 
 @pytest.mark.parametrize("file", st.shipped_worlds())

@@ -93,6 +93,7 @@ inline constexpr Property kWindow[] = {
     {"window", "show_rays", "1"},
     {"window", "show_wifi", "1"},
     {"window", "show_fields", "0"},
+    {"window", "show_lights", "0"},
     {"window", "show_radio", "1"},
     {"window", "ranger_vis", "1"},
     {"window", "show_ranger_ranges", "1"},

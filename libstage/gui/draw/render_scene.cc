@@ -8,12 +8,14 @@
 #include "geometry/trigonometry.hh"
 #include "gui/draw/debug_picture.hh"
 #include "gui/draw/field_picture.hh"
+#include "gui/draw/light_picture.hh"
 #include "gui/draw/model_pictures.hh"
 #include "gui/draw/painter.hh"
 #include "gui/draw/scene_job.hh"
 #include "gui/draw/type_picture.hh"
 #include "models/body.hh"
 #include "models/energy_charts.hh"
+#include "models/light.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
 #include "models/robot_marks.hh"
@@ -49,6 +51,8 @@ void RenderScene::Update(World& world, const view::ViewState& view, int width, i
   if (view.options[Show::kGrid])
     DrawAxisNumbers(frame_.floor_x, frame_.floor_y, frame_.step, *frame_.projection, &frame_.floor);
   if (view.options[Show::kFields] && !world.host().fields.empty()) DrawFields(world, &frame_.floor);
+  if (view.options[Show::kLights])
+    for (const LightSource* light : lights_) DrawGlow(*light, &frame_.floor);
   if (view.options[Show::kOccupancy]) DrawOccupancy(world, *frame_.projection, &frame_.floor);
   for (Model* model : selection.models)
     DrawSelected(*model, *frame_.projection, &frame_.marks, &frame_.over);
@@ -76,6 +80,7 @@ void RenderScene::Rebuild(World& world) {
   topology_version_ = world.engine().topology_version;
   body_version_ = world.engine().scene.body_changes;
   items_.clear();
+  lights_.clear();
   robots_ = 0;
   // The old batches keep shapes alive until all models are added, so that they can be reused.
   std::vector<BodyBatch> old = std::move(frame_.bodies);
@@ -97,6 +102,7 @@ void RenderScene::AddTree(Model* model, uint32_t parent) {
   item.cosine = 1;
   items_.push_back(item);
   FindShape(&items_.back());
+  if (const auto* light = dynamic_cast<const LightSource*>(model)) lights_.push_back(light);
   robots_ += item.kind == Kind::kPosition && items_.back().batch != kNone;
   for (Model* child : model->GetChildren()) AddTree(child, index);
 }

@@ -24,6 +24,7 @@
 #include "models/ranger.hh"
 
 namespace Stg {
+class LightSource;
 class StripPlotVis;
 class World;
 }  // namespace Stg
@@ -165,6 +166,7 @@ class RenderScene {
   uint64_t topology_version_ = 0,
            body_version_ = 0;  // change counters of the engine at the last update
   std::vector<Item> items_;    // parents come before their children
+  std::vector<const LightSource*> lights_;
   ShapeStore shapes_;
   struct SensorKind {
     double fov;

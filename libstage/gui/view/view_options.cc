@@ -64,6 +64,7 @@ constexpr Row kTable[] = {
     {Show::kWifi, "Wifi", "show_wifi", "", Place::kFilter, true},
     {Show::kRadio, "Messages", "show_radio", "", Place::kFilter, true},
     {Show::kFields, "Fields", "show_fields", "", Place::kFilter, true},
+    {Show::kLights, "Glow of lights", "show_lights", "", Place::kFilter, true},
     {Show::kRasterization, "Rasterization", "raster_vis", "", Place::kFilter, false},
     {Show::kEnergyOutput, "energy output", "energy_input", "", Place::kFilter, false},
     {Show::kEnergyStored, "energy stored", "energy_stored", "", Place::kFilter, false},

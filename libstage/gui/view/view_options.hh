@@ -58,6 +58,7 @@ enum class Show : unsigned {
   kWifi,
   kRadio,
   kFields,
+  kLights,
   kRasterization,
   kEnergyOutput,
   kEnergyStored,

@@ -16,12 +16,14 @@ from typing import Any
 import numpy as np
 
 from .fields import flag, found, integer, items, number, seed, triple
+from .floor import FieldPicture
 from .scene import Frame, Scene, State, Wish
 from .show import Show
 
 #: Max size of a message from the page, bytes.
 MAX_ORDER_BYTES = 16_384
 MAX_SCANS = 256
+GLOW_BYTES = 16  #: x, y and radius, then a colour: see scene.hh
 
 Order = Callable[[Show], Any]
 
@@ -57,15 +59,26 @@ def places_words(frame: Frame) -> bytes:
     return frame.places.astype("<f4").tobytes() + bits + b"\0" * (-len(bits) % 4)
 
 
+def field_message(picture: FieldPicture) -> bytes:
+    """Makes the message with a field: its shades, padded to whole words."""
+    rows, columns = picture.shape
+    header = {"type": "field", "id": picture.id, "pose": finite(list(picture.pose)), "size": picture.size,
+              "patch": picture.patch, "rgb": picture.rgb, "rows": rows, "columns": columns}
+    return packed(header, picture.shades, b"\0" * (-len(picture.shades) % 4))
+
+
 def frame_message(frame: Frame, places: bytes, wish: Wish) -> bytes:
-    """Makes the message with a frame: `places` (see places_words()), then the scans that the client wishes."""
+    """Makes the message with a frame: `places` (see places_words()), glows, then the scans that the client wishes.
+
+    In the header, `glows` is the number of glows, and `fields` has the models of all fields that there are.
+    """
     wanted = frame.scene.robot_ids if wish.all_scans else []
     scans = [frame.scans[thing] for thing in dict.fromkeys([*wanted, *wish.scans]) if thing in frame.scans]
     details = None if wish.chosen is None else frame.details.get(wish.chosen)
     header = {"type": "frame", "scene": frame.scene.number, "things": len(frame.places),
-              **state_of(frame.state), "r_acc": frame.r_acc,
-              "details": finite(details)}
-    return packed(header, places, *scans)
+              **state_of(frame.state), "r_acc": frame.r_acc, "fields": list(frame.fields),
+              "glows": len(frame.glows) // GLOW_BYTES, "details": finite(details)}
+    return packed(header, places, frame.glows, *scans)
 
 
 def state_of(state: State) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from ..errors import GoneError
 from ..fleet import sensor_types
 from ..text import printable
 from ..world import World
+from .floor import FieldPicture
 
 #: Max number of robots of which all scans are sent.
 MAX_SCANNED_ROBOTS = 64
@@ -122,6 +123,8 @@ class Frame:
     #: The scans that viewers wish to see, by things, packed as in scene.hh.
     scans: Mapping[int, bytes] = field(default_factory=dict)
     details: Mapping[int, dict[str, Any]] = field(default_factory=dict)
+    fields: Mapping[int, FieldPicture] = field(default_factory=dict)  #: pictures of all fields, by their models
+    glows: bytes = b""  #: glows of all lights that are on, packed as in scene.hh
 
     @property
     def r_acc(self) -> float:

@@ -20,6 +20,7 @@ from ..errors import GoneError, StageError
 from ..fleet import Fleet
 from ..text import printable
 from ..world import World
+from .floor import pictures_of
 from .scene import Frame, Scene, State, Wish, details_of, model_of, places_of, scans_of, sensors_of
 
 MAX_SPEED = 1e6
@@ -246,7 +247,8 @@ class Show(ABC):
         details = {wish.chosen: details_of(self.world, self.scene, wish.chosen) for wish in wishes
                    if wish.chosen is not None and wish.chosen in self.scene.index}
         return Frame(self.scene, self.state(), places, stalled,
-                     scans_of(self.world, self.scene, wishes), details)
+                     scans_of(self.world, self.scene, wishes), details, pictures_of(self.world),
+                     self.world._core.glows())
 
     def state(self) -> State:
         """Returns the current state of the run."""

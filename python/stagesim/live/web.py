@@ -20,7 +20,8 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from ..text import printable
-from .messages import MAX_ORDER_BYTES, error_message, frame_message, order_of, places_words, scene_message
+from .floor import FieldPicture
+from .messages import MAX_ORDER_BYTES, error_message, field_message, frame_message, order_of, places_words, scene_message
 from .requests import Connection, Refused, Target
 from .scene import Frame, Scene, Wish
 from .show import Show
@@ -114,6 +115,7 @@ class Client:
         self.latest: tuple[Frame, bytes] | None = None
         self.news = asyncio.Event()
         self.scene: Scene | None = None  # the last scene sent
+        self.fields: dict[int, FieldPicture] = {}  # the last pictures sent
 
     async def send_frames(self, world: str, dt: float) -> None:
         """Sends frames, and scenes before their first frame, until the connection is closed."""
@@ -125,6 +127,10 @@ class Client:
             if frame.scene is not self.scene:
                 await self.connection.send(scene_message(frame.scene, self._shapes(frame.scene), world, dt))
                 self.scene = frame.scene
+            for picture in frame.fields.values():
+                if self.fields.get(picture.id) != picture:
+                    await self.connection.send(field_message(picture))
+            self.fields = dict(frame.fields)
             await self.connection.send(frame_message(frame, places, self.wish))
 
     def _shapes(self, scene: Scene) -> int:

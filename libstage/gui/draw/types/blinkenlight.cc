@@ -10,7 +10,7 @@ namespace {
 
 // A blinkenlight has no data to draw: its body's colour shows its state.
 [[maybe_unused]] const bool kRegistered =
-    RegisterPicture(PictureOf<ModelBlinkenlight>({view::Show::kBlink}));
+    RegisterPicture(PictureOf<ModelBlinkenlight>({view::Show::kBlink, view::Show::kLights}));
 
 }  // namespace
 

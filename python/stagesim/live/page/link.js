@@ -4,7 +4,7 @@
 
 const AGAIN = 1000; // milliseconds until the next attempt
 
-/** Connects and reconnects. Callbacks: scene(scene), frame(frame), error(text), state(connected). */
+/** Connects and reconnects. Callbacks: scene(scene), field(field), frame(frame), error(text), state(connected). */
 export class Link {
   constructor(callbacks) {
     this.callbacks = callbacks;
@@ -36,6 +36,8 @@ export class Link {
     if (header.type === "scene") {
       this.shown = header.scene;
       this.callbacks.scene({ ...header, words });
+    } else if (header.type === "field") {
+      this.callbacks.field({ ...header, shades: words.bytes });
     } else if (header.type === "frame" && header.scene === this.shown) {
       this.callbacks.frame(frameOf(header, words));
     } else if (header.type === "error") {
@@ -66,6 +68,9 @@ function frameOf(header, words) {
   const places = words.take(3 * header.things);
   const bits = words.bytes.subarray(4 * words.at);
   words.at += Math.ceil(header.things / 32);
+  const glows = [];
+  while (glows.length < header.glows)
+    glows.push({ x: words.float(), y: words.float(), radius: words.float(), color: words.color() });
   const scans = [];
   while (!words.isOver) {
     const scan = { thing: words.integer(), count: words.integer() };
@@ -75,5 +80,5 @@ function frameOf(header, words) {
     scan.bearings = words.take(scan.count);
     scans.push(scan);
   }
-  return { ...header, places, scans, isStalled: (i) => (bits[i >> 3] >> (i & 7)) & 1 };
+  return { ...header, places, glows, scans, isStalled: (i) => (bits[i >> 3] >> (i & 7)) & 1 };
 }

@@ -29,6 +29,7 @@ const link = new Link({
     document.title = `${message.world} – Stage`;
     $("world").textContent = message.world;
   },
+  field: (field) => view.setField(field),
   frame(frame) {
     view.setFrame(frame);
     if (!view.scene.index.has(view.chosen)) choose(null);

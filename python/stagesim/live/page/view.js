@@ -10,6 +10,9 @@ const MARGIN = 16; // pixels
 const NEAR = 9; // max distance of a click from a robot that it selects, pixels
 const MANY = 1000; // with more robots, dots are small
 const SHORT_TRAIL = 900; // max number of points
+const FIELD_OPACITY = 0.8; // the floor shines through
+// Opacities of glows as in libstage/models/types/glow.hh; that of the edge is 0.
+const GLOW_MIDDLE = 0.6, GLOW_HALF = 0.15;
 
 /** The center and the scale of the view. Maps metres to CSS pixels. */
 export class Camera {
@@ -49,6 +52,7 @@ export class View {
     this.showScans = true;
     this.chosen = null; // id of the selected thing
     this.trail = [];
+    this.fields = new Map(); // by the numbers of their models
     this.resize();
   }
 
@@ -75,7 +79,19 @@ export class View {
     this.next = scene;
   }
 
+  /** Sets the picture of a field for the next frame. */
+  setField(field) {
+    const picture = document.createElement("canvas");
+    Object.assign(picture, { width: field.columns, height: field.rows });
+    const context = picture.getContext("2d"), image = context.createImageData(field.columns, field.rows);
+    for (let i = 0; i < field.rows * field.columns; i++)
+      image.data.set([...field.rgb, Math.round(FIELD_OPACITY * field.shades[i])], 4 * i);
+    context.putImageData(image, 0, 0);
+    this.fields.set(field.id, { ...field, picture });
+  }
+
   setFrame(frame) {
+    for (const id of this.fields.keys()) if (!frame.fields.includes(id)) this.fields.delete(id);
     if (this.next) this.showScene();
     else if (this.frame) this.noteMoves(this.frame.places, frame.places);
     if (this.frame && frame.steps < this.frame.steps) this.trail = [];
@@ -171,7 +187,11 @@ export class View {
     const context = this.canvas.getContext("2d");
     context.setTransform(1, 0, 0, 1, 0, 0);
     if (!this.frame) return context.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    this.drawFloor(context);
+    for (const field of this.fields.values()) this.drawField(context, field);
+    for (const glow of this.frame.glows) this.drawGlow(context, glow);
     this.drawStill();
+    context.setTransform(1, 0, 0, 1, 0, 0);
     context.drawImage(this.still, 0, 0);
     if (this.showScans) for (const scan of this.frame.scans) this.drawScan(context, scan);
     this.drawTrail(context);
@@ -181,15 +201,42 @@ export class View {
 
   // ---- layers ----
 
+  drawFloor(context) {
+    context.fillStyle = this.floor;
+    context.fillRect(0, 0, this.canvas.width, this.canvas.height);
+    this.drawGrid(context);
+  }
+
+  /** Draws the patches of a field. Those at its northern and eastern edge may reach beyond it and are cut off. */
+  drawField(context, { pose, size, patch, rows, columns, picture }) {
+    context.save();
+    this.enter(context, ...pose);
+    context.beginPath();
+    context.rect(-size[0] / 2, -size[1] / 2, size[0], size[1]);
+    context.clip();
+    context.imageSmoothingEnabled = false;
+    context.drawImage(picture, -size[0] / 2, -size[1] / 2, columns * patch[0], rows * patch[1]);
+    context.restore();
+  }
+
+  drawGlow(context, { x, y, radius, color: [red, green, blue, opacity] }) {
+    this.enter(context, x, y, 0);
+    const paint = context.createRadialGradient(0, 0, 0, 0, 0, radius);
+    for (const [at, share] of [[0, GLOW_MIDDLE], [0.5, GLOW_HALF], [1, 0]])
+      paint.addColorStop(at, `rgb(${red} ${green} ${blue} / ${share * opacity / 255})`);
+    context.fillStyle = paint;
+    context.beginPath();
+    context.arc(0, 0, radius, 0, 7);
+    context.fill();
+  }
+
   drawStill() {
     const key = `${this.camera.key} ${this.stillThings}`;
     if (key === this.stillKey) return;
     this.stillKey = key;
     const context = this.still.getContext("2d");
     context.setTransform(1, 0, 0, 1, 0, 0);
-    context.fillStyle = this.floor;
-    context.fillRect(0, 0, this.still.width, this.still.height);
-    this.drawGrid(context);
+    context.clearRect(0, 0, this.still.width, this.still.height);
     for (let i = 0; i < this.moves.length; i++) if (!this.moves[i] && this.isSeen(i)) this.drawThing(context, i);
   }
 
