@@ -242,7 +242,8 @@ def run(study: Study, runs: int, jobs: int, folder: Path) -> Table:
     results = run_sweep(dataclasses.replace(study.sweep, runs=runs), out=folder, jobs=jobs)
     if results.failed:
         raise SystemExit(f"{folder}: found {len(results.failed)} failed runs, expected none")
-    return results.table()
+    table: Table = results.table()
+    return table
 
 
 def sets_of(table: Table, axes: Sequence[str]) -> Iterator[tuple[tuple[Any, ...], npt.NDArray[np.bool_]]]:
@@ -254,10 +255,14 @@ def sets_of(table: Table, axes: Sequence[str]) -> Iterator[tuple[tuple[Any, ...]
 
 def largest_cluster(places: Floats, reach: float) -> int:
     """The largest number of places that are connected by distances of less than `reach`: places of shape (n, 2)."""
-    near = np.hypot(*(places[:, None] - places).transpose(2, 0, 1)) < reach
-    for _ in range(int(np.ceil(np.log2(len(places))))):
-        near = near @ near
-    return int(near.sum(1).max())
+    near = ((places[:, None] - places) ** 2).sum(2) < reach**2
+    labels = np.arange(len(places))
+    while True:  # until each place has the least label of its cluster
+        least = np.where(near, labels, len(labels)).min(1)
+        least = least[least]
+        if (least == labels).all():
+            return int(np.bincount(labels).max())
+        labels = least
 
 
 # ---- figures

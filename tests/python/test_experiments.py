@@ -56,6 +56,20 @@ def test_plugins_do_not_depend_on_threads(study: Any, code: Any) -> None:
     assert len(hashes) == 1
 
 
+def test_plugins_are_saved_and_restored(study: Any, code: Any) -> None:
+    """A world goes on in the same way after it is restored, also one that has just been loaded."""
+    world, _ = code.begin(study, 5, study.effect.shown, True)
+    world.run(3)
+    snapshot = world.snapshot()
+    world.run(3)
+    expected = world.state_hash(), world.fleet().pose.tolist()
+    other, _ = code.begin(study, 6, study.effect.shown, True)
+    for each in (world, other):
+        each.restore(snapshot)
+        each.run(3)
+        assert (each.state_hash(), each.fleet().pose.tolist()) == expected
+
+
 @pytest.mark.parametrize("plugin", [True, False], ids=["plugin", "python"])
 def test_the_mechanism_has_its_effect(study: Any, code: Any, plugin: bool) -> None:
     """A few seeds show the effect with the mechanism, and none does without it."""
