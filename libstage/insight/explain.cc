@@ -11,6 +11,7 @@
 #include "insight/sensor_kinds.hh"
 #include "models/body.hh"
 #include "models/camera.hh"
+#include "models/field.hh"
 #include "models/model_type.hh"
 #include "models/position.hh"
 #include "models/power_pack.hh"
@@ -59,6 +60,7 @@ class SummaryBuilder {
     std::stable_sort(s_.types.begin(), s_.types.end(),
                      [](const ModelKind& a, const ModelKind& b) { return a.models > b.models; });
     TakeSensors();
+    TakeFields();
     TakeHeights();
     TakeUnseenBlocks();
     TakeGrid();
@@ -84,6 +86,15 @@ class SummaryBuilder {
     s_.chooses_threads = engine_.chooses_threads();
     s_.step = world_.sim_interval;
     s_.callbacks_per_step = static_cast<double>(engine_.update_callbacks.size());
+  }
+
+  void TakeFields() {
+    for (const ModelField* field : engine_.fields) {
+      if (field->diffusion() == 0 && field->evaporation() == 0) continue;
+      s_.fields++;
+      s_.field_cells +=
+          static_cast<double>(field->values().size()) * UpdatesPerStep(*field, world_.sim_interval);
+    }
   }
 
   void TakeModel(const Model& model) {

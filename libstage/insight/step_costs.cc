@@ -15,6 +15,7 @@
 #include "insight/sensor_kinds.hh"
 #include "models/body.hh"
 #include "models/fiducial.hh"
+#include "models/field.hh"
 #include "models/gripper.hh"
 #include "models/model_type.hh"
 #include "models/position.hh"
@@ -22,6 +23,7 @@
 #include "models/ranger.hh"
 #include "models/state_exchange.hh"
 #include "world/engine.hh"
+#include "world/phases/field_phase.hh"
 #include "world/world.hh"
 
 namespace Stg {
@@ -42,6 +44,7 @@ uint64_t HeapInUse() {
 constexpr double kNanoseconds = 1e9;
 constexpr size_t kProbeModels = 16;  // models in the first pass, which decides the sample size
 constexpr size_t kMaxKinds = 12;     // kinds of sensors that are measured
+constexpr size_t kMaxFields = 4;     // fields that are measured
 constexpr int kMaxPasses = 2000;     // passes over a sample
 constexpr uint64_t kSampleSeed = 1;
 
@@ -103,6 +106,7 @@ class StepCostMeter {
     MeasurePositions(seconds * 0.05);
     MeasureMoves(seconds * 0.15);
     MeasureEnergy(seconds * 0.05);
+    MeasureFields(seconds * 0.05);
     costs_.rays = Statistics().trace.rays - statistics_.trace.rays;
     const uint64_t device_rays = Statistics().device_rays - statistics_.device_rays;
     if (device_rays > 0)
@@ -427,6 +431,24 @@ class StepCostMeter {
         if (model->FindPowerPack() && model->watts_give > 0) model->AppendTouchingModels(&touching);
       }
       return WallClock() - start;
+    });
+  }
+
+  // ---- fields ----
+
+  void MeasureFields(double seconds) {
+    std::vector<const ModelField*> sample;
+    for (const ModelField* field : engine_.fields) {
+      if (sample.size() == kMaxFields) break;
+      if (field->diffusion() == 0 && field->evaporation() == 0) continue;
+      sample.push_back(field);
+      costs_.field_sample += field->values().size();
+    }
+    if (sample.empty()) return;
+    costs_.field_cell_ns = Repeat(seconds, costs_.field_sample, [&] {
+      double time = 0;
+      for (const ModelField* field : sample) time += FieldPhase::MeasureUpdate(*field, &engine_);
+      return time;
     });
   }
 

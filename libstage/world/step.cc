@@ -140,7 +140,10 @@ void World::Step(WorldEngine& engine, uint64_t epoch) {
   const double called = WallClock();
   UpdateEnergy();
   ValidateAfter("energy");
+  const double supplied = WallClock();
   if (!engine.fields.empty()) FieldPhase::Run(&engine, sim_time, sim_interval);
+  const double in_fields = WallClock() - supplied;
+  ValidateAfter("fields");
   engine.metrics.Step(*this);
 
   const double traced = engine.tracer.seconds() - traced_before;
@@ -149,7 +152,8 @@ void World::Step(WorldEngine& engine, uint64_t epoch) {
   seconds.gather += sensed - start - traced;
   seconds.move += moved - sensed;
   seconds.callbacks += called - moved;
-  seconds.energy += WallClock() - called;
+  seconds.energy += WallClock() - called - in_fields;
+  seconds.fields += in_fields;
 }
 
 void World::FinishSensing() {

@@ -227,6 +227,16 @@ TEST(Summary, EnergyAndCallbacks) {
   EXPECT_DOUBLE_EQ(s.callbacks_per_step, 1.5);
 }
 
+constexpr char kFields[] =
+    "interval_sim 100 field( name \"f\" size [4 2 0] field_resolution 0.1 diffusion 0.01 "
+    "update_interval 200 ) field( size [9 9 0] field_resolution 0.1 )";
+
+TEST(Summary, FieldsThatChange) {
+  const SceneSummary s = Summarize(*LoadText(kFields));
+  EXPECT_EQ(s.fields, 1u) << "the other one stays as it is";
+  EXPECT_DOUBLE_EQ(s.field_cells, 40 * 20 / 2);
+}
+
 // ---- measuring ----------------------------------------------------------------------------------
 
 TEST(StepCosts, AreMeasuredForRunningModels) {
@@ -252,10 +262,22 @@ TEST(StepCosts, AreMeasuredForRunningModels) {
   EXPECT_GT(costs.seconds, 0);
 }
 
+TEST(StepCosts, FieldsAreMeasuredAndStayAsTheyAre) {
+  const auto world = LoadText(kFields);
+  dynamic_cast<ModelField*>(Find(*world, "f"))->SetValue(0, 0, 1);
+  const uint64_t before = world->StateHash();
+  const StepCosts costs = MeasureStepCosts(*world, 0.02);
+  EXPECT_EQ(costs.field_sample, 800u);
+  EXPECT_GT(costs.field_cell_ns, 0);
+  EXPECT_LT(costs.field_cell_ns, 1000);
+  EXPECT_EQ(world->StateHash(), before);
+}
+
 TEST(StepCosts, OfAnEmptyWorld) {
   const StepCosts costs = MeasureStepCosts(*LoadText("model( )"), 0.02);
   EXPECT_TRUE(costs.sensors.empty());
   EXPECT_EQ(costs.move_sample, 0u);
+  EXPECT_EQ(costs.field_sample, 0u);
   EXPECT_EQ(costs.rays, 0u);
 }
 

@@ -283,6 +283,19 @@ TEST_F(CliTest, Statistics) {
   EXPECT_TRUE(s["machine"]["cpu"].is_string());
 }
 
+TEST_F(CliTest, FieldsHaveAPhaseOfTheirOwn) {
+  WriteWorld("plain.world", "quit_time 2 position( )");
+  WriteWorld("field.world",
+             "quit_time 2 position( )\n"
+             "field( size [40 40 0] field_resolution 0.1 diffusion 0.01 initial 1 )");
+  ASSERT_EQ(Stage({"-g", "plain.world", "--stats", "plain.json"}).status, 0);
+  ASSERT_EQ(Stage({"-g", "field.world", "--stats", "field.json"}).status, 0);
+  EXPECT_LT(Stats("plain.json")["phases_ms_per_step"]["fields"], 1e-3);
+  const nlohmann::json phases = Stats("field.json")["phases_ms_per_step"];
+  EXPECT_GT(phases["fields"], 1e-2) << "160 000 cells";
+  EXPECT_LT(phases["energy"], phases["fields"].get<double>() / 2);
+}
+
 TEST_F(CliTest, StatisticsOfSeveralWorlds) {
   WriteRobots("a.world", "quit_time 1");
   WriteWorld("b\xff.world", "quit_time 2");  // the name is not UTF-8

@@ -75,6 +75,9 @@ void EstimateStep(const SceneSummary& scene, const StepCosts& costs, const RunOp
   add("callbacks", look, "stand-in: each reading looked at once; controllers may do more");
   add("energy", energy * costs.energy_ns,
       Count(energy, "model") + Format(" x %.0f ns", costs.energy_ns));
+  add("fields", scene.field_cells * costs.field_cell_ns,
+      Count(scene.field_cells, "cell") +
+          Format(" x %.2f ns, if all rows have values", costs.field_cell_ns));
 }
 
 /// Cameras keep rendering buffers. Their size is measured where the system supports it.

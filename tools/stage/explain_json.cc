@@ -98,6 +98,7 @@ Json Costs(const StepCosts& c) {
   return {{"position_update_ns", known(c.position_sample, c.position_ns)},
           {"move_ns", known(c.move_sample, c.move_ns)},
           {"energy_ns", known(c.energy_sample, c.energy_ns)},
+          {"field_cell_ns", known(c.field_sample, c.field_cell_ns)},
           {"busy", c.busy},
           {"rays_traced", c.rays},
           {"seconds", c.seconds}};
@@ -118,6 +119,8 @@ Json Describe(const Explanation& e, const RunOptions& options) {
           {"grid", Grid(s)},
           {"power_packs", s.power_packs},
           {"energy_models", s.energy_models},
+          {"fields", s.fields},
+          {"field_cells_per_step", s.field_cells},
           {"trails", s.records_trails},
           {"window", s.has_window},
           {"opencl", s.device.empty() ? Json(nullptr) : Json(s.device)},

@@ -80,7 +80,8 @@ Json PhasesPerStep(const RunStatistics& run) {
   };
   return {{"gather", ms(run.seconds.gather)},       {"prefilter", ms(run.seconds.prefilter)},
           {"trace", ms(run.seconds.trace)},         {"move", ms(run.seconds.move)},
-          {"callbacks", ms(run.seconds.callbacks)}, {"energy", ms(run.seconds.energy)}};
+          {"callbacks", ms(run.seconds.callbacks)}, {"energy", ms(run.seconds.energy)},
+          {"fields", ms(run.seconds.fields)}};
 }
 
 Json Describe(const LoadedWorld& loaded) {

@@ -26,7 +26,7 @@ size_t CountRobots(World& world) {
 }
 
 double Total(const PhaseSeconds& s) {
-  return s.gather + s.prefilter + s.trace + s.move + s.callbacks + s.energy;
+  return s.gather + s.prefilter + s.trace + s.move + s.callbacks + s.energy + s.fields;
 }
 
 double Ratio(double a, double b) { return b > 0 ? a / b : 0; }
@@ -95,6 +95,7 @@ void PerformanceOverlay::Measure(const World& world, double seconds) {
   lines_.push_back(phase("move", a.move, b.move));
   lines_.push_back(phase("callbacks", a.callbacks, b.callbacks));
   lines_.push_back(phase("energy", a.energy, b.energy));
+  if (b.fields > 0) lines_.push_back(phase("fields", a.fields, b.fields));
 }
 
 }  // namespace Stg::draw

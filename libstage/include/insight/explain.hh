@@ -113,6 +113,8 @@ struct SceneSummary {
   // Settings.
   size_t power_packs = 0;
   size_t energy_models = 0;  ///< models that draw energy from packs each step
+  size_t fields = 0;         ///< fields that spread or evaporate
+  double field_cells = 0;    ///< cells of these fields that are updated, per step
   bool records_trails = false;
   bool has_window = false;
   std::string device;            ///< OpenCL device; empty: none
@@ -140,7 +142,9 @@ struct StepCosts {
   double position_ns = 0;           ///< update of a position model
   double move_ns = 0;               ///< step of a moving robot: collision test, erase, rasterize
   double energy_ns = 0;             ///< energy phase, per model
+  double field_cell_ns = 0;         ///< update of a cell of a field, with its substeps
   size_t position_sample = 0, move_sample = 0, energy_sample = 0;  ///< models measured; 0: none
+  size_t field_sample = 0;                                         ///< cells measured; 0: none
   double device_bytes_per_ray = 0;                                 ///< fetched from the device
   /// Ratio of the average to the best time. About 1 on an otherwise idle machine.
   double busy = 1;

@@ -20,7 +20,8 @@ struct PhaseSeconds {
   double trace = 0;      ///< rays are traced and turned into readings
   double move = 0;       ///< positions integrate, test collisions and are rasterized
   double callbacks = 0;  ///< controllers and world callbacks
-  double energy = 0;     ///< power packs
+  double energy = 0;     ///< power packs, and metrics
+  double fields = 0;     ///< ground sensors deposit, fields spread and evaporate
 };
 
 struct RunStatistics {

@@ -8,6 +8,7 @@
 #include "models/field.hh"
 #include "models/groundsensor.hh"
 #include "models/types/field_evolution.hh"
+#include "threads/wall_clock.hh"
 #include "world/engine.hh"
 
 namespace Stg {
@@ -42,19 +43,32 @@ void FieldPhase::Evolve(ModelField* field, usec_t now, WorldEngine* engine) {
   if (due <= field->evolved_to_) return;
   const double seconds = static_cast<double>(due - field->evolved_to_) / 1e6;
   field->evolved_to_ = due;
-  FieldValues& values = *field->values_;
-  if ((field->diffusion_ == 0 && field->evaporation_ == 0) || !values.AnyLive()) return;
+  if ((field->diffusion_ == 0 && field->evaporation_ == 0) || !field->values_->AnyLive()) return;
+  Evolve(*field, seconds, field->values_.get(), engine);
+}
 
-  const int count = std::min(field::CountSubsteps(*field, seconds), field::kMaxSubsteps);
-  const FieldValues::Substep substep = field::SubstepOf(*field, seconds, count);
-  const size_t grain = std::max<size_t>(1, kCellsOfRange / values.columns());
-  const bool shared = values.all().size() >= kManyCells && engine->threads() > 1;
+void FieldPhase::Evolve(const ModelField& field, double seconds, FieldValues* values,
+                        WorldEngine* engine) {
+  const int count = std::min(field::CountSubsteps(field, seconds), field::kMaxSubsteps);
+  const FieldValues::Substep substep = field::SubstepOf(field, seconds, count);
+  const size_t grain = std::max<size_t>(1, kCellsOfRange / values->columns());
+  const bool shared = values->all().size() >= kManyCells && engine->threads() > 1;
   for (int i = 0; i < count; i++) {
-    values.Begin(substep);
-    threads::RunOn(shared ? engine->workers() : nullptr, values.rows(), grain,
-                   [&](size_t begin, size_t end, unsigned) { values.EvolveRows(begin, end); });
-    values.End();
+    values->Begin(substep);
+    threads::RunOn(shared ? engine->workers() : nullptr, values->rows(), grain,
+                   [&](size_t begin, size_t end, unsigned) { values->EvolveRows(begin, end); });
+    values->End();
   }
+}
+
+double FieldPhase::MeasureUpdate(const ModelField& field, WorldEngine* engine) {
+  FieldValues values = *field.values_;
+  for (size_t row = 0; row < values.rows(); row++) values.Set(row * values.columns(), 1);
+  const double seconds = static_cast<double>(field.interval) / 1e6;
+  Evolve(field, seconds, &values, engine);  // makes the second array
+  const double start = threads::WallClock();
+  Evolve(field, seconds, &values, engine);
+  return threads::WallClock() - start;
 }
 
 }  // namespace Stg

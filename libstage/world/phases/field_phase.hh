@@ -11,6 +11,7 @@
 
 namespace Stg {
 
+class FieldValues;
 class ModelField;
 class WorldEngine;
 
@@ -18,10 +19,15 @@ class FieldPhase {
  public:
   /// `now` is the time of the step, which has the length `step`. Call it only if there are fields.
   static void Run(WorldEngine* engine, usec_t now, usec_t step);
+  /// Seconds that an update of the field takes in which values of each row change. The field stays
+  /// as it is.
+  static double MeasureUpdate(const ModelField& field, WorldEngine* engine);
 
  private:
   static void AddDeposits(WorldEngine* engine, double seconds);
   static void Evolve(ModelField* field, usec_t now, WorldEngine* engine);
+  static void Evolve(const ModelField& field, double seconds, FieldValues* values,
+                     WorldEngine* engine);
 };
 
 }  // namespace Stg
