@@ -107,6 +107,18 @@ def test_mistakes_are_told_in_one_line(study: Any, text: str, message: str) -> N
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(("text", "message"), [
+    ('position( ranger() ctrl "aggregation" )', "aggregation: position:0: found a ranger without sensors, expected one ray"),
+    ('position( light() ctrl "firefly" )', "firefly: position:0: found no lightsensor, expected one on the robot"),
+    ('position( lightsensor() ctrl "firefly" )', "firefly: position:0: found no light, expected one on the robot"),
+    ('position( lightsensor() ctrl "phototaxis" )', "found no lightsensor:0 with two directions, expected one"),
+])
+def test_missing_devices_are_named(text: str, message: str) -> None:
+    with pytest.raises(st.WorldError) as error:
+        st.World.from_text(text)
+    assert message in str(error.value)
+
+
 def test_the_command_makes_tables_and_figures(study: Any, code: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str],
                                               monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
