@@ -22,6 +22,7 @@
 #include "stage/help.hh"
 #include "stage/interrupt.hh"
 #include "stage/live.hh"
+#include "stage/map_commands.hh"
 #include "stage/options.hh"
 #include "stage/pictures.hh"
 #include "stage/process.hh"
@@ -99,6 +100,7 @@ int Run(const Options& options, ReplayRun* replay) {
 int Main(int argc, char* argv[]) {
   ReserveStandardStreams();
   if (const std::optional<int> status = RunSweepCommand(argc, argv)) return *status;
+  BecomeMapCommand(argc, argv);
   Options options = ParseOptions(argc, argv);
   switch (options.action) {
     case Options::Action::kHelp:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -109,13 +110,14 @@ class GridMap:
     def _turn(self) -> tuple[float, float]:
         return (float(np.cos(self.origin[3])), float(np.sin(self.origin[3]))) if self.origin[3] else (1.0, 0.0)
 
-    def lines(self) -> list[str]:
-        """The section of a world file that stands for the map."""
+    def lines(self, degrees: bool = False) -> list[str]:
+        """The section of a world file that stands for the map. `degrees`: the unit of angles is not the radian."""
         rows, columns = self.shape
         size = [columns * self.resolution, rows * self.resolution, self.height]
         body = [f'bitmap "{self.picture[0]}"', 'bitmap_frame "picture"'] if self.occupied.any() else ["noblocks 1"]
+        pose = (*self.origin[:3], math.degrees(self.origin[3]) if degrees else self.origin[3])
         return section("model", [f'name "{self.name}"', f"color_rgba [{' '.join(map(repr, self.color_rgba))}]",
-                                 f"pose {Place().text(tuple(self.origin))}",
+                                 f"pose {Place().text(pose)}",
                                  f"origin [{size[0] / 2!r} {size[1] / 2!r} 0 0]",
                                  f"size [{' '.join(map(repr, size))}]", *body, "gui_move 0"])
 

@@ -41,12 +41,21 @@ def read_map_file(path: str) -> MapFile:
         raise ValueError(f"{path}: resolution: found {resolution}, expected metres above 0")
     negate = values.number("negate", 0) != 0
     try:
-        samples = _core.read_samples(picture)
-    except StageError as error:
+        array = read_picture(picture, mode, occupied, free, negate)
+    except ValueError as error:
         raise ValueError(f"{path}: image: {error}") from None
-    array = _cells(samples, mode, occupied, free, negate)
     threshold = 100 * occupied if mode == "raw" else 100
-    return MapFile(array[::-1], resolution, values.pose("origin"), threshold)
+    return MapFile(array, resolution, values.pose("origin"), threshold)
+
+
+def read_picture(path: str, mode: str = "trinary", occupied: float = 0.65, free: float = 0.196,
+                 negate: bool = False) -> npt.NDArray[np.int8]:
+    """Occupancies of the pixels of a PGM or PNG, from the lowest row on. Raises ValueError."""
+    try:
+        samples = _core.read_samples(path)
+    except StageError as error:
+        raise ValueError(str(error)) from None
+    return _cells(samples, mode, occupied, free, negate)[::-1]
 
 
 def _cells(samples: npt.NDArray[np.uint8], mode: str, occupied: float, free: float,
