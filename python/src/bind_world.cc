@@ -243,6 +243,7 @@ void BindWorld(nb::module_& module) {
   BindCast(world);
   BindField(module, world);
   BindLight(world);
+  BindMap(world);
   BindPicture(module, world);
   BindRadio(world);
   BindScene(module, world);

@@ -25,6 +25,7 @@ void BindBelief(nanobind::module_& module);
 void BindCast(nanobind::class_<Simulation>& world);
 void BindField(nanobind::module_& module, nanobind::class_<Simulation>& world);
 void BindLight(nanobind::class_<Simulation>& world);
+void BindMap(nanobind::class_<Simulation>& world);
 void BindModel(nanobind::module_& module);
 void BindSensors(nanobind::module_& module, nanobind::class_<ModelHandle>& model);
 void BindOptions(nanobind::module_& module);

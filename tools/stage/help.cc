@@ -18,13 +18,15 @@ constexpr char kText[] =
        stage merge FOLDER -o FILE
        stage report FOLDER
        stage import FILE [-o WORLDFILE]
+       stage export map WORLDFILE -o FILE
 
 Simulates crowds of robots in the plane. A WORLDFILE describes a world: the surroundings, robots,
 their sensors, and the controllers (plug-ins, or built-in ones such as stage/wander) that drive
 them. Several worlds run side by side: each makes one step in turn, in the order given. A LOG is a
 file that --log has recorded. "stage replay" shows it in the window, where < and > skip backward and
 forward, or makes pictures of it with --screenshot and --record; no controllers run.
-"stage import" makes a world of a map.yaml, a picture, an array, an SVG or a DXF.
+"stage import" makes a world of a map.yaml, a picture, an array, an SVG or a DXF. "stage export map"
+makes a map.yaml and its picture of a world.
 
 Run length and results
 @results

@@ -10,7 +10,8 @@ namespace Stg::program {
 
 void BecomeMapCommand(int argc, char* argv[]) {
   const std::string_view command = argc > 1 ? argv[1] : "";
-  if (command == "import") BecomePythonModule("stagesim.maps", {argv + 1, argv + argc});
+  if (command == "import" || command == "export")
+    BecomePythonModule("stagesim.maps", {argv + 1, argv + argc});
 }
 
 }  // namespace Stg::program

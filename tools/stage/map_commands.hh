@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
-// The program's commands for maps: `stage import`.
+// The program's commands for maps: `stage import` and `stage export`.
 
 #ifndef STAGE_TOOLS_STAGE_MAP_COMMANDS_HH
 #define STAGE_TOOLS_STAGE_MAP_COMMANDS_HH
