@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "messages/report.hh"
+#include "recording/fields.hh"
 #include "recording/log_writer.hh"
 #include "recording/moved_models.hh"
 #include "recording/occupancy_map.hh"
@@ -107,6 +108,11 @@ struct LoggedRobot {
   Pose origin;             // of the odometry frame, in world coordinates
 };
 
+struct LoggedField {
+  FieldSource source;
+  usec_t next;  // when values are due
+};
+
 /// Returns the origin of a robot's odometry frame; with GPS localization it is the world's.
 Pose OriginOf(const ModelPosition& position) {
   return position.GetLocalizationMode() == ModelPosition::LOCALIZATION_GPS ? Pose()
@@ -135,6 +141,7 @@ class Recorder::Impl : public std::enable_shared_from_this<Impl> {
   void AddFiles();
   void AddMap();
   void FindRobots();
+  void FindFields();
   void CheckRobots() const;
   bool IsWanted(const Robot& robot) const;
   void WriteAll();
@@ -147,6 +154,7 @@ class Recorder::Impl : public std::enable_shared_from_this<Impl> {
   void WriteScans(LoggedRobot* robot);
   bool IsDue(const LoggedScan& scan) const;
   void WriteReadings(LoggedRobot* robot);
+  void WriteFields();
   void WritePoses();
 
   LogOptions options_;
@@ -157,6 +165,7 @@ class Recorder::Impl : public std::enable_shared_from_this<Impl> {
   usec_t now_ = 0, next_ = 0;
   bool ended_ = false;
   std::vector<LoggedRobot> robots_;
+  std::vector<LoggedField> fields_;
   bool fixed_changed_ = true;  // /tf_static needs to be written
   MovedModels poses_;
   std::vector<Transform> transforms_;
@@ -173,6 +182,7 @@ void Recorder::Impl::Attach(World* world) {
   next_ = now_ + options_.every;
   AddFiles();
   FindRobots();
+  FindFields();
   CheckRobots();
   WriteAll();
   AddMap();
@@ -190,7 +200,10 @@ void Recorder::Impl::AfterStep() {
   if (ended_) return;
   WorldEngine& engine = world_->engine();
   now_ = world_->SimTimeNow();
-  if (engine.topology_version != topology_version_) FindRobots();
+  if (engine.topology_version != topology_version_) {
+    FindRobots();
+    FindFields();
+  }
   NoteScans();
   if (now_ >= next_) {
     WriteAll();
@@ -259,6 +272,17 @@ void Recorder::Impl::FindRobots() {
   }
 }
 
+/// Called when FindRobots() is, too. The values of new fields are due at once.
+void Recorder::Impl::FindFields() {
+  const std::vector<LoggedField> before = std::exchange(fields_, {});
+  for (const FieldSource& source : FieldsOf(world_->engine().models)) {
+    const auto known = std::ranges::find_if(before, [&](const LoggedField& field) {
+      return field.source.field == source.field && field.source.topic == source.topic;
+    });
+    fields_.push_back({source, known == before.end() ? now_ : known->next});
+  }
+}
+
 void Recorder::Impl::CheckRobots() const {
   if (!robots_.empty() || options_.robots.empty()) return;
   throw std::runtime_error("--log-models: found no robot called " +
@@ -281,6 +305,7 @@ void Recorder::Impl::WriteAll() {
     WriteScans(&robot);
     WriteReadings(&robot);
   }
+  WriteFields();
   log_.mcap().EndStep();
 }
 
@@ -409,6 +434,18 @@ void Recorder::Impl::WriteReadings(LoggedRobot* robot) {
     message_.Clear();
     PutReadings(type, model, robot->robot.base_frame, &message_);
     log_.Add(static_cast<uint16_t>(sensor.channel), now_, message_);
+  }
+}
+
+/// Writes the values at the end of the step.
+void Recorder::Impl::WriteFields() {
+  for (LoggedField& logged : fields_) {
+    if (now_ < logged.next) continue;
+    const usec_t interval = logged.source.field->GetLogInterval();
+    logged.next = (now_ / interval + 1) * interval;
+    message_.Clear();
+    PutFieldValues(*logged.source.field, now_, &message_);
+    log_.Add(log_.Channel(logged.source.topic, FieldValuesType), now_, message_);
   }
 }
 

@@ -9,6 +9,8 @@
 #include <unordered_map>
 
 #include "messages/report.hh"
+#include "models/groundsensor.hh"
+#include "recording/fields.hh"
 #include "recording/robots.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
@@ -93,11 +95,28 @@ void Replay::FindTargets() {
   }
 }
 
+/// Finds the fields whose values the log has, and stops all changes by the world itself.
+void Replay::FindFields() {
+  constexpr usec_t kLeadTime = 2'000'000;  // includes the last readings of slow sensors
+  lead_time_ = kLeadTime;
+  for (const FieldSource& source : FieldsOf(world_->engine().models))
+    for (const auto& [id, channel] : log_.channels()) {
+      if (channel.topic != source.topic || channel.type != FieldValuesType().name) continue;
+      fields_[id] = source.field;
+      lead_time_ = std::max(lead_time_, kLeadTime + source.field->GetLogInterval());
+      source.field->SetDiffusion(0);
+      source.field->SetEvaporation(0);
+    }
+  for (Model* model : world_->engine().models)
+    if (auto* sensor = dynamic_cast<ModelGroundSensor*>(model)) sensor->SetDepositRate(0);
+}
+
 void Replay::Attach(World* world) {
   world_ = world;
   handle_ = WorldHandle(world);
   epoch_ = world->engine().epoch;
   FindTargets();
+  FindFields();
   // The window shows sensor data only for models with subscribers.
   for (const auto& [id, target] : targets_) target.ranger->Subscribe();
   for (Model* model : world->engine().models)
@@ -124,11 +143,9 @@ void Replay::SeekTo(usec_t time) {
   if (!IsAttached()) return;
   time = std::clamp(time, start_, end_);
   world_->ShowTime(time);
-  // Reading starts a while earlier, to include the last readings of slow sensors.
-  constexpr usec_t kLeadTime = 2'000'000;
   const auto& chunks = log_.chunks();
   const auto first = std::ranges::find_if(chunks, [&](const McapReader::Chunk& chunk) {
-    return Microseconds(chunk.end) + kLeadTime >= time;
+    return Microseconds(chunk.end) + lead_time_ >= time;
   });
   next_chunk_ = static_cast<size_t>(first - chunks.begin());
   records_.Clear();
@@ -174,6 +191,9 @@ void Replay::ReadUntil(usec_t time) {
       if (message.channel == poses_channel_) TakePoses(message.data);
       const auto target = targets_.find(message.channel);
       if (target != targets_.end()) TakeScan(message.data, target->second);
+      const auto field = fields_.find(message.channel);
+      if (field != fields_.end() && GetFieldValues(message.data, &values_))
+        field->second->SetValues(values_.data(), values_.size());
     }
     at_ += kRecordHead + record.size();
   }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 //
 // Replays a log in a world that was loaded from the log's files, without controllers. After each
-// step, models have their logged poses and range sensors their logged readings.
+// step, models have their logged poses, range sensors their logged readings and fields their logged
+// values.
 
 #ifndef STAGE_RECORDING_REPLAY_HH
 #define STAGE_RECORDING_REPLAY_HH
@@ -20,6 +21,7 @@
 
 namespace Stg {
 class Model;
+class ModelField;
 class World;
 }  // namespace Stg
 
@@ -55,6 +57,7 @@ class Replay {
   [[noreturn]] void Fail(const std::string& what) const;
   void FindFirstPoses();
   void FindTargets();
+  void FindFields();
   void Arm();
   void AfterStep();
   bool IsAttached() const;
@@ -78,6 +81,9 @@ class Replay {
   bool has_poses_ = false;                     // poses_ has been read
   std::unordered_map<uint32_t, Pose> before_;  // local poses at the moment before poses_
   std::map<uint16_t, Target> targets_;         // scans by channel
+  std::map<uint16_t, ModelField*> fields_;     // by channel
+  usec_t lead_time_ = 0;  // by how much reading starts earlier than the time that is shown
+  std::vector<double> values_;
   World* world_ = nullptr;
   WorldHandle handle_;  // of world_
   uint64_t epoch_ = 0;

@@ -156,6 +156,16 @@ MessageType ModelPosesType() {
                     {kHeader, kTime})};
 }
 
+MessageType FieldValuesType() {
+  return {
+      "stage_msgs/msg/Field",
+      WithTypes("std_msgs/Header header\n# of the middle of the field\ngeometry_msgs/Pose pose\n"
+                "# metres\nfloat64 cell_width\nfloat64 cell_height\n"
+                "uint32 columns\nuint32 rows\n"
+                "# row by row from the south, each from the west\nfloat64[] values\n",
+                {kHeader, kTime, kPose, kPoint, kQuaternion})};
+}
+
 MessageType ReadingsType(const ModelType& type, const Model& sensor) {
   std::string definition = "std_msgs/Header header\n";
   for (const Reading& reading : type.readings) {
@@ -352,6 +362,34 @@ bool GetModelPoses(std::string_view message, std::vector<ModelPose>* poses) {
   for (size_t i = 0; i < count; i++)
     poses->push_back({ElementAt<uint32_t>(models, i), ElementAt<uint32_t>(parents, i),
                       Pose(number(0, i), number(1, i), number(2, i), number(3, i))});
+  return true;
+}
+
+// ---- fields -------------------------------------------------------------------------------------
+
+void PutFieldValues(const ModelField& field, usec_t time, Buffer* message) {
+  const std::vector<double>& values = field.values();
+  CdrWriter to(message);
+  PutHeader(time, kMapFrame, &to);
+  PutPlace(field.GetGlobalPose() + field.GetGeom().pose, &to);
+  to.Put(field.CellWidth());
+  to.Put(field.CellHeight());
+  to.Put(static_cast<uint32_t>(field.columns()));
+  to.Put(static_cast<uint32_t>(field.rows()));
+  std::memcpy(to.PutSequence(values.size(), sizeof(double)), values.data(),
+              values.size() * sizeof(double));
+}
+
+bool GetFieldValues(std::string_view message, std::vector<double>* values) {
+  CdrReader from(message);
+  from.Get<int32_t>();
+  from.Get<uint32_t>();
+  from.GetText();
+  for (int i = 0; i < 9; i++) from.Get<double>();  // the pose, and the size of a cell
+  const auto columns = from.Get<uint32_t>(), rows = from.Get<uint32_t>();
+  const std::string_view bytes = from.GetSequence<double>();
+  if (!from.is_good() || bytes.size() / sizeof(double) != size_t{columns} * rows) return false;
+  *values = Elements<double>(bytes);
   return true;
 }
 

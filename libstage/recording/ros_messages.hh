@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "geometry/geometry.hh"
+#include "models/field.hh"
 #include "models/model_type.hh"
 #include "models/ranger.hh"
 #include "recording/buffer.hh"
@@ -32,6 +33,8 @@ MessageType OccupancyGridType();
 /// A custom message for replays: each model with its parent (0: none) and its pose in the parent's
 /// frame.
 MessageType ModelPosesType();
+/// A custom message with the values of a field.
+MessageType FieldValuesType();
 
 /// A custom message with the readings of a type of sensor, which has the type's name in CamelCase.
 /// `sensor` is any model of the type.
@@ -113,12 +116,17 @@ struct OccupancyMap {
 };
 void PutOccupancyGrid(const OccupancyMap& map, usec_t time, Buffer* to);
 
+/// The pose of the middle of the field in the frame of the map, its cells, and all values.
+void PutFieldValues(const ModelField& field, usec_t time, Buffer* to);
+
 // Deserialization; returns false if the message is damaged.
 
 bool GetModelPoses(std::string_view message, std::vector<ModelPose>* poses);
 /// Replaces infinite ranges by Stage's values: the scan's maximum, or its minimum if negative.
 bool GetScan(std::string_view message, std::vector<double>* ranges,
              std::vector<double>* intensities);
+
+bool GetFieldValues(std::string_view message, std::vector<double>* values);
 
 }  // namespace Stg::recording
 

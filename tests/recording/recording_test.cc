@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "recording/log_testing.hh"
@@ -345,6 +346,44 @@ TEST_F(EveryLog, ContainsTheMessagesOfRadios) {
     found++;
   }
   EXPECT_EQ(found, 1);
+}
+
+TEST_F(LogTest, FieldsAreLoggedOncePerInterval) {
+  World world(OptionsOf(1));
+  std::istringstream text(
+      "interval_sim 100\n"
+      "field( name \"warm air\" pose [3 1 0 90] size [2 1 0] field_resolution 0.5 initial 2 )\n"
+      "field( name \"brief\" log_interval 250 evaporation 1 initial 1 )\n"
+      "field( name \"secret\" log_interval 0 )");
+  ASSERT_TRUE(world.Load(text));
+  Log(&world, 20, "run.mcap");
+  std::map<std::string, std::vector<uint64_t>> times;
+  for (const ReadMessage& message : MessagesOf(McapReader(Path("run.mcap")))) {
+    if (message.type != "stage_msgs/msg/Field") continue;
+    times[message.topic].push_back(message.time / 1'000'000);
+    if (message.topic != "/fields/warm_air") continue;
+    CdrReader from(message.data);
+    const Header header(&from);
+    EXPECT_EQ(header.time(), message.time);
+    EXPECT_EQ(header.frame, "map");
+    EXPECT_EQ(from.Get<double>(), 3);
+    EXPECT_EQ(from.Get<double>(), 1);
+    for (int i = 0; i < 5; i++) from.Get<double>();
+    EXPECT_EQ(from.Get<double>(), 0.5);
+    EXPECT_EQ(from.Get<double>(), 0.5);
+    EXPECT_EQ(from.Get<uint32_t>(), 4u);
+    EXPECT_EQ(from.Get<uint32_t>(), 2u);
+    EXPECT_EQ(from.GetSequence<double>().size(), 8 * sizeof(double));
+    std::vector<double> values;
+    EXPECT_TRUE(recording::GetFieldValues(message.data, &values));
+    EXPECT_EQ(values, std::vector<double>(8, 2.0));
+    EXPECT_FALSE(recording::GetFieldValues(
+        std::string_view(message.data).substr(0, message.data.size() - 1), &values));
+  }
+  using Times = std::vector<uint64_t>;
+  ASSERT_EQ(times.size(), 2u);
+  EXPECT_EQ(times["/fields/warm_air"], (Times{0, 1000, 2000}));
+  EXPECT_EQ(times["/fields/brief"], (Times{0, 300, 500, 800, 1000, 1300, 1500, 1800, 2000}));
 }
 
 }  // namespace

@@ -150,6 +150,36 @@ TEST_F(ReplayTest, ShowsScansOnTheWallsWhileTheRobotTurns) {
   }
 }
 
+TEST_F(ReplayTest, ShowsTheLoggedValuesOfFields) {
+  World original(OptionsOf(1));
+  std::istringstream text(
+      "interval_sim 100\n"
+      "field( name \"trail\" size [2 1 0] field_resolution 0.5 diffusion 0.01 evaporation 0.1 "
+      "log_interval 300 )\n"
+      "field( name \"secret\" initial 3 log_interval 0 )\n"
+      "position( name \"ant\" pose [-0.9 0 0 0] size [0.2 0.2 0.1] alwayson 1\n"
+      "  groundsensor( field \"trail\" deposit_rate 1 ) )");
+  ASSERT_TRUE(original.Load(text));
+  dynamic_cast<ModelPosition&>(*original.GetModel("ant")).SetSpeed(0.5, 0, 0);
+  const auto& trail = dynamic_cast<const ModelField&>(*original.GetModel("trail"));
+  std::vector<std::vector<double>> values;
+  Log(&original, 30, "run.mcap", {}, [&] { values.push_back(trail.values()); });
+
+  recording::Replay replay(Path("run.mcap"));
+  const std::unique_ptr<World> world = LoadFrom(replay);
+  replay.Attach(world.get());
+  const auto& shown = dynamic_cast<const ModelField&>(*world->GetModel("trail"));
+  for (size_t i = 0; i <= 30; i++) {
+    EXPECT_EQ(shown.values(), values[i / 3 * 3]) << i;
+    world->Update();
+  }
+  EXPECT_NE(values[9], values[12]);
+  for (const size_t i : {11u, 4u, 30u, 0u}) {
+    replay.SeekTo(100'000 * i);
+    EXPECT_EQ(shown.values(), values[i / 3 * 3]) << i;
+  }
+}
+
 TEST_F(ReplayTest, TruncatedLogEndsWithItsLastWholeChunk) {
   const std::string whole = LargeLog();
   const McapReader log(Path("large.mcap"));

@@ -276,6 +276,7 @@ inline constexpr Property kTypes[] = {
     {"field", "diffusion", "0.001"},
     {"field", "evaporation", "0.01"},
     {"field", "edge", "\"open\""},
+    {"field", "log_interval", "500"},
 
     {"groundsensor", "field", "\"g.f\"", "name \"g\" field( name \"f\" )"},
     {"groundsensor", "points", "3"},

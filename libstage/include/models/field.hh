@@ -71,6 +71,8 @@ class ModelField : public Model {
     return closed_;
   }  ///< nothing spreads over the edge; otherwise it is
      ///< lost there
+  /// Time between two grids of values in logs; 0: logs have none.
+  usec_t GetLogInterval() const { return log_interval_; }
   /// Return false without an effect if the number is negative or not finite.
   bool SetDiffusion(double square_metres_per_second);
   bool SetEvaporation(double per_second);
@@ -92,6 +94,7 @@ class ModelField : public Model {
   double diffusion_, evaporation_;
   bool closed_, has_cells_;
   usec_t evolved_to_;  // a multiple of the update interval
+  usec_t log_interval_;
 };
 
 }  // namespace Stg

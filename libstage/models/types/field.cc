@@ -26,6 +26,8 @@ namespace Stg {
 namespace {
 constexpr double kUsualFieldCell = 0.05;  // metres
 constexpr double kMaxFieldCells = 1e9;
+constexpr usec_t kUsualLogInterval = 1'000'000;
+constexpr double kLongestInterval = 1e12;  // milliseconds
 }  // namespace
 
 ModelType FieldType() {
@@ -39,7 +41,8 @@ ModelField::ModelField(World* world_, Model* parent_, const std::string& type_)
       evaporation_(0),
       closed_(true),
       has_cells_(false),
-      evolved_to_(0) {
+      evolved_to_(0),
+      log_interval_(kUsualLogInterval) {
   ClearBlocks();
   geom.size = Size(1, 1, 0);
   color = Color(0.1, 0.5, 0.2);
@@ -94,6 +97,10 @@ void ModelField::LoadEvolution() {
     wf->Fail(wf_entity, "edge",
              "found the edge " + messages::Quoted(edge) + ", expected \"closed\" or \"open\"");
   closed_ = edge == "closed";
+  const double log_interval =
+      wf->ReadFloat(wf_entity, "log_interval", static_cast<double>(log_interval_) / 1000);
+  CheckNotNegative(*wf, wf_entity, "log_interval", log_interval);
+  log_interval_ = static_cast<usec_t>(std::min(log_interval, kLongestInterval) * 1000);
   const double step = static_cast<double>(std::max(interval, world_base().sim_interval)) / 1e6;
   if (field::CountSubsteps(*this, step) > field::kMaxSubsteps)
     wf->Fail(wf_entity, "diffusion",
