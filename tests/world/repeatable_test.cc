@@ -28,10 +28,10 @@ int StepsOf(const fs::path& file) {
 
 /// The worlds whose state hash depends on random numbers.
 const std::set<std::string> kRandom = {
-    "corridor", "dynamic",      "fasr",     "fasr2",      "flocking",
-    "forage",   "transport",    "foraging", "lasernoise", "pioneer_flocking",
-    "leave",    "simple",       "swarm",    "door",       "trail",
-    "wander",   "wander_accel", "what_if",  "zoo"};
+    "corridor",  "dynamic", "fasr",     "fasr2",      "flocking",         "forage",
+    "transport", "chain",   "foraging", "lasernoise", "pioneer_flocking", "leave",
+    "simple",    "swarm",   "door",     "trail",      "wander",           "wander_accel",
+    "what_if",   "zoo"};
 
 fs::path Source() {
   const char* folder = std::getenv("STAGE_SOURCE_DIR");
