@@ -8,10 +8,10 @@ namespace Stg {
 
 RayWatch::RayWatch(World* world, const ModelRanger& ranger, uint32_t sensor, uint32_t sample)
     : world_(*world) {
-  world_.engine().tracer.Observe(&ranger, sensor, sample, this);
+  world_.engine().tracer.Observe(&ranger, sensor, sample, ranger.TagOfRay(sensor, sample), this);
 }
 
-RayWatch::~RayWatch() { world_.engine().tracer.Observe(nullptr, 0, 0, nullptr); }
+RayWatch::~RayWatch() { world_.engine().tracer.Observe(nullptr, 0, 0, 0, nullptr); }
 
 void RayWatch::ReceiveRecord(const sensing::RayRecord& record) {
   last_ = std::make_unique<RayExplanation>();

@@ -32,6 +32,7 @@ class DeletionWatch;
 class FiducialIndex;
 class ModelField;
 class ModelGroundSensor;
+class ModelRanger;
 class LightIndex;
 class ModelWifi;
 class RadioTraffic;
@@ -78,6 +79,7 @@ class Host : public std::enable_shared_from_this<Host> {
   std::vector<ModelWifi*> radios;                  ///< in the order of creation
   std::vector<ModelField*> fields;                 ///< in the order of creation
   std::vector<ModelGroundSensor*> ground_sensors;  ///< in the order of creation
+  std::vector<ModelRanger*> sweeping_rangers;      ///< those with a scan that takes time
   FiducialIndex* fiducials = nullptr;              ///< candidates of fiducial finders; the engine's
   LightIndex* lights = nullptr;                    ///< all lights; the engine's
   DeletionWatch* watches = nullptr;                ///< list of all watches

@@ -195,7 +195,8 @@ size_t SamplesOf(const ModelRanger::Sensor& sensor) {
 
 bool ScanMaker::IsLike(const ModelRanger::Sensor& sensor) const {
   return head_.size() > 0 && count_ == SamplesOf(sensor) && fov_ == sensor.fov &&
-         range_.min == sensor.range.min && range_.max == sensor.range.max;
+         range_.min == sensor.range.min && range_.max == sensor.range.max &&
+         time_increment_ == sensor.time_increment;
 }
 
 size_t ScanMaker::Prepare(const ModelRanger::Sensor& sensor) {
@@ -203,6 +204,8 @@ size_t ScanMaker::Prepare(const ModelRanger::Sensor& sensor) {
     count_ = SamplesOf(sensor);
     fov_ = sensor.fov;
     range_ = sensor.range;
+    time_increment_ = sensor.time_increment;
+    duration_ = static_cast<usec_t>(std::llround(std::min(sensor.Duration(), 1e9) * 1e6));
     const bool one = count_ < 2;  // a single sample looks straight ahead
     head_.Clear();
     CdrWriter to(&head_);
@@ -210,7 +213,7 @@ size_t ScanMaker::Prepare(const ModelRanger::Sensor& sensor) {
     to.Put(static_cast<float>(one ? 0 : -fov_ / 2));
     to.Put(static_cast<float>(one ? 0 : fov_ / 2));
     to.Put(static_cast<float>(one ? 0 : fov_ / static_cast<double>(count_ - 1)));
-    to.Put(0.0f);
+    to.Put(static_cast<float>(time_increment_));
     to.Put(static_cast<float>(static_cast<double>(interval_) / 1e6));
     to.Put(static_cast<float>(range_.min));
     to.Put(static_cast<float>(range_.max));
@@ -220,7 +223,7 @@ size_t ScanMaker::Prepare(const ModelRanger::Sensor& sensor) {
 
 void ScanMaker::Write(const ModelRanger::Sensor& sensor, usec_t time, uint8_t* to) const {
   std::memcpy(to, head_.data(), head_.size());
-  SetStamp(time, to + kStampPlace);
+  SetStamp(time - std::min(time, duration_), to + kStampPlace);
   to += head_.size();
   const auto same = [](double value) { return value; };
   if (convention_ == RangeConvention::kRep117) {

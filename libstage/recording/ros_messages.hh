@@ -55,7 +55,8 @@ class ScanMaker {
       : frame_(std::move(frame)), interval_(interval), convention_(convention) {}
   /// Returns the size of the next message in bytes.
   size_t Prepare(const ModelRanger::Sensor& sensor);
-  /// Writes the message. `time` is that of the readings.
+  /// Writes the message. `time` is that of the readings, when the last ray was cast. The message
+  /// has the time of the first one, as ROS has it.
   void Write(const ModelRanger::Sensor& sensor, usec_t time, uint8_t* to) const;
 
  private:
@@ -66,7 +67,8 @@ class ScanMaker {
   RangeConvention convention_;
   Buffer head_;  // the message up to its ranges
   size_t count_ = 0;
-  double fov_ = 0;
+  double fov_ = 0, time_increment_ = 0;
+  usec_t duration_ = 0;  // from the first ray to the last one
   Bounds range_;
 };
 

@@ -99,6 +99,8 @@ std::string RowBridge::WhyNotRobot(const ModelPosition& robot) {
 std::string RowBridge::WhyNotRanger(const ModelRanger& ranger) {
   for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) {
     if (sensor.response.exists()) return Named(ranger) + " has a response curve";
+    if (sensor.Duration() > 0)
+      return Named(ranger) + " has a scan that takes time (without time_increment it is possible)";
     if (sensor.Reach() * ranger.scene().cells_per_metre > RAY_LEG_CELLS)
       return Named(ranger) + " has rays of more than " + std::to_string(RAY_LEG_CELLS) +
              " cells (shorter ones, or a coarser resolution, are possible)";

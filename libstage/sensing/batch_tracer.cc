@@ -90,14 +90,14 @@ void BatchTracer::RecordObserved() const {
   const RayBatch& batch = scene_.batch;
   const Tracer tracer(scene_.grid);
   for (const Fan& fan : batch.fans()) {
-    if (fan.finder != observed_.finder || fan.tag != observed_.tag) continue;
-    if (observed_.sample >= fan.record.samples) continue;
+    const bool is_alone = fan.tag == observed_.alone;
+    if (fan.finder != observed_.finder || !(is_alone || fan.tag == observed_.tag)) continue;
+    const uint32_t index = is_alone ? 0 : observed_.sample;
+    if (index >= fan.record.samples) continue;
     RayRecord record;
     record.sample = observed_.sample;
-    tracer.Record(
-        fan,
-        {batch.DirectionsOf(fan)[observed_.sample], batch.UnitVectorsOf(fan)[observed_.sample]},
-        batch.SelfMaskOf(fan), &record);
+    tracer.Record(fan, {batch.DirectionsOf(fan)[index], batch.UnitVectorsOf(fan)[index]},
+                  batch.SelfMaskOf(fan), &record);
     observed_.observer->ReceiveRecord(record);
   }
 }

@@ -61,10 +61,11 @@ class BatchTracer {
   /// not change the grid: bodies have moved and mostly stay in place until the next batch.
   void SendAhead();
 
-  /// Gives the observer a record of this ray before each batch that contains it. Null ends the
-  /// observation.
-  void Observe(const Model* finder, uint32_t tag, uint32_t sample, RayObserver* observer) {
-    observed_ = {finder, tag, sample, observer};
+  /// Gives the observer a record of this ray before each batch that contains it, be it a sample of
+  /// the fan with the first tag or all of the fan with the tag `alone`. Null ends the observation.
+  void Observe(const Model* finder, uint32_t tag, uint32_t sample, uint32_t alone,
+               RayObserver* observer) {
+    observed_ = {finder, tag, sample, alone, observer};
   }
 
   const TraceStatistics& statistics() const { return statistics_; }
@@ -114,7 +115,7 @@ class BatchTracer {
   double ranger_return_ = 0;  // of all that is hit by rays whose ranges the device finds
   struct Observed {
     const Model* finder = nullptr;
-    uint32_t tag = 0, sample = 0;
+    uint32_t tag = 0, sample = 0, alone = 0;
     RayObserver* observer = nullptr;
   } observed_;
   TraceStatistics statistics_;

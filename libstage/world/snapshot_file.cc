@@ -33,7 +33,7 @@ namespace {
 using Bytes = StateExchange::Bytes;
 
 /// Increment it when the state of a class gets other fields or another order.
-constexpr uint64_t kVersion = 4;
+constexpr uint64_t kVersion = 5;
 constexpr size_t kMagicSize = sizeof(Snapshot::kMagic) - 1;
 constexpr size_t kHeadSize = kMagicSize + 4 + 8 + 8, kChecksumSize = 8;
 

@@ -23,6 +23,7 @@
 #include "messages/report.hh"
 #include "models/exception_origin.hh"
 #include "models/position.hh"
+#include "models/ranger.hh"
 #include "world/engine.hh"
 #include "world/phases/field_phase.hh"
 #include "world/world.hh"
@@ -128,6 +129,7 @@ void World::Step(WorldEngine& engine, uint64_t epoch) {
   ValidateAfter("sense");
   const double sensed = WallClock();
   engine.move.Run(&engine, static_cast<double>(sim_interval) / 1e6);
+  for (ModelRanger* ranger : engine.sweeping_rangers) ranger->NoteMotion();
   if (engine.epoch == epoch) ValidateAfter("move");
   engine.CallContactCallbacks(epoch);
   if (engine.epoch != epoch) return;

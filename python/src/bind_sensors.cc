@@ -34,6 +34,7 @@ struct RangeSensor {
   Place pose;
   double min_range, range, fov;
   uint32_t samples;
+  double time_increment;
 };
 
 /// The image size and the view volume of a camera or a blobfinder.
@@ -49,7 +50,7 @@ std::vector<RangeSensor> SensorsOf(Model& model) {
   for (const ModelRanger::Sensor& sensor : As<ModelRanger>(model, "ranger").GetSensors())
     sensors.push_back({PlaceOf(ModelRanger::OriginOf(sensor, frame, turn)), sensor.range.min,
                        sensor.Reach(), std::isfinite(sensor.fov) ? sensor.fov : 0,
-                       sensor.sample_count});
+                       sensor.sample_count, sensor.time_increment});
   return sensors;
 }
 
@@ -85,13 +86,16 @@ void BindRangeSensor(nb::module_& module) {
       .def_ro("pose", &RangeSensor::pose,
               "x, y, z (metres) and heading (radians) of the origin of the rays, relative to the "
               "ranger.")
-      .def_ro("min_range", &RangeSensor::min_range,
-              "Minimum range in metres, from the world file. It has no effect.")
+      .def_ro("min_range", &RangeSensor::min_range, "Minimum range in metres, from the world file.")
       .def_ro("range", &RangeSensor::range, "Maximum range in metres.")
       .def_ro(
           "fov", &RangeSensor::fov,
           "Angle in radians between the first and the last ray; without effect for a single ray.")
-      .def_ro("samples", &RangeSensor::samples, "Number of rays.");
+      .def_ro("samples", &RangeSensor::samples, "Number of rays.")
+      .def_ro(
+          "time_increment", &RangeSensor::time_increment,
+          "Seconds from ray to ray; 0: all are cast at once. Readings belong to the time of the "
+          "last ray.");
 }
 
 void BindView(nb::module_& module) {

@@ -40,7 +40,7 @@ def test_each_file_is_in_the_tables() -> None:
     assert {path.stem for path in FOLDER.glob("*.inc")} == {*ROBOTS, "lidars"}
     assert {path.stem for path in FOLDER.glob("*.world")} == set(ROBOTS)
     defined = re.findall(r"^define (\w+) ranger", (FOLDER / "lidars.inc").read_text(), re.MULTILINE)
-    assert set(defined) == set(LIDARS)
+    assert set(defined) == {*LIDARS, *(f"{macro}_sweep" for macro in LIDARS)}
 
 
 @pytest.mark.parametrize("macro", ROBOTS)
@@ -114,8 +114,20 @@ def test_sensors(macro: str) -> None:
 
 
 @pytest.mark.parametrize("macro", LIDARS)
+def test_lidar_that_sweeps_differs_by_the_time_of_its_rays_alone(macro: str) -> None:
+    interval, increment = (numbers(LIDARS[macro][column])[0] for column in (5, 9))
+    with st.World.from_text(f'include "robots/lidars.inc"\nposition( name "a" {macro}() )\nposition( name "b" {macro}_sweep() )\n') as world:
+        plain, sweeping = (world.model(name).children[0] for name in "ab")
+        one, other = plain.sensors[0], sweeping.sensors[0]
+        assert (one.range, one.samples, one.fov, one.min_range) == (other.range, other.samples, other.fov, other.min_range)
+        assert one.time_increment == 0 and other.time_increment == pytest.approx(increment / 1e6)
+        revolution = 2 * math.pi / (other.fov / (other.samples - 1)) * other.time_increment
+        assert revolution == pytest.approx(interval / 1e3, rel=0.01)
+
+
+@pytest.mark.parametrize("macro", LIDARS)
 def test_lidar_reads_a_wall(macro: str) -> None:
-    nearest, distance, view, rays, interval, share, deviation, step = (numbers(cell)[0] for cell in LIDARS[macro][1:])
+    nearest, distance, view, rays, interval, share, deviation, step, _ = (numbers(cell)[0] for cell in LIDARS[macro][1:])
     wall = 0.75 * distance
     with st.World.from_text(
             f'include "robots/lidars.inc"\ninterval_sim {interval:g}\nray_model "exact"\n'

@@ -36,7 +36,7 @@ Pose3 PlaceOf(CdrReader* from) {
 struct Scan {
   uint64_t time;
   std::string frame;
-  float first, increment;
+  float first, increment, time_increment;
   std::vector<double> ranges;
 };
 
@@ -77,6 +77,7 @@ struct Contents {
       scan.first = from.Get<float>();
       from.Get<float>();
       scan.increment = from.Get<float>();
+      scan.time_increment = from.Get<float>();
       std::vector<double> intensities;
       recording::GetScan(message.data, &scan.ranges, &intensities);
       scans.push_back(scan);
@@ -99,6 +100,17 @@ struct Contents {
     return place;
   }
 };
+
+/// Pose of a frame in the map at any time, microseconds, interpolated between steps of that length.
+Pose3 InMapBetween(const Contents& contents, const std::string& frame, double time, double step) {
+  const double before = std::floor(time / step) * step, after = std::ceil(time / step) * step;
+  const Pose3 a = contents.InMap(frame, static_cast<uint64_t>(before * 1e3));
+  if (after == before) return a;
+  const Pose3 b = contents.InMap(frame, static_cast<uint64_t>(after * 1e3));
+  const double part = (time - before) / step;
+  return {a.x + part * (b.x - a.x), a.y + part * (b.y - a.y),
+          a.a + part * std::remainder(b.a - a.a, 2 * M_PI)};
+}
 
 class MapperOfALog : public LogTest {
  protected:
@@ -166,6 +178,43 @@ TEST_F(MapperOfALog, FindsTheWallsWhereTheyAre) {
           // Ranges and angles are 32-bit floats.
           EXPECT_LT(mapper.Quantile(1), 1e-5) << what;
         }
+}
+
+// The scanner is at the robot's centre, because transforms are interpolated for the robot.
+TEST_F(MapperOfALog, FindsThemByScansThatTakeTime) {
+  const std::string text =
+      "interval_sim 20\n" +
+      Room(
+          "position( name \"r\" pose [1 -2 0 30] size [0.4 0.4 0.4] alwayson 1 update_interval 20"
+          " localization \"gps\" ranger( alwayson 1 update_interval 100 sensor( range [0 20]"
+          " fov 350 samples 36 time_increment 0.002 ) ) )");
+  World world(OptionsOf(1));
+  std::istringstream content(text);
+  ASSERT_TRUE(world.Load(content));
+  dynamic_cast<ModelPosition&>(*world.GetModel("r")).SetSpeed(0.5, 0, 1.2);
+  Log(&world, 300, "run.mcap");
+  const Contents contents{McapReader(Path("run.mcap"))};
+  Mapper at_once, one_by_one;
+  for (const Scan& scan : contents.scans) {
+    ASSERT_FLOAT_EQ(scan.time_increment, 0.002F);
+    const double start = static_cast<double>(scan.time) / 1e3;
+    ASSERT_NEAR(std::fmod(start, 1e5), 3e4, 0.5) << "70 ms before a multiple of 100 ms";
+    if (start < 2e5) continue;  // transforms begin with the first step
+    for (size_t i = 0; i < scan.ranges.size(); i++) {
+      const double bearing = scan.first + static_cast<double>(i) * scan.increment;
+      const auto add = [&](double time, Mapper* to) {
+        const Pose3 sensor = InMapBetween(contents, scan.frame, time, 2e4);
+        to->Add(Pose(sensor.x, sensor.y, 0, sensor.a), bearing, scan.ranges[i]);
+      };
+      add(start + static_cast<double>(i) * 2e3, &one_by_one);
+      add(start, &at_once);
+    }
+  }
+  one_by_one.Print("scans that take 70 ms, each ray at its time");
+  at_once.Print("scans that take 70 ms, all rays at the time of the first");
+  EXPECT_GT(one_by_one.points(), 1000u);
+  EXPECT_LT(one_by_one.Quantile(1), 1e-5);
+  EXPECT_GT(at_once.Quantile(0.9), 0.02);
 }
 
 TEST_F(MapperOfALog, FindsThemWithASensorThatAnActuatorTurns) {

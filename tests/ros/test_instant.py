@@ -83,6 +83,25 @@ class Listener:
             frame = link.header.frame_id
         return place
 
+    def errors_in_time(self) -> np.ndarray:
+        """Distances of the scans' end points from the walls, if each ray has the interpolated pose of its time."""
+        fixed = {t.child_frame_id: plane(t.transform) for message in self.fixed for t in message.transforms}
+        moving = self.moving("base_footprint")
+        times = np.array(sorted(moving), dtype=float)
+        poses = np.array([moving[int(time)] for time in times])
+        poses[:, 2] = np.unwrap(poses[:, 2])
+        errors = []
+        for scan in self.scans:
+            at = microseconds(scan.header.stamp) + 1e6 * scan.time_increment * np.arange(len(scan.ranges))
+            if at[0] < times[0] or at[-1] > times[-1]:
+                continue
+            base = np.array([np.interp(at, times, poses[:, axis]) for axis in range(3)])
+            x, y, a = placed(base, placed(fixed["base_link"], fixed[scan.header.frame_id]))
+            angles = a + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+            ends = np.array([x + scan.ranges * np.cos(angles), y + scan.ranges * np.sin(angles)])
+            errors.append(np.abs(np.abs(ends).max(0) - 5))
+        return np.concatenate(errors)
+
     def errors(self) -> np.ndarray:
         """Distances of the scans' end points from the walls."""
         errors = []
@@ -207,3 +226,29 @@ def test_frames_of_sensors_move_with_their_carrier(start: Callable[..., Process]
     assert errors.max() < 0.01  # ranges are 32-bit floats
     mounts = list(heard.moving("base_scan_link").values())
     assert len(mounts) >= 15 and np.ptp(mounts, 0).max() > 0.5
+
+
+def test_a_mapper_that_knows_the_time_of_each_ray_finds_the_walls(start: Callable[..., Process], client: Client,
+                                                                  tmp_path: Any) -> None:
+    file = tmp_path / "room.world"
+    text = WORLD.format(step=20, ranger=100, robot=20, localization="gps")
+    file.write_text(text.replace("samples 36", "samples 36 time_increment 0.002"))
+    start(str(file), paused=True, steps=150, publish_map_tf=False, base_watchdog_timeout=0.0)
+    twist = Twist()
+    twist.linear.x, twist.angular.z = 0.5, 1.2
+    client.talk(Twist, "/cmd_vel").publish(twist)
+    client.spin(0.3)
+    heard = Listener(client)
+    client.until(lambda: heard.fixed and client.node.count_publishers("/base_scan"))
+    client.spin(0.5)
+    client.step()
+    client.until(lambda: len(heard.scans) >= 25)
+    client.spin(0.3)
+
+    scan = heard.scans[5]
+    assert scan.time_increment == pytest.approx(.002) and scan.scan_time == pytest.approx(.1)
+    assert microseconds(scan.header.stamp) % 100_000 == 30_000  # the first ray, 70 ms before the last one
+    errors = heard.errors_in_time() * 1e3
+    print(f"rays in time: {errors.size} points, mm: median {np.median(errors):.3f}, max {errors.max():.3f}")
+    assert errors.size > 500
+    assert errors.max() < 0.01

@@ -187,6 +187,7 @@ inline constexpr Property kTypes[] = {
     {"sensor", "samples", "10"},
     {"sensor", "noise", "[0.1 0.1 1]"},
     {"sensor", "range_step", "0.01"},
+    {"sensor", "time_increment", "0.001"},
     {"sensor", "blind_near", "1"},
     {"sensor", "loss", "0.1"},
     {"sensor", "steepest", "80"},

@@ -133,6 +133,7 @@ std::string WorldText::Sensor() {
   if (Chance(0.1))
     text += Text(" blind_near 1 loss ", Chance(0.5) ? 0 : 0.3, " range_step ",
                  Chance(0.5) ? 0 : cell_, " steepest ", Chance(0.5) ? 90 : 60);
+  if (Chance(0.15)) text += Text(" time_increment ", 0.049 / (samples + 1));
   return text + " )";
 }
 

@@ -242,7 +242,7 @@ int CountUpdate(Stg::Model* model, void* counts) {
 
 bool IsExact(const Stg::ModelRanger::Sensor& s) {
   return s.angle_noise == 0 && s.range_noise == 0 && s.range_noise_const == 0 && !s.blind_near &&
-         s.loss == 0 && s.range_step == 0 && s.steepest >= M_PI / 2;
+         s.loss == 0 && s.range_step == 0 && s.time_increment == 0 && s.steepest >= M_PI / 2;
 }
 
 /// Makes a step and compares readings; returns their number.

@@ -20,11 +20,13 @@
 //   negative noise         refused in a world file; through the API it counts as 0
 //   infinite or NaN noise  refused in a world file; through the API it counts as 0
 //   noise beyond the range the reading is clamped to minimum and maximum range
+//   scans that take time   the robot's motion counts, that of others does not
 //   no measurement         readings below the minimum or at the maximum get no noise
 
 #ifndef STAGE_MODELS_RANGER_HH
 #define STAGE_MODELS_RANGER_HH
 
+#include <memory>
 #include <vector>
 
 #include "grid/ray_model.hh"
@@ -36,6 +38,7 @@
 namespace Stg {
 
 struct RangeDefects;
+class ScanPath;
 struct SineCosine;
 
 class ModelRanger : public Model, private internal::sensing::RaySink {
@@ -53,6 +56,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     bool blind_near;            ///< nothing is measured nearer than range.min
     double loss;                ///< probability that a ray has no return, 0 to 1
     radians_t steepest;         ///< rays that are farther from a surface's normal have no return
+    double time_increment;      ///< seconds from ray to ray, from the world file; 0: all at once
     unsigned int sample_count;  ///< up to 1 000 000
     Color color;
     RayModel ray_model;      ///< what ranges are measured to
@@ -70,6 +74,9 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     std::string String() const;
     /// Length of the rays: range.max, or 0 if that is negative or NaN.
     meters_t Reach() const;
+    /// Seconds from the first ray of a scan to the last one, which is cast at the instant of the
+    /// step.
+    double Duration() const;
     void ExchangeState(StateExchange& exchange);
 
    private:
@@ -80,13 +87,16 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     double Increment() const;
     bool HasAngleNoise() const;
     bool IsNoisy() const;
-    void Copy(const internal::sensing::DeviceRanges& given);
+    void Finish();
+    void FinishRay();
+    void Copy(const internal::sensing::DeviceRanges& given, uint32_t first);
     RangeDefects Defects() const;
     void AddErrors();
     void Resize();
     void FillValues();
     void LoadRange(Worldfile* wf, int entity);
     void LoadDefects(Worldfile* wf, int entity);
+    void LoadTimeIncrement(Worldfile* wf, int entity);
 
     // Parameters of the current bearings and direction table.
     double table_fov_;
@@ -95,7 +105,10 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     uint64_t table_generation_;
     RandomStream random_;  // for noise; seeded at its first use
     bool seeded_;
+    uint32_t pending_;  // rays of a skewed scan without a result
   };
+
+  static constexpr unsigned kMaxSamples = 1'000'000;
 
   ModelRanger(World* world, Model* parent, const std::string& type);
   ~ModelRanger();
@@ -107,6 +120,8 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   /// the cosine and sine of its heading. The layer is kNoLayer if the grid has none for these rays
   /// yet.
   internal::sensing::Fan FanOf(uint32_t sensor, const Pose& frame, const SineCosine& turn) const;
+  /// Tag of the fan of a single ray, if a scan takes time. The fan of a whole sensor has its index.
+  uint32_t TagOfRay(uint32_t sensor, uint32_t ray) const;
   /// Frame of the sensors' poses while the ranger is at `global`.
   Pose SensorFrame(const Pose& global) const { return global + geom.pose; }
   /// Global pose of the ranger when it took its newest readings; without readings the present one.
@@ -118,6 +133,8 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   /// Start of a sensor's rays. `turn` is the cosine and sine of the frame's heading.
   static Pose OriginOf(const Sensor& sensor, const Pose& frame, const SineCosine& turn);
   void LoadSensor(Worldfile* wf, int entity);
+  /// Notes how the robot moved in this step. Called in each step for rangers whose scans take time.
+  void NoteMotion();
   void Print(char* prefix) const override;
   void ExchangeState(StateExchange& exchange) override;
 
@@ -139,6 +156,14 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
                                              PendingSelfMasks* masks) override;
   bool FillSpace(internal::sensing::BatchSpace place, const internal::sensing::FanList& fans,
                  size_t first_fan, size_t count) override;
+  void ExpectSweep(const Worldfile& file, int entity, const Sensor& sensor);
+  size_t StepsOfSweep(const Sensor& sensor) const;
+  double StepSeconds() const;
+  void FollowPath();
+  bool IsSkewed(const Sensor& sensor) const;
+  internal::sensing::Fan FanOfRay(uint32_t index, uint32_t ray) const;
+  Sensor* FindRays(uint32_t tag, uint32_t count, uint32_t* first);
+  void CompleteReadings(Sensor* sensor, uint32_t tag);
   bool HasAngleNoise() const;
   void Prepare(Sensor* sensor, uint32_t index);
   void PrefetchHits(uint32_t tag) const override;
@@ -148,6 +173,10 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
   std::vector<Sensor> sensors_;
   Pose scan_pose_;  // see GetScanPose()
   bool has_scan_pose_ = false;
+  std::unique_ptr<ScanPath> path_;  // null if all scans are taken at once
+  // Whether the robot moved during the present scan, and the ranger's pose on its robot.
+  bool moves_ = false;
+  Pose place_on_root_;
 };
 
 }  // namespace Stg

@@ -221,8 +221,12 @@ class Beams(Feed):
         super().__init__(topic, interval)
         self._sources, self._by_rep117 = sources, by_rep117
         self._bounds = (sensor.min_range, sensor.range)
+        self._duration = round(1e6 * sensor.time_increment * max(0, sensor.samples - 1))
         self._part = slice(first, first + sensor.samples)
         self._source = self._brightness = np.empty(0)
+
+    def when(self, now: int, step: int) -> int:
+        return max(0, super().when(now, step) - self._duration)  # of the first ray
 
     def connect(self) -> None:
         ranges, intensities = self._sources()
@@ -249,6 +253,7 @@ class ScanFeed(Beams):
         half = sensor.fov / 2 if count > 1 else 0.0
         message = LaserScan(
             angle_min=-half, angle_max=half, angle_increment=2 * half / max(1, count - 1),
+            time_increment=sensor.time_increment,
             scan_time=interval / 1e6, range_min=sensor.min_range, range_max=sensor.range,
             ranges=array("f", [FLOAT_MARK] * count), intensities=array("f", [2 * FLOAT_MARK] * count))
         message.header.frame_id = frame

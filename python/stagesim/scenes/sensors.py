@@ -16,10 +16,12 @@ _RANGE = Numbers("two numbers: the least and the largest range in metres, from 0
                  in_order=True, may_be_infinite=True)
 _NOISE = Numbers("three numbers, 0 or more: the variance in square metres, a fraction, and radians", 3, least=0)
 _LENGTH = Number("metres, 0 or more", least=0)
+_TIME = Number("seconds, 0 or more", least=0)
 _SHARE = Number("a probability, 0 to 1", least=0, most=1)
 _INCIDENCE = Number("radians, 0 to pi / 2", least=0, most=math.pi / 2)
 #: Properties of a Sensor that a Ranger with only one sensor has itself.
-_OF_ONLY_SENSOR = ("range", "fov", "samples", "noise", "loss", "blind_near", "steepest", "range_step", "ray_model")
+_OF_ONLY_SENSOR = ("range", "fov", "samples", "noise", "loss", "blind_near", "steepest", "range_step",
+                   "time_increment", "ray_model")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +39,7 @@ class Sensor:
         blind_near: whether nothing is measured below the least range.
         steepest: greatest angle between a ray and the normal of a surface with a return, radians.
         range_step: metres; ranges are multiples of it, or not rounded if it is 0.
+        time_increment: seconds from ray to ray, or 0 if all are cast at once.
         ray_model: "cell" or "exact".
     """
 
@@ -50,6 +53,7 @@ class Sensor:
     blind_near: bool | None = prop(Flag())
     steepest: float | None = prop(_INCIDENCE)
     range_step: float | None = prop(_LENGTH)
+    time_increment: float | None = prop(_TIME)
     ray_model: str | None = prop(choice("cell", "exact"))
 
     def __post_init__(self) -> None:
@@ -65,7 +69,8 @@ class Ranger(Thing):
     """A range finder, such as a laser scanner.
 
     Args:
-        range, fov, samples, noise, loss, blind_near, steepest, range_step, ray_model: those of its only sensor, see Sensor.
+        range, fov, samples, noise, loss, blind_near, steepest, range_step, time_increment, ray_model: those of its only
+            sensor, see Sensor.
         sensor: several sensors instead.
     """
 
@@ -79,6 +84,7 @@ class Ranger(Thing):
     blind_near: bool | None = prop(Flag(), written=False)
     steepest: float | None = prop(_INCIDENCE, written=False)
     range_step: float | None = prop(_LENGTH, written=False)
+    time_increment: float | None = prop(_TIME, written=False)
     ray_model: str | None = prop(choice("cell", "exact"), written=False)
     sensor: Sequence[Sensor] = ()
 
