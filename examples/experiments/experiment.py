@@ -59,7 +59,8 @@ class Effect:
         hidden: settings without it.
         seconds: simulated time of a run.
         tolerance: how far the robots of C++ and Python may be apart at the end of the run with the mechanism, metres.
-            0: the runs are bit-equal. None: they differ, because the controller draws random numbers.
+            0: the runs are bit-equal. None: they differ, because the controller draws random numbers, or because
+            contacts magnify the last bits.
     """
 
     metric: str
@@ -112,6 +113,7 @@ class Study:
         axes: the first columns of the table, a row for each set of values.
         columns: the other columns of the table.
         draw: draws the table of the sweep into a figure of matplotlib.
+        built_in: the controller in C++ if it is a built-in one; otherwise it is the plug-in with the name.
     """
 
     name: str
@@ -122,6 +124,7 @@ class Study:
     axes: Sequence[Axis]
     columns: Sequence[Column]
     draw: Callable[[Table, Any], None]
+    built_in: str = ""
 
     def figure(self, table: Table, path: Path) -> None:
         """Draws the table of the sweep into a file. Raises PlotsMissing without matplotlib."""
