@@ -3,6 +3,7 @@
 #include "recording/occupancy_map.hh"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <compare>
 #include <map>
@@ -216,6 +217,22 @@ void Scenery::Draw(OccupancyMap* map) const {
     if (!brush.has_marked())
       for (const Outline& outline : outlines) brush.Trace(outline, kSnap);
   }
+}
+
+uint64_t Scenery::Fingerprint() const {
+  uint64_t hash = 0xcbf29ce484222325;  // FNV-1a, with words instead of bytes
+  const auto add = [&hash](uint64_t word) { hash = (hash ^ word) * 0x100000001b3; };
+  for (const Body& body : bodies_) {
+    add(body.is_fence);
+    for (const Outline& outline : body.outlines) {
+      add(outline.size());
+      for (const point_t& corner : outline) {
+        add(std::bit_cast<uint64_t>(corner.x));
+        add(std::bit_cast<uint64_t>(corner.y));
+      }
+    }
+  }
+  return hash;
 }
 
 OccupancyMap MakeOccupancyMap(const std::vector<Model*>& models, double cell) {

@@ -5,6 +5,7 @@
 #ifndef STAGE_RECORDING_OCCUPANCY_MAP_HH
 #define STAGE_RECORDING_OCCUPANCY_MAP_HH
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -30,6 +31,9 @@ class Scenery {
   /// hole in a picture stays free. A single outline around a robot is a fence: only the cells that
   /// it passes through are marked.
   void Draw(OccupancyMap* map) const;
+
+  /// Returns a number that changes, in all likelihood, when the scenery does.
+  uint64_t Fingerprint() const;
 
  private:
   using Outline = std::vector<point_t>;  // in global coordinates

@@ -39,6 +39,12 @@ std::optional<Rectangle> SceneryBounds(Simulation& simulation, std::optional<dou
   });
 }
 
+/// A number that changes when the scenery does.
+uint64_t SceneryFingerprint(Simulation& simulation, std::optional<double> height) {
+  return simulation.With(
+      [&](World& world) { return Scenery(world.host().models, height).Fingerprint(); });
+}
+
 /// Cells of the scenery: 0 or 100, in rows from the lowest on.
 Cells DrawScenery(Simulation& simulation, std::optional<double> height, uint32_t rows,
                   uint32_t columns, double resolution, const Place& origin) {
@@ -63,6 +69,7 @@ Cells DrawScenery(Simulation& simulation, std::optional<double> height, uint32_t
 
 void BindMap(nb::class_<Simulation>& world) {
   world.def("scenery_bounds", &SceneryBounds, nb::arg("height").none())
+      .def("scenery_fingerprint", &SceneryFingerprint, nb::arg("height").none())
       .def("draw_scenery", &DrawScenery, nb::arg("height").none(), nb::arg("rows"),
            nb::arg("columns"), nb::arg("resolution"), nb::arg("origin"));
 }

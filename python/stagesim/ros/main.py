@@ -16,6 +16,7 @@ from rclpy.utilities import remove_ros_args
 
 from .. import _options
 from ..errors import StageError, WorldError
+from ..scenes import GridMap
 from ..text import printable
 from ..world import World
 from .node import StageNode
@@ -31,6 +32,10 @@ def options(argv: Sequence[str]) -> argparse.Namespace:
     _options.add_to(parser)
     parser.add_argument("--duration", type=float, default=float("inf"), metavar="SECONDS",
                         help="simulated time after which the node ends (default: it never ends)")
+    parser.add_argument("--map", metavar="FILE", help="instead of a world: a map.yaml, or another file of stage import")
+    parser.add_argument("--robot", action="append", default=[], metavar="MACRO:X,Y,DEGREES",
+                        help="with --map: a robot of the folder robots, such as turtlebot3_burger:1,2,90; may be given "
+                             "several times")
     parser.add_argument("--stats", action="store_true", help="at the end, print how long each part took, as JSON")
     parser.add_argument("--gui", type=_port_of, nargs="?", const=0, metavar="PORT",
                         help="show the world in a page for browsers on this machine: --gui=PORT, or --gui for any "
@@ -79,7 +84,7 @@ def run(argv: Sequence[str]) -> int | str:
     rclpy.init(args=[printable(word) for word in argv])
     try:
         return _run(chosen)
-    except (WorldError, StageError, ValueError, InvalidParameterTypeException,
+    except (WorldError, StageError, ValueError, OSError, ModuleNotFoundError, InvalidParameterTypeException,
             ParameterUninitializedException) as error:
         return f"stagesim.ros: {error}"
     except KeyboardInterrupt:
@@ -92,11 +97,29 @@ def run(argv: Sequence[str]) -> int | str:
         rclpy.try_shutdown()
 
 
+def _world_of(chosen: argparse.Namespace) -> tuple[str, World]:
+    """The world that the command line asks for, and its file. Raises ValueError, StageError or OSError."""
+    options = _options.given_in(chosen)
+    if chosen.map is None:
+        if chosen.robot:
+            raise ValueError("found --robot without --map, expected both")
+        file = world_file(chosen.world)
+        if not file:
+            raise ValueError("found no world, expected one on the command line or in the parameter world_file, or --map")
+        return file, World(file, **options)
+    if chosen.world or not chosen.robot:
+        raise ValueError(f"found --map {'and a world' if chosen.world else 'without --robot'}, expected --map with --robot")
+    from ..maps import MapScene, read_map, robot_of
+
+    robots = [robot_of(text) for text in chosen.robot]
+    walls = read_map(chosen.map)
+    scene = MapScene(walls, robots=robots) if isinstance(walls, GridMap) else MapScene(drawing=walls, robots=robots)
+    return chosen.map, World.of(scene, **options)
+
+
 def _run(chosen: argparse.Namespace) -> int | str:
-    file = world_file(chosen.world)
-    if not file:
-        return "stagesim.ros: found no world, expected one on the command line or in the parameter world_file"
-    with World(file, **_options.given_in(chosen)) as world:
+    file, world = _world_of(chosen)
+    with world:
         node = StageNode(world, gui=chosen.gui)
         node.get_logger().info(f"{printable(file)}: {len(node.robots)} robots, {node.topics} topics")
         try:

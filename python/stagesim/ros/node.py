@@ -30,6 +30,7 @@ from .covariance import OdometryErrors
 from .executor import Executor
 from .feeds import Bodies, Feed
 from .lockstep import Lockstep, split
+from .map_feed import MapFeed
 from .frames import Frames
 from .messages import Array, heading_of
 from .names import SCHEMES, joined
@@ -154,6 +155,7 @@ class StageNode(Node):
         for feed in self._feeds:
             feed.publisher = self.create_publisher(feed.message, feed.topic, sensor if feed.sensor else 10)
         self._time_feed = ClockFeed(self, self._value("clock_rate"))
+        self._map_feed = MapFeed(self) if self._value("publish_map") else None
 
     @property
     def now(self) -> int:
@@ -170,6 +172,8 @@ class StageNode(Node):
         start = time.perf_counter()
         now = self.now
         self._check_subscribers()
+        if self._map_feed is not None:
+            self._map_feed.look(now, at_once=everything)
         step = self._step_time
         self._send([feed for feed in self._feeds
                     if feed.active and (everything or feed.due(now, step))], everything)
@@ -443,6 +447,8 @@ class StageNode(Node):
         elif self.paused:
             self._answer(0.05)
             self._publish_to_new_subscribers()
+            if self._map_feed is not None:
+                self._map_feed.look(self.now)
         elif self._lockstep.missing():
             self._wait_for_clients()
         elif self._pace.is_due(dt):

@@ -50,6 +50,10 @@ PARAMETERS = {
     "publish_tf": Parameter(True, "publish /tf and /tf_static", fixed=True),
     "publish_map_tf": Parameter(False, "publish the true transform from the map to each odometry",
                                 fixed=True),
+    "publish_map": Parameter(False, "publish /map and /map_metadata, which normally a map_server or SLAM does", fixed=True),
+    "map_resolution": Parameter(0.05, "side of a cell of /map, metres; a node with --map has that of the file",
+                                "a number, 0.0001 to 1000", lambda value: 0.0001 <= value <= 1000, fixed=True),
+    "map_height": Parameter(-1.0, "/map has what a lidar at this height sees, metres; below 0: all that stands still", fixed=True),
     "single_beams": Parameter("scan", "the kind of message for sensors with one ray",
                               **_one_of("scan", "range", "none")),
     "sensor_qos": Parameter("reliable", "reliability of sensors' topics: reliable publishers reach subscribers "

@@ -19,6 +19,7 @@ ARGUMENTS = {
     "enforce_prefixes": ("false", bool, "use a prefix for a single robot, too"),
     "publish_tf": ("true", bool, "publish /tf and /tf_static"),
     "publish_map_tf": ("false", bool, "publish the true transform from the map to the odometry"),
+    "publish_map": ("false", bool, "publish /map and /map_metadata, which normally a map_server or SLAM does"),
     "single_beams": ("scan", str, "the kind of message for sensors with one ray: scan, range or none"),
     "sensor_qos": ("reliable", str, "reliability of sensors' topics: reliable or best_effort"),
     "ranges": ("rep117", str, "range of a ray that hits nothing: rep117 (infinity) or stage (the maximum)"),
