@@ -389,7 +389,7 @@ TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
   size_t controlled = 0, remembering = 0, hindered = 0, pushed = 0, varied = 0;
   const auto solved = Stg::test::HostRowDevice::islands;
   const uint64_t in_shared_room = Stg::test::HostRowDevice::worlds_in_shared_room;
-  for (uint64_t seed = 1; seed <= Worlds(work_items == kHost ? 60 : 24); seed++) {
+  for (uint64_t seed = 1; seed <= Worlds(work_items == kHost ? 60 : 16); seed++) {
     RandomSource random(seed * 100 + exact + 2 * outlines);
     const ClosedWorldKind kind{outlines, exact, random.Int(1, 8), random.Real(1, 6), seed % 2 == 0};
     const std::string text = ClosedWorld(kind, &random);
@@ -425,10 +425,11 @@ TEST_P(DeviceRowsTest, StepsHaveTheBitsOfTheHostInAllColumns) {
   EXPECT_GT(stalls, 100u);
   EXPECT_GT(hits, 1000u);
   EXPECT_GT(empty_packs, 5u);
-  EXPECT_GT(placed_by_seed, 3u);
+  const size_t few = work_items == kHost ? 3 : 0;  // devices are slow
+  EXPECT_GT(placed_by_seed, few);
   EXPECT_GT(wide, 0u);
-  EXPECT_GT(noisy, 3u);
-  EXPECT_GT(varied, 3u);
+  EXPECT_GT(noisy, few);
+  EXPECT_GT(varied, few);
   EXPECT_GT(controlled, 10u);
   EXPECT_GT(remembering, 20u);
   EXPECT_EQ(hindered > 300, outlines) << hindered;

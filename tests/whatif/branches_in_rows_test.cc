@@ -345,7 +345,7 @@ void RunAtRandom(RandomSource* random, World* world, bool on_device, Happened* h
 /// Number of random worlds; more for a long search.
 uint64_t Worlds() {
   const char* const wanted = std::getenv("STAGE_RANDOM_WORLDS");
-  return wanted ? std::strtoull(wanted, nullptr, 10) : kSanitized ? 24 : 60;
+  return wanted ? std::strtoull(wanted, nullptr, 10) : kSanitized ? 24 : 36;
 }
 
 void SubscribeToRobotsAndRangers(World* world) {
