@@ -4,12 +4,15 @@
 
 #include <nanobind/ndarray.h>
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "bindings.hh"
 #include "crowd.hh"
 #include "failure.hh"
+#include "model_handle.hh"
 #include "simulation.hh"
 
 namespace Stg::python {
@@ -18,6 +21,9 @@ namespace {
 
 using Truths = nb::ndarray<bool, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
 using ConstTruths = nb::ndarray<const bool, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
+using Numbers = nb::ndarray<double, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
+using ConstNumbers = nb::ndarray<const double, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
+constexpr size_t kColorParts = 4;  // red, green, blue and opacity
 
 bool CanBeSwitched(const Model& model) {
   return dynamic_cast<const ModelLight*>(&model) ||
@@ -66,6 +72,57 @@ void ReadLights(Simulation& simulation, Crowd& crowd, size_t index, const Truths
   });
 }
 
+/// One number or the parts of a colour for each robot.
+template <typename Array>
+bool AreForAll(const Array& numbers, const Crowd& crowd) {
+  return numbers.shape(0) == crowd.size() &&
+         (numbers.shape(1) == 1 || numbers.shape(1) == kColorParts);
+}
+
+/// Sets the intensity of the lights, or, with four numbers each, their colours.
+void SetLights(Simulation& simulation, Crowd& crowd, size_t index, const ConstNumbers& numbers,
+               const ConstTruths& which) {
+  if (!AreForAll(numbers, crowd) || which.shape(0) != crowd.size())
+    throw nb::value_error("found another number of values than there are robots");
+  const bool are_colors = numbers.shape(1) == kColorParts;
+  simulation.With([&](World&) {
+    std::vector<Model*> lights = LightsOf(simulation, crowd, index);
+    for (size_t i = 0; i < lights.size(); i++) {
+      if (!which.data()[i]) lights[i] = nullptr;
+      if (lights[i] && !are_colors) As<ModelLight>(*lights[i], "light");  // else nothing is set
+    }
+    for (size_t i = 0; i < lights.size(); i++) {
+      if (!lights[i]) continue;
+      const double* n = numbers.data() + i * numbers.shape(1);
+      if (are_colors)
+        lights[i]->SetColor(Color(n[0], n[1], n[2], n[3]));
+      else
+        As<ModelLight>(*lights[i], "light").SetIntensity(n[0]);
+    }
+  });
+}
+
+/// The intensity of the lights, or, with four numbers each, their colours; NaN for none.
+void ReadLightNumbers(Simulation& simulation, Crowd& crowd, size_t index, const Numbers& numbers) {
+  if (!AreForAll(numbers, crowd))
+    throw nb::value_error("found another number of values than there are robots");
+  const bool are_colors = numbers.shape(1) == kColorParts;
+  simulation.With([&](World&) {
+    const std::vector<Model*> lights = LightsOf(simulation, crowd, index);
+    for (size_t i = 0; i < lights.size(); i++) {
+      double* n = numbers.data() + i * numbers.shape(1);
+      std::fill_n(n, numbers.shape(1), std::nan(""));
+      if (!lights[i]) continue;
+      const Color color = lights[i]->GetColor();
+      const double parts[kColorParts] = {color.r, color.g, color.b, color.a};
+      if (are_colors)
+        std::copy_n(parts, kColorParts, n);
+      else
+        n[0] = dynamic_cast<const LightSource&>(*lights[i]).GetIntensity();
+    }
+  });
+}
+
 }  // namespace
 
 bool SwitchLight(Model& model, bool on) {
@@ -82,6 +139,10 @@ void BindLight(nb::class_<Simulation>& world) {
   world
       .def("switch_lights", &SwitchLights, nb::arg("crowd"), nb::arg("index"), nb::arg("on"),
            nb::arg("which"))
+      .def("set_lights", &SetLights, nb::arg("crowd"), nb::arg("index"), nb::arg("numbers"),
+           nb::arg("which"))
+      .def("read_light_numbers", &ReadLightNumbers, nb::arg("crowd"), nb::arg("index"),
+           nb::arg("numbers"))
       .def("read_lights", &ReadLights, nb::arg("crowd"), nb::arg("index"), nb::arg("on"));
 }
 

@@ -375,13 +375,80 @@ class Fleet(Crowd):
             ValueError: a shape is wrong.
         """
         index = _checks.integer(index, "index", 0, MOST)
-        chosen = np.arange(len(self)) if which is None else np.arange(len(self))[np.asarray(which)]
-        given = np.asarray(on, bool)
-        if given.shape not in ((), chosen.shape):
-            raise ValueError(f"found values of shape {given.shape}, expected one for each of {len(chosen)} robots")
-        values, mask = np.zeros((2, len(self)), bool)
-        values[chosen], mask[chosen] = given, True
+        values, mask = self._for_robots(np.asarray(on, bool), which, ())
         self.world._core.switch_lights(self._crowd, index, values, mask)
+
+    def set_light_intensity(self, intensity: npt.ArrayLike, which: npt.ArrayLike | None = None, index: int = 0) -> None:
+        """Sets the intensity of a light of each robot, at once like Model.intensity.
+
+        Args:
+            intensity: W/m2 at 1 m, 0 or more: shape (m,) for m selected robots, or one for all of them.
+            which: a mask of shape (n,), or indices of the robots; None: all.
+            index: the number of the light on its robot, as in switch_lights().
+
+        Robots that are gone or have no such light are skipped.
+
+        Raises:
+            GoneError: no robot has such a light.
+            TypeError: such a light is a lightindicator, whose intensity is that of the world file.
+            ValueError: a shape or an intensity is wrong.
+        """
+        given = np.asarray(intensity, np.float64)
+        if not (np.isfinite(given) & (given >= 0)).all():
+            raise ValueError("found an intensity that is negative or not finite, expected 0 or more")
+        values, mask = self._for_robots(given, which, ())
+        self.world._core.set_lights(self._crowd, _checks.integer(index, "index", 0, MOST), values[:, None], mask)
+
+    def set_light_color(self, color: npt.ArrayLike, which: npt.ArrayLike | None = None, index: int = 0) -> None:
+        """Sets the colour of a light of each robot, like Model.color.
+
+        Args:
+            color: red, green, blue and opacity, each from 0 to 1: shape (m, 4) for m selected robots, or (4,) for all of
+                them.
+            which, index: as in set_light_intensity().
+
+        Robots that are gone or have no such light are skipped.
+
+        Raises:
+            GoneError: no robot has such a light.
+            ValueError: a shape or a number is wrong.
+        """
+        given = np.asarray(color, np.float64)
+        if not ((given >= 0) & (given <= 1)).all():
+            raise ValueError("found a part of a color outside of 0 to 1")
+        values, mask = self._for_robots(given, which, (4,))
+        self.world._core.set_lights(self._crowd, _checks.integer(index, "index", 0, MOST), values, mask)
+
+    def _for_robots(self, given: npt.NDArray[Any], which: npt.ArrayLike | None,
+                    each: tuple[int, ...]) -> tuple[npt.NDArray[Any], Bools]:
+        """Values of all robots, each of this shape, from those of the selected ones, and a mask of these."""
+        chosen = np.arange(len(self)) if which is None else np.arange(len(self))[np.asarray(which)]
+        if given.shape not in (each, chosen.shape + each):
+            raise ValueError(f"found values of shape {given.shape}, expected one for each of {len(chosen)} robots")
+        values, mask = np.zeros((len(self), *each), given.dtype), np.zeros(len(self), bool)
+        values[chosen], mask[chosen] = given, True
+        return values, mask
+
+    def light_intensity(self, index: int = 0) -> Floats:
+        """Returns the intensity of light number `index` of each robot in W/m2 at 1 m, as a new array of shape (n,).
+
+        Lights are counted as in switch_lights(). NaN: the robot is gone or has no such light.
+
+        Raises:
+            GoneError: no robot has such a light.
+        """
+        values = np.empty((len(self), 1))
+        self.world._core.read_light_numbers(self._crowd, _checks.integer(index, "index", 0, MOST), values)
+        return values[:, 0]
+
+    def light_color(self, index: int = 0) -> Floats:
+        """Returns red, green, blue and opacity of light number `index` of each robot, as a new array of shape (n, 4).
+
+        It is the colour of a light that is on. NaN and errors are as in light_intensity().
+        """
+        values = np.empty((len(self), 4))
+        self.world._core.read_light_numbers(self._crowd, _checks.integer(index, "index", 0, MOST), values)
+        return values
 
     def lights(self, index: int = 0) -> Bools:
         """Returns which robots have a light number `index` that is on, as a new array of shape (n,).

@@ -72,6 +72,43 @@ def test_lights_of_a_fleet_are_switched_together() -> None:
     assert (fleet.lights().tolist(), fleet.lights(1).tolist()) == ([True, True, False], [False] * 3)
 
 
+def test_intensities_and_colors_of_a_fleet_are_arrays() -> None:
+    world = st.World.from_text(FLEET)
+    fleet = world.fleet()
+    eye = fleet.sensor("lightsensor")
+    assert fleet.light_intensity()[1] == 3 and np.isnan(fleet.light_intensity()[2])
+    assert fleet.light_intensity(1).tolist()[1] == 2 and np.isnan(fleet.light_intensity(1)[0])
+    fleet.set_light_intensity(5)
+    fleet.set_light_intensity([7], which=[1])
+    assert fleet.light_intensity().tolist()[:2] == [5, 7]
+    colors = [[1, 0, 0, 1], [0, 0.25, 1, 1], [0, 0, 0, 1]]
+    fleet.set_light_color(colors)
+    assert fleet.light_color()[:2].tolist() == colors[:2] and np.isnan(fleet.light_color()[2]).all()
+    assert world.model("a.light:0").color == (1, 0, 0, 1)
+    world.step()
+    assert eye.intensity[0, 0] == pytest.approx(7) and eye.color[0, 0] == pytest.approx([0, 7 / 4, 7])
+    fleet.set_light_color([0, 1, 0, 1], np.array([False, True, False]))
+    assert fleet.light_color()[:2].tolist() == [[1, 0, 0, 1], [0, 1, 0, 1]]
+
+
+def test_wrong_intensities_and_colors_of_a_fleet_change_nothing() -> None:
+    fleet = st.World.from_text(FLEET).fleet()
+    for wrong in (-1, np.nan, np.inf):
+        with pytest.raises(ValueError, match="found an intensity that is negative or not finite, expected 0 or more"):
+            fleet.set_light_intensity([1, 1, wrong])
+    with pytest.raises(ValueError, match="found a part of a color outside of 0 to 1"):
+        fleet.set_light_color([0, 0, 2, 1])
+    for values in ([1, 1, 1], np.ones((2, 4))):
+        with pytest.raises(ValueError, match="expected one for each of 3 robots"):
+            fleet.set_light_color(values)
+    with pytest.raises(TypeError, match="of the type lightindicator, expected a light"):
+        fleet.set_light_intensity(1, index=1)
+    for call in (fleet.light_color, fleet.light_intensity):
+        with pytest.raises(st.GoneError, match="no robot has a light number 2"):
+            call(2)
+    assert fleet.light_intensity()[1] == 3 and fleet.light_intensity(1)[1] == 2
+
+
 def test_mistakes_about_lights_of_a_fleet_are_refused() -> None:
     world = st.World.from_text(FLEET)
     fleet = world.fleet()
