@@ -76,11 +76,10 @@ def test_topics_and_frames_of_every_world(ros: None, world_file: str, scheme: st
         # A chain of existing frames leads from each sensor to the body.
         for robot in node.robots:
             parents = {child: parent for parent, child, _ in robot.mounts}
-            root = f"{robot.prefix}/base_footprint" if robot.prefix else "base_footprint"
             for frame in parents:
                 while frame in parents:
                     frame = parents[frame]
-                assert frame == root
+                assert frame == "base_footprint"
 
 
 @pytest.fixture

@@ -23,7 +23,8 @@ class Frames:
     """
 
     def __init__(self, look: Look, prefixes: Sequence[str], fleet: Fleet) -> None:
-        self._map, self._fleet = look.map, fleet
+        self._map, self._fleet, self._plain = look.map, fleet, look.plain_frames
+        self._prefixes = list(prefixes)
         self._odometry = {joined(prefix, look.odom): i for i, prefix in enumerate(prefixes)}
         self._bodies = {joined(prefix, name): i for i, prefix in enumerate(prefixes)
                         for name in (look.footprint, look.base)}
@@ -32,12 +33,13 @@ class Frames:
         """Origins of the odometry frames in the map frame, by the robots' true poses: x, y, heading, (n, 3)."""
         return frames_between(self._fleet.sensed_pose, self._fleet.estimate)
 
-    def in_world(self, pose: Pose, frame: str) -> Pose:
+    def in_world(self, pose: Pose, frame: str, robot: int) -> Pose:
         """Transforms a pose (x, y, heading) to the map frame.
 
         Args:
             pose: the pose in `frame`.
             frame: name of the frame; empty: the map. A leading slash is ignored, as in ROS 1.
+            robot: the receiver of the message. If messages name frames without prefixes, they mean its frames.
 
         Raises:
             ValueError: there is no such frame.
@@ -45,6 +47,9 @@ class Frames:
         name = frame.removeprefix("/")
         if name in ("", self._map):
             return pose
+        own = joined(self._prefixes[robot], name)
+        if self._plain and (own in self._odometry or own in self._bodies):
+            name = own
         if name in self._odometry:
             x, y, a = self.origins()[self._odometry[name]]
         elif name in self._bodies:

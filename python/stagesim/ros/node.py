@@ -36,7 +36,7 @@ from .messages import Array, heading_of
 from .names import SCHEMES, joined
 from .parameters import declare
 from .robots import Look, make_robots
-from .transforms import transform_feed
+from .transforms import TransformFeed, transform_feeds
 
 MAX_STEPS = 1_000_000  #: max steps that a client may ask for
 
@@ -119,7 +119,8 @@ class StageNode(Node):
         look = Look(SCHEMES[self._value("naming")], self._value("enforce_prefixes"),
                     self._value("odom_frame_id"), self._value("base_link_frame_id"),
                     self._value("base_footprint_frame_id"), self._value("map_frame_id"),
-                    self._value("single_beams"), self._value("ranges") == "rep117")
+                    self._value("single_beams"), self._value("ranges") == "rep117",
+                    self._value("namespaced_tf") != "no")
         self.robots = make_robots(world, self._fleet, self._bodies, look)
         self._names = [robot.prefix or printable(robot.model.name) for robot in self.robots]
         self._feeds = [feed for robot in self.robots for feed in robot.feeds]
@@ -129,8 +130,9 @@ class StageNode(Node):
         self._last_look = 0.0
         self._pace = Pace(self.speed, not self.paused, MAX_DELAY)
         self._make_publishers()
-        self._tf = None if not self._value("publish_tf") else transform_feed(
-            self, look, self.robots, self._bodies, self._frames, self._value("publish_map_tf"))
+        self._tf: list[TransformFeed] = [] if not self._value("publish_tf") else transform_feeds(
+            self, look, self.robots, self._bodies, self._frames, self._value("publish_map_tf"),
+            self._value("namespaced_tf"))
         self._make_commands()
         self._make_services()
         self._set_lockstep()
@@ -183,8 +185,9 @@ class StageNode(Node):
         """Publishes the time, then transforms, then data, so that a stamp's time and frames precede its data."""
         now, step = self.now, self._step_time
         self._time_feed.tell(now, always=self.paused or self._lockstep.is_used)
-        if self._tf is not None and self._tf.active:
-            self._tf.send(now, everything)
+        for transforms in self._tf:
+            if transforms.active:
+                transforms.send(now, everything)
         for feed in feeds:
             feed.send(now, step)
 
@@ -201,8 +204,8 @@ class StageNode(Node):
         if time.monotonic() - self._last_look < LISTENERS_PERIOD:
             return []
         self._last_look = time.monotonic()
-        if self._tf is not None:
-            self._tf.look_for_listeners()
+        for transforms in self._tf:
+            transforms.look_for_listeners()
         found = []
         for feed in self._feeds:
             listened = feed.publisher.get_subscription_count() > 0
@@ -275,7 +278,7 @@ class StageNode(Node):
             self.get_logger().warning(f"{name!a}: found the pose {pose}, expected finite numbers")
             return
         try:
-            pose = self._frames.in_world(pose, frame)
+            pose = self._frames.in_world(pose, frame, robot)
         except ValueError as error:
             self.get_logger().warning(f"{name!a}: not put elsewhere: {error}")
             return

@@ -27,6 +27,7 @@ class Look:
         odom, base, footprint, map: names of frames.
         single_beams: sensors of one ray are published as "scan", as "range" or not ("none").
         by_rep117: True: ranges and depths follow REP 117; False: they are published as Stage has them.
+        plain_frames: True: messages name a robot's frames without its prefix, as its own /NAME/tf does.
     """
 
     scheme: NamingScheme = SCHEMES["stage_ros2"]
@@ -37,6 +38,7 @@ class Look:
     map: str = MAP_FRAME
     single_beams: str = "scan"
     by_rep117: bool = True
+    plain_frames: bool = False
 
 
 Place = tuple[float, float, float, float]  #: x, y, z (metres) and heading (radians)
@@ -47,7 +49,7 @@ class Joint:
     """A sensor's frame that moves on its robot, as an actuator or another robot carries the sensor.
 
     Attributes:
-        parent, child: names of frames.
+        parent, child: names of frames, without the robot's prefix.
         robot, sensor: models; the sensor stands on the robot, with others between them.
         inner: the pose of the frame on the sensor.
         pan, tilt: how it is turned there, radians; positive tilts look down.
@@ -75,7 +77,7 @@ class Robot:
         model: its model in the world.
         prefix: prefix of its topics and frames; may be empty.
         feeds: its topics.
-        mounts: its static frames: parent, child, and position and quaternion, shape (7,).
+        mounts: its static frames: parent and child without the prefix, and position and quaternion, shape (7,).
         joints: its frames of sensors that move on it.
     """
 
@@ -142,7 +144,8 @@ class _Maker:
         return joined(self.robot.prefix, name)
 
     def _frame(self, name: str) -> str:
-        return joined(self.robot.prefix, name)
+        """The name of a frame in messages."""
+        return joined("" if self._look.plain_frames else self.robot.prefix, name)
 
     def _interval(self, model: Model) -> int:
         """Mean interval between updates, microseconds; at least a step, because updates happen in steps."""
@@ -154,14 +157,14 @@ class _Maker:
 
     def _mount(self, frame: str, sensor: Model, inner: Place = (0.0, 0.0, 0.0, 0.0), pan: float = 0.0,
                tilt: float = 0.0) -> str:
-        """A frame at the pose `inner` on a sensor of the robot; returns its name."""
-        base, name, robot = self._frame(self._look.base), self._frame(frame), self.robot.model
+        """A frame at the pose `inner` on a sensor of the robot; returns its name in messages."""
+        base, robot = self._look.base, self.robot.model
         if self._is_moved(sensor):
-            self.robot.joints.append(Joint(base, name, robot, sensor, inner, pan, tilt))
+            self.robot.joints.append(Joint(base, frame, robot, sensor, inner, pan, tilt))
         else:
             place = composed(relative(sensor.pose_in_tree, robot.pose_in_tree), inner)
-            self.robot.mounts.append((base, name, spatial(place, pan, tilt)))
-        return name
+            self.robot.mounts.append((base, frame, spatial(place, pan, tilt)))
+        return self._frame(frame)
 
     def _is_moved(self, sensor: Model) -> bool:
         """True if something between the sensor and its robot moves by itself."""
@@ -177,7 +180,7 @@ class _Maker:
     def _add_odometry(self, bodies: Bodies) -> None:
         look = self._look
         footprint = self._frame(look.footprint)
-        self.robot.mounts.append((footprint, self._frame(look.base), np.array([0, 0, 0, 0, 0, 0, 1.0])))
+        self.robot.mounts.append((look.footprint, look.base, np.array([0, 0, 0, 0, 0, 0, 1.0])))
         self._feed(OdometryFeed(self._topic(ODOMETRY_TOPIC), self._number, bodies, bodies.estimate,
                                 bodies.estimated_velocity, bodies.covariance, self._frame(look.odom), footprint))
         self._feed(OdometryFeed(self._topic(look.scheme.ground_truth), self._number, bodies,
@@ -202,11 +205,10 @@ class _Maker:
 
     def _add_camera(self, model: Model, index: int, count: int) -> None:
         scheme, row, fleet, view = self._look.scheme, self._number, self._fleet, model.view
-        frame = self._mount(scheme.numbered(scheme.camera_frame, index, count), model, pan=view.pan,
-                            tilt=view.tilt)
+        name = scheme.numbered(scheme.camera_frame, index, count)
+        eye = f"{self._mount(name, model, pan=view.pan, tilt=view.tilt)}_optical"
         # Optical frames have z forwards, x to the right and y down (REP 103).
-        eye = f"{frame}_optical"
-        self.robot.mounts.append((frame, eye, np.array([0, 0, 0, -0.5, 0.5, -0.5, 0.5])))
+        self.robot.mounts.append((name, f"{name}_optical", np.array([0, 0, 0, -0.5, 0.5, -0.5, 0.5])))
         interval = self._interval(model)
 
         def topic(name: str) -> str:

@@ -25,18 +25,28 @@ except ModuleNotFoundError:  # not among PyPI's wheels
 _MOST_MESSAGES = 64
 
 
-def transform_feed(node: Node, look: Look, robots: Sequence[Robot], bodies: Bodies, frames: Frames,
-                   with_map: bool) -> TransformFeed | None:
-    """The feed, or None after a warning if there is no module tf2_msgs."""
-    if TFMessage is not None:
-        return TransformFeed(node, look, robots, bodies, frames, with_map)
-    node.get_logger().warning("no /tf: there is no Python module tf2_msgs; docs/ros.md says how to "
-                              "make it (python -m stagesim.ros.make_tf2_msgs)")
-    return None
+def transform_feeds(node: Node, look: Look, robots: Sequence[Robot], bodies: Bodies, frames: Frames,
+                    with_map: bool, namespaced: str) -> list[TransformFeed]:
+    """The feeds of all frames; none, after a warning, if there is no module tf2_msgs.
+
+    Args:
+        namespaced: "no": one feed on /tf; "only": one for each robot with a prefix, on /PREFIX/tf, with frames without
+            the prefix; "also": both.
+    """
+    if TFMessage is None:
+        node.get_logger().warning("no /tf: there is no Python module tf2_msgs; docs/ros.md says how to "
+                                  "make it (python -m stagesim.ros.make_tf2_msgs)")
+        return []
+    own = [i for i, robot in enumerate(robots) if robot.prefix and namespaced != "no"]
+    shared = [i for i in range(len(robots)) if namespaced == "also" or i not in own]
+    feeds = [TransformFeed(node, look, robots, bodies, frames, with_map, [i], robots[i].prefix) for i in own]
+    if shared:
+        feeds.append(TransformFeed(node, look, robots, bodies, frames, with_map, shared))
+    return feeds
 
 
 class TransformFeed:
-    """Publishes the frames of all robots.
+    """Publishes the frames of robots.
 
     Frames that do not move on their robot are published once, on /tf_static. The others have the stamps of the
     robot's odometry and the poses of that instant: the robot's body, and sensors that stand on an actuator.
@@ -49,6 +59,8 @@ class TransformFeed:
         frames: the origins of their odometry.
         with_map: also publish the transforms from the map to the odometry, for which each robot is where it
             truly is.
+        chosen: indices of the robots whose frames are published.
+        namespace: prefix of the topics; the names of frames then lack the robots' prefixes.
 
     Attributes:
         publisher: that of /tf.
@@ -56,18 +68,23 @@ class TransformFeed:
     """
 
     def __init__(self, node: Node, look: Look, robots: Sequence[Robot], bodies: Bodies, frames: Frames,
-                 with_map: bool) -> None:
-        self.publisher = node.create_publisher(TFMessage, "/tf", 100)
+                 with_map: bool, chosen: Sequence[int], namespace: str = "") -> None:
+        topic = joined(namespace, "tf") if namespace else "/tf"
+        self.publisher = node.create_publisher(TFMessage, topic, 100)
         self.active = False
-        self._look, self._robots, self._bodies, self._frames, self._with_map = look, robots, bodies, frames, with_map
+        self._look, self._bodies, self._frames, self._with_map = look, bodies, frames, with_map
+        self._chosen, self._robots = np.asarray(chosen), [robots[i] for i in chosen]
+        self._prefixes = ["" if namespace else robot.prefix for robot in self._robots]
         self._messages: dict[bytes, Transforms] = {}  # by the set of robots in them
-        self._joints = [(i, joint) for i, robot in enumerate(robots) for joint in robot.joints]
+        self._joints = [(i, joint) for i, robot in enumerate(self._robots) for joint in robot.joints]
         self._joint_owners = np.array([i for i, _ in self._joints], np.intp)
         kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._static = node.create_publisher(TFMessage, "/tf_static", kept)
-        mounts = [mount for robot in robots for mount in robot.mounts]
-        message = Transforms((TFMessage, TransformStamped), [mount[:2] for mount in mounts])
-        self._static.publish(message.bytes(stamp_of(0), np.array([pose for _, _, pose in mounts])))
+        self._static = node.create_publisher(TFMessage, f"{topic}_static", kept)
+        names = [(joined(prefix, parent), joined(prefix, child))
+                 for prefix, robot in zip(self._prefixes, self._robots) for parent, child, _ in robot.mounts]
+        poses = [pose for robot in self._robots for _, _, pose in robot.mounts]
+        message = Transforms((TFMessage, TransformStamped), names)
+        self._static.publish(message.bytes(stamp_of(0), np.array(poses)))
 
     def look_for_listeners(self) -> None:
         """Updates `active`."""
@@ -75,15 +92,15 @@ class TransformFeed:
 
     def send(self, now: int, everything: bool) -> None:
         """Publishes the frames of the robots that sensed at the time `now` (microseconds), or of all."""
-        times = self._bodies.times()
+        times = self._bodies.times()[self._chosen]
         which = np.full(len(times), True) if everything else times == now
         if not which.any():
             return
         owners = [np.flatnonzero(which)]
-        poses = [self._bodies.estimate()[which]]
+        poses = [self._bodies.estimate()[self._chosen[which]]]
         if self._with_map:
             owners.append(owners[0])
-            poses.append(planar(self._frames.origins())[which])
+            poses.append(planar(self._frames.origins())[self._chosen[which]])
         if self._joints:
             owners.append(self._joint_owners[which[self._joint_owners]])
             poses.append(np.reshape([joint.pose() for i, joint in self._joints if which[i]], (-1, 7)))
@@ -97,10 +114,11 @@ class TransformFeed:
             if len(self._messages) > _MOST_MESSAGES:
                 self._messages.clear()
             look = self._look
-            robots = [robot for robot, wanted in zip(self._robots, which) if wanted]
-            names = [(joined(robot.prefix, look.odom), joined(robot.prefix, look.footprint)) for robot in robots]
+            prefixes = [prefix for prefix, wanted in zip(self._prefixes, which) if wanted]
+            names = [(joined(prefix, look.odom), joined(prefix, look.footprint)) for prefix in prefixes]
             if self._with_map:
-                names += [(look.map, joined(robot.prefix, look.odom)) for robot in robots]
-            names += [(joint.parent, joint.child) for robot in robots for joint in robot.joints]
+                names += [(look.map, joined(prefix, look.odom)) for prefix in prefixes]
+            names += [(joined(self._prefixes[i], joint.parent), joined(self._prefixes[i], joint.child))
+                      for i, joint in self._joints if which[i]]
             self._messages[key] = Transforms((TFMessage, TransformStamped), names)
         return self._messages[key]
