@@ -124,9 +124,7 @@ def make_world(options: argparse.Namespace) -> str:
     robots = [robot_of(text) for text in options.robot]
     walls = read_map(options.file, **{name: getattr(options, name) for name in (
         "height", "unknown", "resolution", "origin", "negate", "scale", "thickness")})
-    is_map = isinstance(walls, GridMap)
-    scene = MapScene(walls if is_map else None, drawing=None if is_map else walls, robots=robots,
-                     title=f"{WORLD_HEAD} from {printable(os.path.basename(options.file))}.")
+    scene = MapScene.of(walls, robots, f"{WORLD_HEAD} from {printable(os.path.basename(options.file))}.")
     out = options.out or os.path.splitext(options.file)[0] + ".world"
     folder = os.path.dirname(out)
     write(out, scene.text().encode(), f"# {WORLD_HEAD}".encode(), "an earlier world of stage import")

@@ -55,9 +55,11 @@ def _library() -> Any:
 def _metres_of(document: Any) -> float:
     """Metres of a unit of the document."""
     from ezdxf import units
+    from ezdxf.enums import InsertUnits
 
     try:
-        return float(units.conversion_factor(document.units, units.M)) if document.units else 1.0
+        unit = InsertUnits(document.units)
+        return float(units.conversion_factor(unit, InsertUnits.Meters)) if document.units else 1.0
     except (TypeError, ValueError):
         return 1.0
 

@@ -87,7 +87,7 @@ def _placed(read: Callable[..., Drawing], path: str, origin: Any = (0, 0, 0), **
     try:
         return read(path, **rest).moved(*origin)
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+        raise ValueError(f"{path}: {(str(error).splitlines() or [''])[0]}") from None
 
 
 _READERS: dict[str, Callable[..., GridMap | Drawing]] = {

@@ -52,7 +52,8 @@ def robot_of(text: str) -> PlacedRobot:
     known = _macros()
     if macro not in known:
         raise ValueError(f"found the robot {shown(macro)}, expected {', '.join(sorted(known))}")
-    return PlacedRobot(macro, *numbers, include=known[macro])
+    x, y, degrees = [*numbers, 0.0][:3]
+    return PlacedRobot(macro, x, y, degrees, known[macro])
 
 
 def _macros() -> dict[str, str]:

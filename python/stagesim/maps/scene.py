@@ -30,6 +30,13 @@ class MapScene(Scene):
     robots: Sequence[PlacedRobot] = ()
     title: str = "A world of a map."
 
+    @classmethod
+    def of(cls, walls: GridMap | Drawing, robots: Sequence[PlacedRobot] = (), title: str = title) -> MapScene:
+        """The scene of a map or a drawing."""
+        if isinstance(walls, GridMap):
+            return cls(walls, robots=robots, title=title)
+        return cls(drawing=walls, robots=robots, title=title)
+
     @cached_property
     def _text(self) -> str:
         walls = self.map if self.map is not None else self.drawing

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
+from xml.parsers import expat
 
 import numpy as np
 
@@ -74,18 +75,20 @@ def _root_of(path: str) -> ElementTree.Element:
     """The root of an XML file without declarations of entities, which could make it endless."""
     with open(path, "rb") as file:
         content = file.read()
+    checker = expat.ParserCreate()
+    checker.EntityDeclHandler = _refuse_entity
     try:
-        parser = ElementTree.XMLPullParser(["start"])
-        if b"<!ENTITY" in content or b"<\0!\0E\0N\0T\0" in content or b"\0<\0!\0E\0N\0T" in content:
-            raise ValueError("found a declaration of entities, expected none")
-        parser.feed(content)
-        parser.close()
-        _, root = next(iter(parser.read_events()))
-    except (ElementTree.ParseError, StopIteration) as error:
-        raise ValueError(f"not an SVG: {error or 'no XML'}") from None
+        checker.Parse(content, True)
+        root = ElementTree.fromstring(content)
+    except (ElementTree.ParseError, expat.ExpatError) as error:
+        raise ValueError(f"not an SVG: {error}") from None
     if _name(root) != "svg":
         raise ValueError(f"found the element {_name(root)[:40]!r}, expected svg")
     return root
+
+
+def _refuse_entity(*_: object) -> None:
+    raise ValueError("found a declaration of entities, expected none")
 
 
 def _name(element: ElementTree.Element) -> str:
@@ -146,7 +149,7 @@ class _Reader:
         classes = [f".{each}" for each in element.get("class", "").split()]
         names = {name, *classes, *(name + each for each in classes), f"#{element.get('id')}"}
         texts = [body for selector, body in self._rules if selector in names] + [element.get("style", "")]
-        style = {key: element.attrib[key] for key in ("stroke", "fill", "display", "visibility") if key in element.attrib}
+        style: dict[str, str] = {key: element.attrib[key] for key in ("stroke", "fill", "display", "visibility") if key in element.attrib}
         for declaration in ";".join(texts).split(";"):
             key, _, value = declaration.partition(":")
             style[key.strip()] = value.strip()
@@ -223,7 +226,7 @@ class _Reader:
 def _reach(segment: Any, library: Any) -> float:
     """A length, such that its square root in units of the tolerance is enough points for a curve."""
     if isinstance(segment, library.Arc):
-        return max(abs(segment.rx), abs(segment.ry)) * abs(segment.sweep)
+        return float(max(abs(segment.rx), abs(segment.ry)) * abs(segment.sweep))
     points = [point for point in (segment.start, getattr(segment, "control", None), getattr(segment, "control1", None),
                                   getattr(segment, "control2", None), segment.end) if point is not None]
-    return sum(abs(b - a) for a, b in zip(points, points[1:]))
+    return float(sum(abs(b - a) for a, b in zip(points, points[1:])))

@@ -16,7 +16,6 @@ from rclpy.utilities import remove_ros_args
 
 from .. import _options
 from ..errors import StageError, WorldError
-from ..scenes import GridMap
 from ..text import printable
 from ..world import World
 from .node import StageNode
@@ -112,9 +111,7 @@ def _world_of(chosen: argparse.Namespace) -> tuple[str, World]:
     from ..maps import MapScene, read_map, robot_of
 
     robots = [robot_of(text) for text in chosen.robot]
-    walls = read_map(chosen.map)
-    scene = MapScene(walls, robots=robots) if isinstance(walls, GridMap) else MapScene(drawing=walls, robots=robots)
-    return chosen.map, World.of(scene, **options)
+    return chosen.map, World.of(MapScene.of(read_map(chosen.map), robots), **options)
 
 
 def _run(chosen: argparse.Namespace) -> int | str:
