@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import stagesim as st
 from experiment import Axis, Column, Effect, Floats, Study, Table, main, sets_of, sweep_of
-from stagesim.reports.plots import BLUE, GREEN, RED
+from stagesim.reports.plots import GREEN, RED
 
 Flags = npt.NDArray[np.bool_]
 
@@ -80,30 +80,36 @@ class Measure:
         return {"arrived": float(self.nearest <= ARRIVED), "seconds": self.seconds, "moved": self.first - self.nearest}
 
 
-BOTS, MASSES = (1, 2, 4, 8, 12), (10, 20, 30)
+BOTS, MASSES = (1, 2, 4, 8, 12), (10, 30)
+WITHOUT = "transport distance=0"  #: never drives around the box
 
 
 def draw(table: Table, figure: Any) -> None:
     """Draws the share of boxes that arrive, and the median of their times, over the number of robots."""
     panels = figure.subplots(1, 2)
-    for mass, color in zip(MASSES, (GREEN, BLUE, RED)):
-        sets = [(bots, chosen) for (kilograms, bots), chosen in sets_of(table, ["box.mass", "bots"]) if kilograms == mass]
-        look = {"marker": "o", "markersize": 4, "color": color, "label": f"{mass} kg"}
-        panels[0].plot([bots for bots, _ in sets], [table["arrived"][chosen].mean() for _, chosen in sets], **look)
-        times = [(bots, np.nanmedian(table["seconds"][chosen])) for bots, chosen in sets if table["arrived"][chosen].any()]
-        panels[1].plot(*zip(*times), **look)
+    for mass, color in zip(MASSES, (GREEN, RED)):
+        for ctrl, line, text in (("transport", "-", f"{mass} kg"), (WITHOUT, ":", f"{mass} kg, never around it")):
+            sets = [(bots, chosen) for (found, kilograms, bots), chosen in sets_of(table, ["bot.ctrl", "box.mass", "bots"])
+                    if (found, kilograms) == (ctrl, mass)]
+            look = {"marker": "o", "markersize": 4, "color": color, "linestyle": line, "label": text}
+            panels[0].plot([bots for bots, _ in sets], [table["arrived"][chosen].mean() for _, chosen in sets], **look)
+            times = [(bots, np.nanmedian(table["seconds"][chosen])) for bots, chosen in sets if table["arrived"][chosen].any()]
+            if ctrl != WITHOUT:
+                panels[1].plot(*zip(*times), **look)
     panels[0].set(xlabel="robots", ylabel="boxes that arrive", ylim=(-0.03, 1.05))
     panels[1].set(xlabel="robots", ylabel="seconds, of boxes that arrive", ylim=(0, None))
-    panels[0].legend(title="box")
+    panels[0].legend(loc=(0.38, 0.15))
 
 
 STUDY = Study(
     name="transport",
-    sweep=sweep_of("transport", {"box.mass": MASSES, "bots": BOTS}),
+    sweep=sweep_of("transport", {"bot.ctrl": ["transport", WITHOUT], "box.mass": MASSES, "bots": BOTS}),
     controller=Controller,
     measure=Measure,
-    effect=Effect("moved", 1, {"bots": 8}, {"bots": 1}, seconds=60, tolerance=None),
-    axes=[Axis("box.mass", "mass of the box, kg"), Axis("bots", "robots")],
+    effect=Effect("arrived", 0.5, {"box.mass": 10, "bots": 8}, {"box.mass": 10, "bots": 8, "bot.ctrl": WITHOUT},
+                  seconds=70, tolerance=None),
+    axes=[Axis("bot.ctrl", "drive around", lambda ctrl: "no" if ctrl == WITHOUT else "yes"),
+          Axis("box.mass", "mass of the box, kg"), Axis("bots", "robots")],
     columns=[Column("arrived", "boxes that arrive, mean", mean=True), Column("seconds", "arrive after, s", 0),
              Column("moved", "nearer to the light, m")],
     draw=draw)
