@@ -279,6 +279,34 @@ void BindEnergy(nb::class_<ModelHandle>& model) {
           "Makes the model update from now on.");
 }
 
+const char* NameOfDrive(const ModelPosition& position) {
+  switch (position.GetDriveMode()) {
+    case ModelPosition::DRIVE_DIFFERENTIAL:
+      return "diff";
+    case ModelPosition::DRIVE_OMNI:
+      return "omni";
+    case ModelPosition::DRIVE_CAR:
+      return "car";
+    case ModelPosition::DRIVE_CUSTOM:
+      break;
+  }
+  return "custom";
+}
+
+void BindCars(nb::class_<ModelHandle>& model) {
+  model
+      .def_prop_ro("drive_type", Getter([](Model& m) { return NameOfDrive(AsPosition(m)); }),
+                   "The drive of a position model: 'diff', 'omni', 'car' or, for one of a plug-in, "
+                   "'custom'.")
+      .def_prop_ro("wheelbase", Getter([](Model& m) { return AsPosition(m).GetWheelbase(); }),
+                   "Distance between the axles of a car in metres.")
+      .def_prop_ro("steering_angle", Getter([](Model& m) { return AsPosition(m).GetSteering(); }),
+                   "Present steering angle of a car in radians, positive to the left.")
+      .def_prop_ro("commands_turn", Getter([](Model& m) { return AsPosition(m).CommandsTurn(); }),
+                   "Whether the third number of a car's command is a turn rate and not a steering "
+                   "angle: car_command \"turn\".");
+}
+
 void BindDriving(nb::class_<ModelHandle>& model) {
   model
       .def_prop_ro(
@@ -339,6 +367,7 @@ void BindModel(nb::module_& module) {
   BindContacts(model);
   BindEnergy(model);
   BindDriving(model);
+  BindCars(model);
   BindSensors(module, model);
 }
 

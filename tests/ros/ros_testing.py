@@ -189,6 +189,13 @@ def node_here(world: Any, **parameters: Any) -> Iterator[Any]:
         made.close()
 
 
+def time_of(message: Any) -> int:
+    """The time stamp of a message, or of the first part of one that has parts, microseconds."""
+    parts = getattr(message, "transforms", None) or getattr(message, "markers", None)
+    stamp = (parts[0] if parts else message).header.stamp
+    return stamp.sec * 1_000_000 + stamp.nanosec // 1000
+
+
 TWO = """
 resolution 0.02
 model( name "wall" pose [3 0 0 0] size [0.1 8 1] )

@@ -61,6 +61,11 @@ class ModelPosition : public Model {
   /// Steering angle of a car in radians, positive to the left; the `steering` of a drive of one's
   /// own.
   double GetSteering() const { return steering_; }
+  DriveMode GetDriveMode() const { return drive_mode; }
+  /// Distance between the axles of a car in metres.
+  double GetWheelbase() const { return wheelbase; }
+  /// True if the third number of a car's command is a turn rate: car_command "turn".
+  bool CommandsTurn() const { return commands_turn_; }
   LocalizationMode GetLocalizationMode() const { return localization_mode; }
   void SetGlobalVelocity(const Velocity& gvel);
 

@@ -146,7 +146,23 @@ class Bodies:
         return known
 
 
-class OdometryFeed(Feed):
+class BodyFeed(Feed):
+    """A topic with the stamps of a robot's odometry."""
+
+    sensor = False
+
+    def __init__(self, topic: str, robot: int, bodies: Bodies) -> None:
+        super().__init__(topic)
+        self._robot, self._bodies = robot, bodies
+
+    def due(self, now: int, step: int) -> bool:
+        return bool(self._bodies.times()[self._robot] == now)
+
+    def when(self, now: int, step: int) -> int:
+        return int(self._bodies.times()[self._robot])
+
+
+class OdometryFeed(BodyFeed):
     """The pose and the velocity of a robot.
 
     Args:
@@ -156,14 +172,12 @@ class OdometryFeed(Feed):
     """
 
     message = Odometry
-    sensor = False
 
     def __init__(self, topic: str, robot: int, bodies: Bodies, poses: Callable[[], Array],
                  velocities: Callable[[], Array], covariances: Callable[[], tuple[Array, Array]], frame: str,
                  child: str) -> None:
-        super().__init__(topic)
-        self._robot, self._bodies, self._poses, self._velocities = robot, bodies, poses, velocities
-        self._covariances = covariances
+        super().__init__(topic, robot, bodies)
+        self._poses, self._velocities, self._covariances = poses, velocities, covariances
         message = Odometry(child_frame_id=child)
         message.header.frame_id = frame
         message.pose.pose.position.x = MARK
@@ -173,12 +187,6 @@ class OdometryFeed(Feed):
         self._pose, self._pose_covariance = pose[:7], pose[7:]
         self._twist, self._twist_covariance = twist[:6], twist[6:]
         self._twist[0] = 0
-
-    def due(self, now: int, step: int) -> bool:
-        return bool(self._bodies.times()[self._robot] == now)
-
-    def when(self, now: int, step: int) -> int:
-        return int(self._bodies.times()[self._robot])
 
     def make(self, stamp: Array) -> bytes:
         self._template.stamp(stamp)

@@ -34,6 +34,7 @@ from .map_feed import MapFeed
 from .frames import Frames
 from .messages import Array, heading_of
 from .names import SCHEMES, joined
+from .motion import Motion, Wheels
 from .parameters import declare
 from .robots import Look, make_robots
 from .transforms import TransformFeed, transform_feeds
@@ -120,13 +121,16 @@ class StageNode(Node):
                     self._value("odom_frame_id"), self._value("base_link_frame_id"),
                     self._value("base_footprint_frame_id"), self._value("map_frame_id"),
                     self._value("single_beams"), self._value("ranges") == "rep117",
-                    self._value("namespaced_tf") != "no")
-        self.robots = make_robots(world, self._fleet, self._bodies, look)
+                    self._value("namespaced_tf") != "no", self._value("ticks_per_turn"))
+        sizes = self._value("wheel_radius"), self._value("wheel_separation")
+        self._motion = Motion(self._fleet, [Wheels(models[number], *sizes) for number in self._fleet.ids], world.dt)
+        self.robots = make_robots(world, self._fleet, self._bodies, self._motion, look)
         self._names = [robot.prefix or printable(robot.model.name) for robot in self.robots]
         self._feeds = [feed for robot in self.robots for feed in robot.feeds]
         self._frames = Frames(look, [robot.prefix for robot in self.robots], self._fleet)
         self._snapshot: Snapshot | None = None
         self._jacobian: Array | None = None  # OdometryErrors.jacobian at the snapshot
+        self._turned: Array | None = None  # Motion.count() at the snapshot
         self._last_look = 0.0
         self._pace = Pace(self.speed, not self.paused, MAX_DELAY)
         self._make_publishers()
@@ -359,7 +363,7 @@ class StageNode(Node):
 
     def _take(self) -> str:
         self._snapshot = self.world.snapshot()
-        self._jacobian = self._errors.jacobian.copy()
+        self._jacobian, self._turned = self._errors.jacobian.copy(), self._motion.count()
         file = self._value("snapshot_file")
         if file:
             write_snapshot(Path(file), self._snapshot.to_bytes())
@@ -372,11 +376,11 @@ class StageNode(Node):
             raise StageError("found no snapshot, expected the service snapshot to be called before")
         self.world.restore(snapshot)
         self._last_command[self._last_command >= 0] = self.now
-        self._on_world_reset(None if file else self._jacobian)
+        self._on_world_reset(None if file else self._jacobian, None if file else self._turned)
         return f"went back to {self.world.time:g} s"
 
-    def _on_world_reset(self, jacobian: Array | None = None) -> None:
-        """Called after loading, a reset or a restore; `jacobian`: see OdometryErrors.begin()."""
+    def _on_world_reset(self, jacobian: Array | None = None, turned: Array | None = None) -> None:
+        """Called after loading, a reset or a restore; see OdometryErrors.begin() and Motion.begin()."""
         self.steps_asked = 0
         self._cmd[self._last_command < 0] = np.nan  # robots without a command obey their own controllers
         # Attach sensors before robots, as after a reset: the order of subscriptions is part of the state.
@@ -388,6 +392,7 @@ class StageNode(Node):
                 robot.model.subscribe()  # so that its odometry works from the beginning
         self._bodies.forget()
         self._errors.begin(self._fleet.estimate, jacobian)
+        self._motion.begin(turned)
         self._lockstep.begin(self.now, self._step_time)
         self._pace.begin()
         self._time_feed.begin()
@@ -421,6 +426,7 @@ class StageNode(Node):
         self.times["step"] += time.perf_counter() - start
         self._bodies.forget()
         self._errors.move(self._fleet.estimate)
+        self._motion.step()
         if self._window is not None:
             self._window.has_changed(note="")
         if made:

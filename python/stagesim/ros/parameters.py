@@ -59,6 +59,10 @@ PARAMETERS = {
                                "/tf, which has prefixes) or only", **_one_of("no", "also", "only")),
     "single_beams": Parameter("scan", "the kind of message for sensors with one ray",
                               **_one_of("scan", "range", "none")),
+    "wheel_radius": Parameter(0.0, "radius of wheels, metres; 0: a fifth of their separation", **_at_least(0), fixed=True),
+    "wheel_separation": Parameter(0.0, "distance of the left from the right wheels, metres; 0: the width of the body",
+                                  **_at_least(0), fixed=True),
+    "ticks_per_turn": Parameter(1000, "ticks that encoders count in a turn of a wheel", **_at_least(1), fixed=True),
     "sensor_qos": Parameter("reliable", "reliability of sensors' topics: reliable publishers reach subscribers "
                             "of both kinds", **_one_of("reliable", "best_effort")),
     "ranges": Parameter("rep117", "values of ranges and depths: rep117: infinity where nothing is hit, and minus infinity "

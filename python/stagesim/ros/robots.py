@@ -13,6 +13,7 @@ from ..fleet import Fleet, Reading, sensor_types
 from ..world import World
 from .feeds import (MAX_DETECTIONS, BatteryFeed, BlobsFeed, Bodies, CameraInfoFeed, Feed, FiducialsFeed, ImageFeed,
                     OdometryFeed, RangeFeed, ReadingFeed, ScanFeed, StallFeed)
+from .motion import ImuFeed, JointsFeed, Motion, TicksFeed
 from .names import (BASE_FRAME, FOOTPRINT_FRAME, MAP_FRAME, ODOMETRY_FRAME, ODOMETRY_TOPIC, SCAN_TOPIC, SCHEMES,
                     NamingScheme, joined, ros_name, sensor_name)
 
@@ -28,6 +29,7 @@ class Look:
         single_beams: sensors of one ray are published as "scan", as "range" or not ("none").
         by_rep117: True: ranges and depths follow REP 117; False: they are published as Stage has them.
         plain_frames: True: messages name a robot's frames without its prefix, as its own /NAME/tf does.
+        ticks: number of ticks that encoders count in a turn of a wheel.
     """
 
     scheme: NamingScheme = SCHEMES["stage_ros2"]
@@ -39,6 +41,11 @@ class Look:
     single_beams: str = "scan"
     by_rep117: bool = True
     plain_frames: bool = False
+    ticks: int = 1000
+
+    def frame(self, prefix: str, name: str) -> str:
+        """The name in messages of a frame of the robot with that prefix."""
+        return joined("" if self.plain_frames else prefix, name)
 
 
 Place = tuple[float, float, float, float]  #: x, y, z (metres) and heading (radians)
@@ -88,11 +95,11 @@ class Robot:
     joints: list[Joint] = field(default_factory=list)
 
 
-def make_robots(world: World, fleet: Fleet, bodies: Bodies, look: Look) -> list[Robot]:
+def make_robots(world: World, fleet: Fleet, bodies: Bodies, motion: Motion, look: Look) -> list[Robot]:
     """Makes all robots of the fleet, with their feeds and frames."""
     names = look.scheme.prefixes(list(fleet.names), look.enforce_prefixes)
     models = {model.id: model for model in world.models}  # by id, because names may be ambiguous
-    return [_Maker(world, fleet, bodies, look, i, Robot(models[fleet.ids[i]], names[i])).robot
+    return [_Maker(world, fleet, bodies, motion, look, i, Robot(models[fleet.ids[i]], names[i])).robot
             for i in range(len(fleet))]
 
 
@@ -114,12 +121,13 @@ def sensors_of(model: Model) -> list[RangeSensor] | None:
 class _Maker:
     """Makes the feeds and frames of one robot."""
 
-    def __init__(self, world: World, fleet: Fleet, bodies: Bodies, look: Look, number: int,
+    def __init__(self, world: World, fleet: Fleet, bodies: Bodies, motion: Motion, look: Look, number: int,
                  robot: Robot) -> None:
         self._fleet, self._look, self._number = fleet, look, number
         self._step = round(world.dt * 1e6)
         self.robot = robot
         self._add_odometry(bodies)
+        self._add_motion(bodies, motion)
         kinds: dict[str, list[Model]] = {}
         for model in tree(self.robot.model):
             kind = "ranger" if sensors_of(model) is not None else model.sensor_type or model.type
@@ -144,8 +152,7 @@ class _Maker:
         return joined(self.robot.prefix, name)
 
     def _frame(self, name: str) -> str:
-        """The name of a frame in messages."""
-        return joined("" if self._look.plain_frames else self.robot.prefix, name)
+        return self._look.frame(self.robot.prefix, name)
 
     def _interval(self, model: Model) -> int:
         """Mean interval between updates, microseconds; at least a step, because updates happen in steps."""
@@ -186,6 +193,13 @@ class _Maker:
         self._feed(OdometryFeed(self._topic(look.scheme.ground_truth), self._number, bodies,
                                 bodies.truth, bodies.velocity, bodies.exact, look.map, footprint))
         self._feed(StallFeed(self._topic("stall"), self._number, self._fleet))
+
+    def _add_motion(self, bodies: Bodies, motion: Motion) -> None:
+        row, model = self._number, self.robot.model
+        self._feed(ImuFeed(self._topic("imu"), row, bodies, motion, self._frame(self._look.base)))
+        if motion.wheels[row].names:
+            self._feed(JointsFeed(self._topic("joint_states"), row, bodies, motion, model))
+            self._feed(TicksFeed(self._topic("wheel_ticks"), row, bodies, motion, self._look.ticks))
 
     def _add_ranger(self, model: Model, index: int, count: int) -> None:
         look, row, fleet = self._look, self._number, self._fleet
