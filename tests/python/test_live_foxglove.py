@@ -343,7 +343,7 @@ def test_the_nose_is_the_last_area_of_a_robot() -> None:
         'position( name "a" size [0.4 0.4 0.2] color "red" ) position( name "b" pose [2 0 0 0] gui_nose 0 )'
         'model( name "c" pose [4 0 0 0] )')
     shapes = {thing.name: thing.shape for thing in world._core.things()}
-    from stagesim.live.solids import areas_of
+    from stagesim.shapes import areas_of
 
     areas = {name: list(areas_of(shape)) for name, shape in shapes.items()}
     assert [len(areas[name]) for name in "abc"] == [2, 1, 1]

@@ -27,7 +27,7 @@ TYPES = {"base_scan": LaserScan, "image": Image, "depth": Image, "camera_info": 
          "fiducials": MarkerArray, "blobs": MarkerArray, "bumper": UInt8MultiArray, "stall": Bool}
 
 #: Topics that are compared with the simulator by other tests.
-ELSEWHERE = {"imu", "joint_states", "wheel_ticks"}
+ELSEWHERE = {"imu", "robot_description", "joint_states", "wheel_ticks"}
 
 #: Readings without a message of their own, by type of model.
 ARRAYS = {"groundsensor": ["value"], "lightsensor": ["intensity", "color", "direction"],
@@ -49,7 +49,7 @@ def expected_topics(world: st.World, scheme: str) -> list[str]:
         prefix = "/" if len(robots) == 1 else f"/robot_{i}/" if old else f"/{robot.name}/"
         kinds = Counter(model.type for model in tree(robot))
         numbers: Counter[str] = Counter()
-        own = ["odom", "base_pose_ground_truth" if old else "ground_truth", "stall", "imu"]
+        own = ["odom", "base_pose_ground_truth" if old else "ground_truth", "stall", "imu", "robot_description"]
         if robot.drive_type in ("diff", "car"):
             own += ["joint_states", "wheel_ticks"]
         for model in tree(robot):

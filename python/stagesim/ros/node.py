@@ -27,6 +27,7 @@ from ..text import printable
 from ..world import World
 from .clock import ClockFeed
 from .covariance import OdometryErrors
+from .description import publish_descriptions
 from .executor import Executor
 from .feeds import Bodies, Feed
 from .lockstep import Lockstep, split
@@ -137,6 +138,7 @@ class StageNode(Node):
         self._tf: list[TransformFeed] = [] if not self._value("publish_tf") else transform_feeds(
             self, look, self.robots, self._bodies, self._frames, self._value("publish_map_tf"),
             self._value("namespaced_tf"))
+        publish_descriptions(self, look, self.robots, self._motion.wheels)
         self._make_commands()
         self._make_services()
         self._set_lockstep()
