@@ -5,8 +5,10 @@ from __future__ import annotations
 
 from typing import Sequence
 
+import numpy as np
+
 from ..fleet import Fleet
-from .messages import Array, frames_between
+from .messages import Array, frames_between, in_frames
 from .names import joined
 from .robots import Look, composed
 
@@ -20,18 +22,34 @@ class Frames:
         look: the names of the frames.
         prefixes: the prefix of each robot's frames.
         fleet: the robots.
+
+    Attributes:
+        shifts: transforms from the true to the believed pose of each robot, in the map: x, y and heading, (n, 3).
     """
 
     def __init__(self, look: Look, prefixes: Sequence[str], fleet: Fleet) -> None:
         self._map, self._fleet, self._plain = look.map, fleet, look.plain_frames
         self._prefixes = list(prefixes)
+        self.shifts = np.zeros((len(fleet), 3))
         self._odometry = {joined(prefix, look.odom): i for i, prefix in enumerate(prefixes)}
         self._bodies = {joined(prefix, name): i for i, prefix in enumerate(prefixes)
                         for name in (look.footprint, look.base)}
 
-    def origins(self) -> Array:
-        """Origins of the odometry frames in the map frame, by the robots' true poses: x, y, heading, (n, 3)."""
-        return frames_between(self._fleet.sensed_pose, self._fleet.estimate)
+    def origins(self, rows: Array | slice = slice(None)) -> Array:
+        """Origins of the odometry frames of some robots in the map, by their true poses: x, y, heading, (n, 3)."""
+        return frames_between(self._fleet.sensed_pose[rows], self._fleet.estimate[rows])
+
+    def beliefs(self) -> Array:
+        """Believed poses of the robots in the map at the time of the newest readings: (n, 3)."""
+        return in_frames(self.shifts, self._fleet.sensed_pose)
+
+    def believed_origins(self, rows: Array) -> Array:
+        """Origins of the odometry frames of some robots in the map, by their believed poses: (n, 3)."""
+        return in_frames(self.shifts[rows], self.origins(rows))
+
+    def shift(self, robot: int, pose: Pose) -> None:
+        """Makes a robot believe that it is at the pose in the map now."""
+        self.shifts[robot] = frames_between(np.array([pose]), self._fleet.pose[robot:robot + 1])[0]
 
     def in_world(self, pose: Pose, frame: str, robot: int) -> Pose:
         """Transforms a pose (x, y, heading) to the map frame.

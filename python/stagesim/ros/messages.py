@@ -106,6 +106,15 @@ def frames_between(outer: Array, inner: Array) -> Array:
     return frames
 
 
+def in_frames(frames: Array, poses: Array) -> Array:
+    """Transforms poses from their frames to that of the frames: x, y and heading, shape (n, 3) each."""
+    placed = frames + poses
+    c, s = np.cos(frames[:, 2]), np.sin(frames[:, 2])
+    placed[:, 0] = frames[:, 0] + c * poses[:, 0] - s * poses[:, 1]
+    placed[:, 1] = frames[:, 1] + s * poses[:, 0] + c * poses[:, 1]
+    return placed
+
+
 def heading_of(orientation: Any) -> float:
     """The rotation about z of a Quaternion, radians; 0 if all components are 0."""
     q = orientation

@@ -30,6 +30,7 @@ from .covariance import OdometryErrors
 from .description import publish_descriptions
 from .executor import Executor
 from .feeds import Bodies, Feed
+from .localization import Localization
 from .lockstep import Lockstep, split
 from .map_feed import MapFeed
 from .frames import Frames
@@ -46,6 +47,8 @@ if TYPE_CHECKING:
     from ..live.server import Server
     from .window import NodeRun
 
+#: What the node keeps beside a snapshot: OdometryErrors.jacobian, Motion.count() and Frames.shifts.
+Kept = tuple[Array | None, Array | None, Array | None]
 #: Seconds of real time between checks for subscribers, and between repeated messages in lock-step.
 LISTENERS_PERIOD, REPEAT_PERIOD = 0.1, 0.5
 #: Max delay in real time that the world catches up, seconds. Longer delays make it slower.
@@ -127,11 +130,12 @@ class StageNode(Node):
         self._motion = Motion(self._fleet, [Wheels(models[number], *sizes) for number in self._fleet.ids], world.dt)
         self.robots = make_robots(world, self._fleet, self._bodies, self._motion, look)
         self._names = [robot.prefix or printable(robot.model.name) for robot in self.robots]
-        self._feeds = [feed for robot in self.robots for feed in robot.feeds]
         self._frames = Frames(look, [robot.prefix for robot in self.robots], self._fleet)
+        self._localization = None if not self._value("publish_map_tf") else Localization(
+            self, look, self.robots, self._bodies, self._frames)
+        self._feeds = [feed for robot in self.robots for feed in robot.feeds]
         self._snapshot: Snapshot | None = None
-        self._jacobian: Array | None = None  # OdometryErrors.jacobian at the snapshot
-        self._turned: Array | None = None  # Motion.count() at the snapshot
+        self._kept: Kept = (None, None, None)  # beside the snapshot
         self._last_look = 0.0
         self._pace = Pace(self.speed, not self.paused, MAX_DELAY)
         self._make_publishers()
@@ -365,7 +369,7 @@ class StageNode(Node):
 
     def _take(self) -> str:
         self._snapshot = self.world.snapshot()
-        self._jacobian, self._turned = self._errors.jacobian.copy(), self._motion.count()
+        self._kept = (self._errors.jacobian.copy(), self._motion.count(), self._frames.shifts.copy())
         file = self._value("snapshot_file")
         if file:
             write_snapshot(Path(file), self._snapshot.to_bytes())
@@ -378,11 +382,12 @@ class StageNode(Node):
             raise StageError("found no snapshot, expected the service snapshot to be called before")
         self.world.restore(snapshot)
         self._last_command[self._last_command >= 0] = self.now
-        self._on_world_reset(None if file else self._jacobian, None if file else self._turned)
+        self._on_world_reset(*((None, None, None) if file else self._kept))
         return f"went back to {self.world.time:g} s"
 
-    def _on_world_reset(self, jacobian: Array | None = None, turned: Array | None = None) -> None:
-        """Called after loading, a reset or a restore; see OdometryErrors.begin() and Motion.begin()."""
+    def _on_world_reset(self, jacobian: Array | None = None, turned: Array | None = None,
+                        shifts: Array | None = None) -> None:
+        """Called after loading, a reset or a restore; see OdometryErrors.begin(), Motion.begin() and Frames.shifts."""
         self.steps_asked = 0
         self._cmd[self._last_command < 0] = np.nan  # robots without a command obey their own controllers
         # Attach sensors before robots, as after a reset: the order of subscriptions is part of the state.
@@ -395,6 +400,7 @@ class StageNode(Node):
         self._bodies.forget()
         self._errors.begin(self._fleet.estimate, jacobian)
         self._motion.begin(turned)
+        self._frames.shifts[:] = 0.0 if shifts is None else shifts
         self._lockstep.begin(self.now, self._step_time)
         self._pace.begin()
         self._time_feed.begin()

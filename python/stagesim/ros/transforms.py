@@ -58,7 +58,7 @@ class TransformFeed:
         bodies: their poses.
         frames: the origins of their odometry.
         with_map: also publish the transforms from the map to the odometry, for which each robot is where it
-            truly is.
+            believes to be.
         chosen: indices of the robots whose frames are published.
         namespace: prefix of the topics; the names of frames then lack the robots' prefixes.
 
@@ -100,7 +100,7 @@ class TransformFeed:
         poses = [self._bodies.estimate()[self._chosen[which]]]
         if self._with_map:
             owners.append(owners[0])
-            poses.append(planar(self._frames.origins())[self._chosen[which]])
+            poses.append(planar(self._frames.believed_origins(self._chosen[which])))
         if self._joints:
             owners.append(self._joint_owners[which[self._joint_owners]])
             poses.append(np.reshape([joint.pose() for i, joint in self._joints if which[i]], (-1, 7)))
