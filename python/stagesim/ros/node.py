@@ -20,6 +20,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Header
 from std_srvs.srv import Empty, SetBool, Trigger
 
+from . import cars
 from .._core import Snapshot
 from ..errors import StageError
 from ..pace import Pace
@@ -236,7 +237,7 @@ class StageNode(Node):
     def _make_commands(self) -> None:
         self._cmd = self._fleet.cmd
         self._last_command = np.full(len(self._fleet), -1, np.int64)  # time of the last command, microseconds; -1: none
-        stamped = self._value("stamped_cmd_vel")
+        stamped, self._cars_turn = self._value("stamped_cmd_vel"), self._value("cars_turn")
         for i, robot in enumerate(self.robots):
             def command(message: Any, robot: int = i) -> None:
                 self._command(robot, message)
@@ -247,18 +248,26 @@ class StageNode(Node):
             self.create_subscription(TwistStamped if stamped else Twist,
                                      joined(robot.prefix, "cmd_vel"), command, 10)
             self.create_subscription(PoseStamped, joined(robot.prefix, "teleport"), teleport, 10)
+        cars.subscribe(self)
         self.create_subscription(Header, "~/done", self._done, 10)
 
     def _command(self, robot: int, message: Twist | TwistStamped) -> None:
+        stamped = isinstance(message, TwistStamped)
+        twist = message.twist if stamped else message
+        speeds, model = (twist.linear.x, twist.linear.y, twist.angular.z), self.robots[robot].model
+        if self._cars_turn and cars.is_car(model) and np.isfinite(speeds).all():
+            speeds = cars.turning(model, speeds[0], speeds[2])
+        self.obey(robot, speeds, message.header if stamped else None)
+
+    def obey(self, robot: int, speeds: tuple[float, float, float], header: Header | None) -> None:
+        """Commands a robot, and takes the header as its answer in lock-step. Speeds that are not finite are refused."""
         self._executor.calls += 1
-        twist = message.twist if isinstance(message, TwistStamped) else message
-        speeds = (twist.linear.x, twist.linear.y, twist.angular.z)
         if not np.isfinite(speeds).all():
             self.get_logger().warning(f"{self.robots[robot].model.name!a}: found the speeds {speeds}, expected "
                                       "finite numbers", throttle_duration_sec=5)
             return
         name = self._names[robot]
-        if name in self._lockstep.names and not (self._is_now(message.header.stamp) and
+        if name in self._lockstep.names and not (header is not None and self._is_now(header.stamp) and
                                                  self._lockstep.answer(name)):
             return
         self._cmd[robot] = speeds

@@ -71,6 +71,7 @@ PARAMETERS = {
     "clock_rate": Parameter(0.0, "messages on /clock per second of real time; 0: one per step",
                             "a number, 0 to 1000", lambda value: 0 <= value <= 1000, fixed=True),
     "stamped_cmd_vel": Parameter(False, "messages on cmd_vel are of the type TwistStamped", fixed=True),
+    "cars_turn": Parameter(False, "angular.z on cmd_vel of cars is a turn rate, whatever car_command says", fixed=True),
     "always_on": Parameter(False, "run all sensors from the beginning, even without subscribers",
                            fixed=True),
     "base_watchdog_timeout": Parameter(

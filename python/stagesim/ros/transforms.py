@@ -35,7 +35,7 @@ def transform_feeds(node: Node, look: Look, robots: Sequence[Robot], bodies: Bod
     """
     if TFMessage is None:
         node.get_logger().warning("no /tf: there is no Python module tf2_msgs; docs/ros.md says how to "
-                                  "make it (python -m stagesim.ros.make_tf2_msgs)")
+                                  "make it (python -m stagesim.ros.make_messages)")
         return []
     own = [i for i, robot in enumerate(robots) if robot.prefix and namespaced != "no"]
     shared = [i for i in range(len(robots)) if namespaced == "also" or i not in own]
