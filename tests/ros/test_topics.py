@@ -27,7 +27,7 @@ TYPES = {"base_scan": LaserScan, "image": Image, "depth": Image, "camera_info": 
          "fiducials": MarkerArray, "blobs": MarkerArray, "bumper": UInt8MultiArray, "stall": Bool}
 
 #: Topics that are compared with the simulator by other tests.
-ELSEWHERE = {"imu", "robot_description", "joint_states", "wheel_ticks"}
+ELSEWHERE = {"contacts", "imu", "robot_description", "joint_states", "wheel_ticks"}
 
 #: Readings without a message of their own, by type of model.
 ARRAYS = {"groundsensor": ["value"], "lightsensor": ["intensity", "color", "direction"],
@@ -49,7 +49,7 @@ def expected_topics(world: st.World, scheme: str) -> list[str]:
         prefix = "/" if len(robots) == 1 else f"/robot_{i}/" if old else f"/{robot.name}/"
         kinds = Counter(model.type for model in tree(robot))
         numbers: Counter[str] = Counter()
-        own = ["odom", "base_pose_ground_truth" if old else "ground_truth", "stall", "imu", "robot_description"]
+        own = ["odom", "base_pose_ground_truth" if old else "ground_truth", "stall", "contacts", "imu", "robot_description"]
         if robot.drive_type in ("diff", "car"):
             own += ["joint_states", "wheel_ticks"]
         for model in tree(robot):
@@ -58,7 +58,7 @@ def expected_topics(world: st.World, scheme: str) -> list[str]:
             if model.type == "ranger":
                 own += [f"base_scan{number}{f'_sensor_{k}' if k else ''}" for k in range(len(model.sensors))]
             names = {"camera": ["image", "depth", "camera_info"], "fiducial": ["fiducials"],
-                     "blobfinder": ["blobs"], "bumper": ["bumper"]}
+                     "blobfinder": ["blobs"], "bumper": ["bumper"], "radio": ["range_and_bearing"]}
             own += [name + number for name in names.get(model.type, [])]
             own += [f"{model.type}{number}/{name}" for name in ARRAYS.get(model.type, [])]
         if robot.energy_capacity is not None:

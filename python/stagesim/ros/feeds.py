@@ -21,6 +21,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from .._core import Model, RangeSensor, View
 from ..fleet import Fleet
+from ..world import Contacts
 from .covariance import OdometryErrors, in_space
 from .messages import FLOAT_MARK, MARK, Array, Template, planar, stamp_of
 
@@ -98,7 +99,7 @@ class Bodies:
 
     def __init__(self, fleet: Fleet, errors: OdometryErrors) -> None:
         self._fleet, self._errors = fleet, errors
-        self._known: dict[str, Array] = {}
+        self._known: dict[str, Any] = {}
         self._exact = in_space(np.zeros((len(fleet), 3, 3)))
         self._moved = False
 
@@ -135,11 +136,15 @@ class Bodies:
                 self._once("twist", lambda: self._errors.twist(fleet.estimated_velocity,
                                                                fleet.estimated_velocity_covariance)))
 
+    def contacts(self) -> Contacts:
+        """The places where bodies touch now."""
+        return self._once("contacts", self._fleet.world.contacts)
+
     def exact(self) -> tuple[Array, Array]:
         """Covariances of the true poses and velocities: shape (n, 36) each."""
         return self._exact, self._exact
 
-    def _once(self, name: str, make: Callable[[], Array]) -> Array:
+    def _once(self, name: str, make: Callable[[], Any]) -> Any:
         known = self._known.get(name)
         if known is None:
             known = self._known[name] = make()

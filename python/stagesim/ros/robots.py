@@ -14,6 +14,7 @@ from ..world import World
 from .feeds import (MAX_DETECTIONS, BatteryFeed, BlobsFeed, Bodies, CameraInfoFeed, Feed, FiducialsFeed, ImageFeed,
                     OdometryFeed, RangeFeed, ReadingFeed, ScanFeed, StallFeed)
 from .motion import ImuFeed, JointsFeed, Motion, TicksFeed
+from .neighbours import ContactsFeed, RadioFeed
 from .names import (BASE_FRAME, FOOTPRINT_FRAME, MAP_FRAME, ODOMETRY_FRAME, ODOMETRY_TOPIC, SCAN_TOPIC, SCHEMES,
                     NamingScheme, joined, ros_name, sensor_name)
 
@@ -134,13 +135,13 @@ class _Maker:
             kinds.setdefault(kind, []).append(model)
         add: dict[str, Callable[[Model, int, int], None]] = {
             "ranger": self._add_ranger, "camera": self._add_camera, "fiducial": self._add_fiducials,
-            "blobfinder": self._add_blobs, "bumper": self._add_bumper}
+            "blobfinder": self._add_blobs, "bumper": self._add_bumper, "radio": self._add_radio}
         types = sensor_types()
         for kind, models in kinds.items():
             for i, model in enumerate(models):
                 if kind in add:
                     add[kind](model, i, len(models))
-                elif kind in types:
+                if kind in types and (kind not in add or kind == "radio"):
                     self._add_readings(model, kind, types[kind], i, len(models))
         capacity = self.robot.model.energy_capacity
         if capacity is not None:
@@ -193,6 +194,8 @@ class _Maker:
         self._feed(OdometryFeed(self._topic(look.scheme.ground_truth), self._number, bodies,
                                 bodies.truth, bodies.velocity, bodies.exact, look.map, footprint))
         self._feed(StallFeed(self._topic("stall"), self._number, self._fleet))
+        self._feed(ContactsFeed(self._topic("contacts"), self._number, bodies, self._fleet,
+                                {model.id for model in tree(self.robot.model)}, footprint))
 
     def _add_motion(self, bodies: Bodies, motion: Motion) -> None:
         row, model = self._number, self.robot.model
@@ -250,6 +253,13 @@ class _Maker:
         topic = self._topic(self._look.scheme.numbered("bumper", index, count))
         self._feed(ReadingFeed(topic, self._interval(model), "bool",
                                lambda: self._fleet.bumper(index)[self._number, :model.lines]), model)
+
+    def _add_radio(self, model: Model, index: int, count: int) -> None:
+        """The topic with all readings of a radio; each of them also has a topic of its own."""
+        scheme = self._look.scheme
+        frame = self._mount(scheme.numbered("radio_link", index, count), model)
+        self._feed(RadioFeed(self._topic(scheme.numbered("range_and_bearing", index, count)), self._interval(model),
+                             self._number, lambda: self._fleet.sensor("radio", index, MAX_DETECTIONS), frame), model)
 
     def _add_readings(self, model: Model, kind: str, readings: tuple[Reading, ...], index: int, count: int) -> None:
         """A topic for each reading of a sensor for which ROS has no message, such as one from a plug-in."""
