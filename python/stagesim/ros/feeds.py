@@ -24,6 +24,7 @@ from ..fleet import Fleet
 from ..world import Contacts
 from .covariance import OdometryErrors, in_space
 from .messages import FLOAT_MARK, MARK, Array, Template, planar, stamp_of
+from .topics import Limit
 
 #: Max number of detections in a message of a fiducial finder or a blobfinder.
 MAX_DETECTIONS = 32
@@ -40,6 +41,7 @@ class Feed:
         model: the sensor's model; None: no single sensor.
         attached: True: the feed reads arrays of the world.
         active: True: the topic has subscribers.
+        limit: the maximum rate, which depends on the kind of topic.
     """
 
     message: type = object
@@ -52,6 +54,7 @@ class Feed:
         self.attached = False
         self.active = False
         self.publisher: Any = None
+        self.limit = Limit("readings")
 
     def attach(self) -> None:
         """Starts reading the data from the world; further calls have no effect."""

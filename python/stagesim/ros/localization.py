@@ -54,8 +54,9 @@ class Localization:
         self._node, self._frames = node, frames
         self.covariances = in_space(np.zeros((len(robots), 3, 3)))
         for number, robot in enumerate(robots):
-            robot.feeds.append(BeliefFeed(joined(robot.prefix, "amcl_pose"), number, bodies, frames, self.covariances,
-                                          look.map))
+            feed = BeliefFeed(joined(robot.prefix, "amcl_pose"), number, bodies, frames, self.covariances, look.map)
+            feed.limit.kind = "amcl_pose"
+            robot.feeds.append(feed)
 
             def believe(message: PoseWithCovarianceStamped, robot: int = number) -> None:
                 self._believe(robot, message)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What inertial sensors and encoders of wheels measure, followed from step to step.
+"""Measurements of inertial sensors and encoders of wheels, followed from step to step.
 
-Nothing is computed before the first subscriber. A step senses first and then moves; all values belong to the beginning
+There is no computation before the first subscriber. A step senses first and then moves; all values belong to the beginning
 of the last step, like the poses and the readings with the same stamp.
 """
 
@@ -196,7 +196,7 @@ class JointsFeed(BodyFeed):
 
 
 class TicksFeed(BodyFeed):
-    """What encoders of the wheels have counted, in the order of the joints."""
+    """Counts of the encoders of the wheels, in the order of the joints."""
 
     message = Int64MultiArray
 

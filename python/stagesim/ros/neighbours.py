@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What robots know of others: messages of their radios with range and bearing, and the things that they touch."""
+"""Knowledge of robots about others: messages of their radios with range and bearing, and the things that they touch."""
 
 from __future__ import annotations
 

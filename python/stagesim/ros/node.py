@@ -40,6 +40,7 @@ from .names import SCHEMES, joined
 from .motion import Motion, Wheels
 from .parameters import declare
 from .robots import Look, make_robots
+from .topics import RATES, make_publisher, read_rates
 from .transforms import TransformFeed, transform_feeds
 
 MAX_STEPS = 1_000_000  #: max steps that a client may ask for
@@ -48,7 +49,7 @@ if TYPE_CHECKING:
     from ..live.server import Server
     from .window import NodeRun
 
-#: What the node keeps beside a snapshot: OdometryErrors.jacobian, Motion.count() and Frames.shifts.
+#: State of the node that belongs to a snapshot: OdometryErrors.jacobian, Motion.count() and Frames.shifts.
 Kept = tuple[Array | None, Array | None, Array | None]
 #: Seconds of real time between checks for subscribers, and between repeated messages in lock-step.
 LISTENERS_PERIOD, REPEAT_PERIOD = 0.1, 0.5
@@ -106,6 +107,7 @@ class StageNode(Node):
         self._executor = Executor(self)
         try:
             declare(self)
+            declare(self, RATES)
             self._begin()
             if gui is not None or self._value("gui"):
                 self._open_window(gui or 0)
@@ -143,6 +145,7 @@ class StageNode(Node):
         self._tf: list[TransformFeed] = [] if not self._value("publish_tf") else transform_feeds(
             self, look, self.robots, self._bodies, self._frames, self._value("publish_map_tf"),
             self._value("namespaced_tf"))
+        self._limits = [feed.limit for feed in (*self._feeds, *self._tf)]
         publish_descriptions(self, look, self.robots, self._motion.wheels)
         self._make_commands()
         self._make_services()
@@ -166,7 +169,7 @@ class StageNode(Node):
                   else ReliabilityPolicy.BEST_EFFORT)
         sensor = QoSProfile(depth=5, reliability=effort)
         for feed in self._feeds:
-            feed.publisher = self.create_publisher(feed.message, feed.topic, sensor if feed.sensor else 10)
+            feed.publisher = make_publisher(self, feed.message, feed.topic, sensor if feed.sensor else 10)
         self._time_feed = ClockFeed(self, self._value("clock_rate"))
         self._map_feed = MapFeed(self) if self._value("publish_map") else None
 
@@ -189,7 +192,7 @@ class StageNode(Node):
             self._map_feed.look(now, at_once=everything)
         step = self._step_time
         self._send([feed for feed in self._feeds
-                    if feed.active and (everything or feed.due(now, step))], everything)
+                    if feed.active and (everything or feed.due(now, step) and feed.limit.passes(now))], everything)
         self.times["publish"] += time.perf_counter() - start
 
     def _send(self, feeds: list[Feed], everything: bool) -> None:
@@ -215,6 +218,7 @@ class StageNode(Node):
         if time.monotonic() - self._last_look < LISTENERS_PERIOD:
             return []
         self._last_look = time.monotonic()
+        read_rates(self, self._limits)
         for transforms in self._tf:
             transforms.look_for_listeners()
         found = []

@@ -145,7 +145,7 @@ class _Maker:
                     self._add_readings(model, kind, types[kind], i, len(models))
         capacity = self.robot.model.energy_capacity
         if capacity is not None:
-            self._feed(BatteryFeed(self._topic("battery"), number, fleet, capacity))
+            self._feed("battery", BatteryFeed(self._topic("battery"), number, fleet, capacity))
 
     # ---- names and times ----
 
@@ -159,8 +159,8 @@ class _Maker:
         """Mean interval between updates, microseconds; at least a step, because updates happen in steps."""
         return max(round(model.interval * 1e6), self._step)
 
-    def _feed(self, feed: Feed, model: Model | None = None) -> None:
-        feed.model = model
+    def _feed(self, kind: str, feed: Feed, model: Model | None = None) -> None:
+        feed.limit.kind, feed.model = kind, model
         self.robot.feeds.append(feed)
 
     def _mount(self, frame: str, sensor: Model, inner: Place = (0.0, 0.0, 0.0, 0.0), pan: float = 0.0,
@@ -189,20 +189,20 @@ class _Maker:
         look = self._look
         footprint = self._frame(look.footprint)
         self.robot.mounts.append((look.footprint, look.base, np.array([0, 0, 0, 0, 0, 0, 1.0])))
-        self._feed(OdometryFeed(self._topic(ODOMETRY_TOPIC), self._number, bodies, bodies.estimate,
+        self._feed("odom", OdometryFeed(self._topic(ODOMETRY_TOPIC), self._number, bodies, bodies.estimate,
                                 bodies.estimated_velocity, bodies.covariance, self._frame(look.odom), footprint))
-        self._feed(OdometryFeed(self._topic(look.scheme.ground_truth), self._number, bodies,
+        self._feed("ground_truth", OdometryFeed(self._topic(look.scheme.ground_truth), self._number, bodies,
                                 bodies.truth, bodies.velocity, bodies.exact, look.map, footprint))
-        self._feed(StallFeed(self._topic("stall"), self._number, self._fleet))
-        self._feed(ContactsFeed(self._topic("contacts"), self._number, bodies, self._fleet,
+        self._feed("stall", StallFeed(self._topic("stall"), self._number, self._fleet))
+        self._feed("contacts", ContactsFeed(self._topic("contacts"), self._number, bodies, self._fleet,
                                 {model.id for model in tree(self.robot.model)}, footprint))
 
     def _add_motion(self, bodies: Bodies, motion: Motion) -> None:
         row, model = self._number, self.robot.model
-        self._feed(ImuFeed(self._topic("imu"), row, bodies, motion, self._frame(self._look.base)))
+        self._feed("imu", ImuFeed(self._topic("imu"), row, bodies, motion, self._frame(self._look.base)))
         if motion.wheels[row].names:
-            self._feed(JointsFeed(self._topic("joint_states"), row, bodies, motion, model))
-            self._feed(TicksFeed(self._topic("wheel_ticks"), row, bodies, motion, self._look.ticks))
+            self._feed("joint_states", JointsFeed(self._topic("joint_states"), row, bodies, motion, model))
+            self._feed("wheel_ticks", TicksFeed(self._topic("wheel_ticks"), row, bodies, motion, self._look.ticks))
 
     def _add_ranger(self, model: Model, index: int, count: int) -> None:
         look, row, fleet = self._look, self._number, self._fleet
@@ -214,7 +214,7 @@ class _Maker:
             if not (single and look.single_beams == "none"):
                 make = RangeFeed if single and look.single_beams == "range" else ScanFeed
                 mount = self._mount(sensor_name(frame, i), model, sensor.pose)
-                self._feed(make(
+                self._feed("scan", make(
                     self._topic(sensor_name(topic, i)), self._interval(model),
                     lambda: (fleet.ranger(index).ranges[row], fleet.ranger(index).intensities[row]),
                     first, sensor, mount, look.by_rep117), model)
@@ -231,34 +231,34 @@ class _Maker:
         def topic(name: str) -> str:
             return self._topic(scheme.numbered(name, index, count))
 
-        self._feed(ImageFeed(topic("image"), interval, view, eye, "rgb8",
+        self._feed("image", ImageFeed(topic("image"), interval, view, eye, "rgb8",
                              lambda: fleet.camera(index).color[row]), model)
-        self._feed(ImageFeed(topic("depth"), interval, view, eye, "32FC1",
+        self._feed("depth", ImageFeed(topic("depth"), interval, view, eye, "32FC1",
                              lambda: fleet.camera(index).depth[row], self._look.by_rep117), model)
-        self._feed(CameraInfoFeed(topic("camera_info"), interval, view, eye), model)
+        self._feed("camera_info", CameraInfoFeed(topic("camera_info"), interval, view, eye), model)
 
     def _add_fiducials(self, model: Model, index: int, count: int) -> None:
         name = self._look.scheme.numbered("fiducials", index, count)
         frame = self._mount(f"{name}_link", model)
-        self._feed(FiducialsFeed(self._topic(name), self._interval(model), self._number,
+        self._feed("fiducials", FiducialsFeed(self._topic(name), self._interval(model), self._number,
                                  lambda: self._fleet.fiducials(index, MAX_DETECTIONS), frame), model)
 
     def _add_blobs(self, model: Model, index: int, count: int) -> None:
         name = self._look.scheme.numbered("blobs", index, count)
         frame = self._mount(f"{name}_link", model)
-        self._feed(BlobsFeed(self._topic(name), self._interval(model), self._number,
+        self._feed("blobs", BlobsFeed(self._topic(name), self._interval(model), self._number,
                              lambda: self._fleet.blobs(index, MAX_DETECTIONS), frame, model.view), model)
 
     def _add_bumper(self, model: Model, index: int, count: int) -> None:
         topic = self._topic(self._look.scheme.numbered("bumper", index, count))
-        self._feed(ReadingFeed(topic, self._interval(model), "bool",
+        self._feed("bumper", ReadingFeed(topic, self._interval(model), "bool",
                                lambda: self._fleet.bumper(index)[self._number, :model.lines]), model)
 
     def _add_radio(self, model: Model, index: int, count: int) -> None:
         """The topic with all readings of a radio; each of them also has a topic of its own."""
         scheme = self._look.scheme
         frame = self._mount(scheme.numbered("radio_link", index, count), model)
-        self._feed(RadioFeed(self._topic(scheme.numbered("range_and_bearing", index, count)), self._interval(model),
+        self._feed("range_and_bearing", RadioFeed(self._topic(scheme.numbered("range_and_bearing", index, count)), self._interval(model),
                              self._number, lambda: self._fleet.sensor("radio", index, MAX_DETECTIONS), frame), model)
 
     def _add_readings(self, model: Model, kind: str, readings: tuple[Reading, ...], index: int, count: int) -> None:
@@ -269,7 +269,7 @@ class _Maker:
                 sensor = self._fleet.sensor(kind, index, MAX_DETECTIONS)
                 return getattr(sensor, reading.name)[self._number, ...]
 
-            self._feed(ReadingFeed(self._topic(f"{name}/{reading.name}"), self._interval(model), reading.dtype, source),
+            self._feed("readings", ReadingFeed(self._topic(f"{name}/{reading.name}"), self._interval(model), reading.dtype, source),
                        model)
 
 

@@ -15,6 +15,7 @@ from .frames import Frames
 from .messages import Array, Transforms, planar, stamp_of, stamps_of
 from .names import joined
 from .robots import Look, Robot
+from .topics import Limit, make_publisher
 
 try:
     from tf2_msgs.msg import TFMessage
@@ -65,13 +66,15 @@ class TransformFeed:
     Attributes:
         publisher: that of /tf.
         active: somebody listens to /tf.
+        limit: its maximum rate.
     """
 
     def __init__(self, node: Node, look: Look, robots: Sequence[Robot], bodies: Bodies, frames: Frames,
                  with_map: bool, chosen: Sequence[int], namespace: str = "") -> None:
         topic = joined(namespace, "tf") if namespace else "/tf"
-        self.publisher = node.create_publisher(TFMessage, topic, 100)
+        self.publisher = make_publisher(node, TFMessage, topic, 100)
         self.active = False
+        self.limit = Limit("tf")
         self._look, self._bodies, self._frames, self._with_map = look, bodies, frames, with_map
         self._chosen, self._robots = np.asarray(chosen), [robots[i] for i in chosen]
         self._prefixes = ["" if namespace else robot.prefix for robot in self._robots]
@@ -94,7 +97,7 @@ class TransformFeed:
         """Publishes the frames of the robots that sensed at the time `now` (microseconds), or of all."""
         times = self._bodies.times()[self._chosen]
         which = np.full(len(times), True) if everything else times == now
-        if not which.any():
+        if not which.any() or not (self.limit.passes(now) or everything):
             return
         owners = [np.flatnonzero(which)]
         poses = [self._bodies.estimate()[self._chosen[which]]]
