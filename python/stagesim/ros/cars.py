@@ -35,7 +35,7 @@ def steered(car: Model, speed: float, angle: float) -> Speeds:
 
 
 def turning(car: Model, speed: float, turn: float) -> Speeds:
-    """The command of a car that shall drive with `speed` and turn by `turn` (rad/s). It does not turn while it stands."""
+    """The command of a car that shall drive with `speed` and turn by `turn` (rad/s). A car that stands does not turn."""
     if car.commands_turn:
         return speed, 0.0, turn
     angle = math.atan(turn * car.wheelbase / speed) if speed else car.steering_angle
@@ -46,8 +46,8 @@ def subscribe(node: StageNode) -> None:
     """Subscribes to `ackermann_cmd` of all cars."""
     cars = [number for number, robot in enumerate(node.robots) if is_car(robot.model)]
     if cars and AckermannDriveStamped is None:
-        node.get_logger().info("no ackermann_cmd: there is no Python module ackermann_msgs; docs/ros.md says how to make "
-                               "it (python -m stagesim.ros.make_messages)")
+        node.get_logger().info("no ackermann_cmd: there is no Python module ackermann_msgs; docs/ros.md says how to "
+                               "make it (python -m stagesim.ros.make_messages)")
         return
     for number in cars:
         robot = node.robots[number]

@@ -4,8 +4,8 @@
 
     python -m stagesim.ros.make_messages
 
-These are tf2_msgs, for /tf and /tf_static, and ackermann_msgs, for commands to cars. ROS's own generators make them from
-the definitions of the messages and install them into the current virtual environment. This needs CMake, a C++ compiler
+These are tf2_msgs, for /tf and /tf_static, and ackermann_msgs, for commands to cars. ROS's own generators make them
+from the definitions of the messages and install them into the current virtual environment. This needs CMake, a C++ compiler
 and Python's headers. Types and type hashes equal the originals', so both can communicate.
 """
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Measurements of inertial sensors and encoders of wheels, followed from step to step.
 
-There is no computation before the first subscriber. A step senses first and then moves; all values belong to the beginning
-of the last step, like the poses and the readings with the same stamp.
+There is no computation before the first subscriber. A step senses first and then moves; all values belong to the
+beginning of the last step, like the poses and the readings with the same stamp.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Wheels:
     """
 
     def __init__(self, model: Model, radius: float, separation: float) -> None:
-        """`radius`, `separation`: 0: by default, the separation is the width of the body and the radius a fifth of that."""
+        """`radius`, `separation`: 0: the separation is the width of the body, and the radius a fifth of that."""
         self.names = WHEELS.get(model.drive_type, ())
         self.separation = separation or model.size[1]
         self.radius = radius or self.separation / 5

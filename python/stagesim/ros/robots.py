@@ -189,13 +189,15 @@ class _Maker:
         look = self._look
         footprint = self._frame(look.footprint)
         self.robot.mounts.append((look.footprint, look.base, np.array([0, 0, 0, 0, 0, 0, 1.0])))
-        self._feed("odom", OdometryFeed(self._topic(ODOMETRY_TOPIC), self._number, bodies, bodies.estimate,
-                                bodies.estimated_velocity, bodies.covariance, self._frame(look.odom), footprint))
-        self._feed("ground_truth", OdometryFeed(self._topic(look.scheme.ground_truth), self._number, bodies,
-                                bodies.truth, bodies.velocity, bodies.exact, look.map, footprint))
+        self._feed("odom", OdometryFeed(
+            self._topic(ODOMETRY_TOPIC), self._number, bodies, bodies.estimate, bodies.estimated_velocity,
+            bodies.covariance, self._frame(look.odom), footprint))
+        self._feed("ground_truth", OdometryFeed(
+            self._topic(look.scheme.ground_truth), self._number, bodies, bodies.truth, bodies.velocity, bodies.exact,
+            look.map, footprint))
         self._feed("stall", StallFeed(self._topic("stall"), self._number, self._fleet))
-        self._feed("contacts", ContactsFeed(self._topic("contacts"), self._number, bodies, self._fleet,
-                                {model.id for model in tree(self.robot.model)}, footprint))
+        ids = {model.id for model in tree(self.robot.model)}
+        self._feed("contacts", ContactsFeed(self._topic("contacts"), self._number, bodies, self._fleet, ids, footprint))
 
     def _add_motion(self, bodies: Bodies, motion: Motion) -> None:
         row, model = self._number, self.robot.model
@@ -232,34 +234,38 @@ class _Maker:
             return self._topic(scheme.numbered(name, index, count))
 
         self._feed("image", ImageFeed(topic("image"), interval, view, eye, "rgb8",
-                             lambda: fleet.camera(index).color[row]), model)
+                                      lambda: fleet.camera(index).color[row]), model)
         self._feed("depth", ImageFeed(topic("depth"), interval, view, eye, "32FC1",
-                             lambda: fleet.camera(index).depth[row], self._look.by_rep117), model)
+                                      lambda: fleet.camera(index).depth[row], self._look.by_rep117), model)
         self._feed("camera_info", CameraInfoFeed(topic("camera_info"), interval, view, eye), model)
 
     def _add_fiducials(self, model: Model, index: int, count: int) -> None:
         name = self._look.scheme.numbered("fiducials", index, count)
         frame = self._mount(f"{name}_link", model)
-        self._feed("fiducials", FiducialsFeed(self._topic(name), self._interval(model), self._number,
-                                 lambda: self._fleet.fiducials(index, MAX_DETECTIONS), frame), model)
+        self._feed("fiducials", FiducialsFeed(
+            self._topic(name), self._interval(model), self._number,
+            lambda: self._fleet.fiducials(index, MAX_DETECTIONS), frame), model)
 
     def _add_blobs(self, model: Model, index: int, count: int) -> None:
         name = self._look.scheme.numbered("blobs", index, count)
         frame = self._mount(f"{name}_link", model)
-        self._feed("blobs", BlobsFeed(self._topic(name), self._interval(model), self._number,
-                             lambda: self._fleet.blobs(index, MAX_DETECTIONS), frame, model.view), model)
+        self._feed("blobs", BlobsFeed(
+            self._topic(name), self._interval(model), self._number, lambda: self._fleet.blobs(index, MAX_DETECTIONS),
+            frame, model.view), model)
 
     def _add_bumper(self, model: Model, index: int, count: int) -> None:
         topic = self._topic(self._look.scheme.numbered("bumper", index, count))
         self._feed("bumper", ReadingFeed(topic, self._interval(model), "bool",
-                               lambda: self._fleet.bumper(index)[self._number, :model.lines]), model)
+                                         lambda: self._fleet.bumper(index)[self._number, :model.lines]), model)
 
     def _add_radio(self, model: Model, index: int, count: int) -> None:
         """The topic with all readings of a radio; each of them also has a topic of its own."""
         scheme = self._look.scheme
         frame = self._mount(scheme.numbered("radio_link", index, count), model)
-        self._feed("range_and_bearing", RadioFeed(self._topic(scheme.numbered("range_and_bearing", index, count)), self._interval(model),
-                             self._number, lambda: self._fleet.sensor("radio", index, MAX_DETECTIONS), frame), model)
+        topic = self._topic(scheme.numbered("range_and_bearing", index, count))
+        self._feed("range_and_bearing", RadioFeed(
+            topic, self._interval(model), self._number, lambda: self._fleet.sensor("radio", index, MAX_DETECTIONS),
+            frame), model)
 
     def _add_readings(self, model: Model, kind: str, readings: tuple[Reading, ...], index: int, count: int) -> None:
         """A topic for each reading of a sensor for which ROS has no message, such as one from a plug-in."""
@@ -269,8 +275,8 @@ class _Maker:
                 sensor = self._fleet.sensor(kind, index, MAX_DETECTIONS)
                 return getattr(sensor, reading.name)[self._number, ...]
 
-            self._feed("readings", ReadingFeed(self._topic(f"{name}/{reading.name}"), self._interval(model), reading.dtype, source),
-                       model)
+            topic = self._topic(f"{name}/{reading.name}")
+            self._feed("readings", ReadingFeed(topic, self._interval(model), reading.dtype, source), model)
 
 
 def composed(place: Place, inner: Place) -> Place:

@@ -16,8 +16,9 @@ from .parameters import Parameter
 KINDS = ("odom", "ground_truth", "scan", "image", "depth", "camera_info", "fiducials", "blobs", "bumper", "readings",
          "range_and_bearing", "contacts", "stall", "imu", "joint_states", "wheel_ticks", "battery", "amcl_pose", "tf")
 
-RATES = {f"topics.{kind}.rate": Parameter(0.0, f"most messages per simulated second on each topic of the kind {kind}; 0: all",
-                                          "a number, 0 or more", lambda value: 0 <= value < math.inf) for kind in KINDS}
+RATES = {f"topics.{kind}.rate": Parameter(
+    0.0, f"most messages per simulated second on each topic of the kind {kind}; 0: all", "a number, 0 or more",
+    lambda value: 0 <= value < math.inf) for kind in KINDS}
 
 
 class Limit:
