@@ -66,6 +66,7 @@ class Subjects:
         self.which = np.array([0], np.uint32)
         self.recorded = np.zeros((1, 2), bool)
         self.poses, self.none = np.zeros((2, 1, 3)), np.zeros((2, 1), bool)
+        self.lit = st.World.from_text("position( light() )")
         self.folder = sweep_folder()
         self.sweep = _core.Sweep(f"{self.folder.name}/out")
         self.robot_file = f"{self.folder.name}/robot.world"
@@ -100,6 +101,7 @@ def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str,
     """Each compiled function with valid arguments."""
     batch, core, model = s.batch._core, s.core, s.model
     add_sensor, crowd = s.world.create("ranger").add_sensor, s.world.fleet()._crowd
+    lamp = {"crowd": s.lit.fleet()._crowd, "index": 0}
     return {
         "Crowd.sensor": (s.world.fleet()._crowd.sensor, {"type": "fiducial", "index": 0, "most": 2, "reading": "id"}),
         "DeviceCrowd.sensor": (s.on_device._core.device_crowd.sensor if s.on_device else skip,
@@ -155,6 +157,12 @@ def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str,
         "Simulation.send": (core.send, {"crowd": crowd, "index": 0, "payloads": np.zeros((crowd.size, 1), np.uint8),
                                         "which": np.ones(crowd.size, bool)}),
         "Simulation.messages": (core.messages, {"crowd": crowd, "index": 0}),
+        "Simulation.draw_scenery": (core.draw_scenery, {"height": None, "rows": 2, "columns": 2, "resolution": 1.0,
+                                                        "origin": (0.0, 0.0, 0.0)}),
+        "Simulation.switch_lights": (s.lit._core.switch_lights, {**lamp, "on": np.ones(1, bool), "which": np.ones(1, bool)}),
+        "Simulation.set_lights": (s.lit._core.set_lights, {**lamp, "numbers": np.ones((1, 1)), "which": np.ones(1, bool)}),
+        "Simulation.read_light_numbers": (s.lit._core.read_light_numbers, {**lamp, "numbers": np.ones((1, 1))}),
+        "Simulation.read_lights": (s.lit._core.read_lights, {**lamp, "on": np.ones(1, bool)}),
     }
 
 
@@ -165,6 +173,12 @@ def public_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str, A
         **crowd_calls(s.batch, "Batch"),
         "Fleet.send": (s.world.fleet().send, {"payload": b"x", "index": 0}),
         "Fleet.messages": (s.world.fleet().messages, {"index": 0}),
+        "Fleet.switch_lights": (s.lit.fleet().switch_lights, {"on": True, "index": 0}),
+        "Fleet.lights": (s.lit.fleet().lights, {"index": 0}),
+        "Fleet.set_light_intensity": (s.lit.fleet().set_light_intensity, {"intensity": 1.0, "index": 0}),
+        "Fleet.light_intensity": (s.lit.fleet().light_intensity, {"index": 0}),
+        "Fleet.set_light_color": (s.lit.fleet().set_light_color, {"color": (1, 0, 0, 1), "index": 0}),
+        "Fleet.light_color": (s.lit.fleet().light_color, {"index": 0}),
         "World.__init__": (st.World, {"file": "arena.world", "seed": 1, "threads": 1}),
         "World.from_text": (st.World.from_text, {"text": "", "seed": 1, "threads": 1}),
         "World.of": (st.World.of, {"scene": Scene(), "seed": 1, "threads": 1}),

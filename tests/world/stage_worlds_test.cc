@@ -33,7 +33,7 @@ const StageWorld kWorlds[] = {
     {"tests/macro-01.world", 0, "tests/macro-01.world:24:1", "found \"environment\", expected"},
     {"tests/macro-02.world", 0, "tests/macro-02.world:27:1", "found \"environment\", expected"},
     {"tests/syntax-01.world", 0, "tests/syntax-01.world:10:1", "found \"environment\", expected"},
-    {"tests/include-01.world", 0, "tests/include-01.world:9:9", "unable to open include file"},
+    {"tests/include-01.world", 0, "tests/include-01.world:11:1", "found \"environment\", expected"},
     {"tests/include-02.world", 0, "tests/include-02.world:9:9",
      "syntax error in include statement"},
     // Stage 4.3 counts a line end between a name and its parenthesis twice. The correct lines are

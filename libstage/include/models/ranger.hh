@@ -108,7 +108,7 @@ class ModelRanger : public Model, private internal::sensing::RaySink {
     uint32_t pending_;  // rays of a skewed scan without a result
   };
 
-  static constexpr unsigned kMaxSamples = 1'000'000;
+  static constexpr unsigned kMaxSamples = 1000000;
 
   ModelRanger(World* world, Model* parent, const std::string& type);
   ~ModelRanger();
