@@ -51,13 +51,14 @@ class Frames:
         """Makes a robot believe that it is at the pose in the map now."""
         self.shifts[robot] = frames_between(np.array([pose]), self._fleet.pose[robot:robot + 1])[0]
 
-    def in_world(self, pose: Pose, frame: str, robot: int) -> Pose:
+    def in_world(self, pose: Pose, frame: str, robot: int | None = None) -> Pose:
         """Transforms a pose (x, y, heading) to the map frame.
 
         Args:
             pose: the pose in `frame`.
             frame: name of the frame; empty: the map. A leading slash is ignored, as in ROS 1.
             robot: the receiver of the message. If messages name frames without prefixes, they mean its frames.
+                None: no robot is the receiver.
 
         Raises:
             ValueError: there is no such frame.
@@ -65,9 +66,9 @@ class Frames:
         name = frame.removeprefix("/")
         if name in ("", self._map):
             return pose
-        own = joined(self._prefixes[robot], name)
-        if self._plain and (own in self._odometry or own in self._bodies):
-            name = own
+        if self._plain and robot is not None:
+            own = joined(self._prefixes[robot], name)
+            name = own if own in self._odometry or own in self._bodies else name
         if name in self._odometry:
             x, y, a = self.origins()[self._odometry[name]]
         elif name in self._bodies:

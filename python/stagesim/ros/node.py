@@ -47,6 +47,7 @@ MAX_STEPS = 1_000_000  #: max steps that a client may ask for
 
 if TYPE_CHECKING:
     from ..live.server import Server
+    from .standard_services import StandardServices
     from .window import NodeRun
 
 #: State of the node that belongs to a snapshot: OdometryErrors.jacobian, Motion.count() and Frames.shifts.
@@ -71,6 +72,17 @@ def write_snapshot(file: Path, data: bytes) -> None:
                 raise StageError(f"{file}: found something else than a snapshot, expected a new name or an earlier "
                                  "snapshot; the parameter snapshot_file names it")
     file.write_bytes(data)
+
+
+def standard_services(node: StageNode, frame: str, most_steps: int) -> StandardServices | None:
+    """The services of simulation_interfaces; None after a line for debugging if that package is not there."""
+    try:
+        from .standard_services import StandardServices
+    except ModuleNotFoundError as error:
+        node.get_logger().debug(f"no standard services: there is no Python module {error.name}; docs/ros.md says how "
+                                "to make it (python -m stagesim.ros.make_messages)")
+        return None
+    return StandardServices(node, frame, most_steps)
 
 
 class StageNode(Node):
@@ -105,6 +117,7 @@ class StageNode(Node):
         self._window: NodeRun | None = None
         self._server: Server | None = None
         self._executor = Executor(self)
+        self._standard: StandardServices | None = None
         try:
             declare(self)
             declare(self, RATES)
@@ -151,6 +164,7 @@ class StageNode(Node):
         self._make_services()
         self._set_lockstep()
         self._on_world_reset()
+        self._standard = standard_services(self, look.map, MAX_STEPS)
 
     def _open_window(self, port: int) -> None:
         from .window import open_window  # imported here, because it needs more packages
@@ -307,6 +321,10 @@ class StageNode(Node):
             return
         self._fleet.teleport(pose, [robot])
         self.moved()
+
+    def in_world(self, pose: tuple[float, float, float], frame: str) -> tuple[float, float, float]:
+        """Transforms a pose to the map frame: see Frames.in_world()."""
+        return self._frames.in_world(pose, frame)
 
     def moved(self) -> None:
         """Called when a client has moved things. While paused, the new poses are published at once."""
@@ -470,7 +488,9 @@ class StageNode(Node):
             self._set_lockstep()
         dt = self.world.dt
         self._pace.change(speed=self.speed)
-        if self.steps_asked:
+        if self._standard is not None and self._standard.turn():
+            self._answer(0.0)
+        elif self.steps_asked:
             self.steps_asked -= 1
             self.advance()
             self._answer(0.0)
@@ -519,5 +539,7 @@ class StageNode(Node):
         """Stops the page and destroys the node. The world stays valid."""
         if self._server is not None:
             self._server.stop()
+        if self._standard is not None:
+            self._standard.close()
         self._executor.close()
         self.destroy_node()
