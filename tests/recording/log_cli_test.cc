@@ -4,6 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+#include <sstream>
+#include <string>
+
 #include "support/cli_testing.hh"
 #include "support/shipped_worlds.hh"
 
@@ -47,6 +51,36 @@ TEST_F(LogCli, MistakesAreOneLine) {
   ExpectRefused({"replay"}, "replay: found 0 files");
   ExpectRefused({"replay", "a", "b"}, "replay: found 2 files");
   ExpectRefused({"replay", "a.mcap", "--log", "b.mcap"}, "replay: found an option of runs");
+}
+
+TEST_F(LogCli, BagInfoCountsTheMessagesOfEachTopic) {
+  Record();
+  const Result result = Stage({"bag", "info", "run.mcap"});
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  EXPECT_TRUE(Contains(result.out, "run.mcap: ")) << result.out;
+  EXPECT_TRUE(Contains(result.out, "world: simple.world")) << result.out;
+  std::map<std::string, std::string> lines;  // by topic
+  std::istringstream text(result.out);
+  for (std::string line; std::getline(text, line);) lines[line.substr(0, line.find(' '))] = line;
+  EXPECT_TRUE(Contains(lines["/clock"], " 21 ")) << "the start and 20 steps: " << lines["/clock"];
+  EXPECT_TRUE(Contains(lines["/clock"], " 10 ")) << "10 per second: " << lines["/clock"];
+  EXPECT_TRUE(Contains(lines["/map"], " 1  ")) << lines["/map"];
+  EXPECT_TRUE(Contains(lines["/map"], " - ")) << "no rate: " << lines["/map"];
+  EXPECT_TRUE(Contains(lines["/r0/odom"], "nav_msgs/msg/Odometry")) << result.out;
+}
+
+TEST_F(LogCli, BagInfoTellsLogsThatEndEarlyAndRefusesOthers) {
+  const std::string whole = Record();
+  Write("cut.mcap", whole.substr(0, whole.size() * 8 / 10));
+  const Result result = Stage({"bag", "info", "cut.mcap"});
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_TRUE(Contains(result.out, "ends early")) << result.out;
+  Write("notes.txt", "mine");
+  ExpectFails({"bag", "info", "notes.txt"}, "notes.txt");
+  ExpectFails({"bag", "info", "missing.mcap"}, "missing.mcap");
+  ExpectRefused({"bag", "info"}, "expected 'stage bag info LOG'");
+  ExpectRefused({"bag", "tell", "run.mcap"}, "expected 'stage bag info LOG'");
 }
 
 TEST_F(LogCli, ReplacesAnExistingLog) {

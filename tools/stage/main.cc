@@ -15,6 +15,7 @@
 #include "messages/report.hh"
 #include "models/exception_origin.hh"
 #include "stage.hh"
+#include "stage/bag.hh"
 #include "stage/budget.hh"
 #include "stage/console.hh"
 #include "stage/explain.hh"
@@ -100,6 +101,7 @@ int Run(const Options& options, ReplayRun* replay) {
 int Main(int argc, char* argv[]) {
   ReserveStandardStreams();
   if (const std::optional<int> status = RunSweepCommand(argc, argv)) return *status;
+  if (const std::optional<int> status = RunBagCommand(argc, argv)) return *status;
   BecomeMapCommand(argc, argv);
   Options options = ParseOptions(argc, argv);
   switch (options.action) {
