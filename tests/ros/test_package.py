@@ -62,6 +62,12 @@ def test_launch_files_offer_only_known_parameters(file: str, parameters: dict[st
         name = f"{file}.launch.py"
         exec(compile((PACKAGE / "launch" / name).read_text(), name, "exec"), names)
         names["generate_launch_description"]()
+        if file == "stage":
+            names["start_node"](mock.MagicMock())
+            assert names["words_of"]("a.world", "", "") == ["a.world"]
+            assert names["words_of"]("", "m.yaml", "a:0,0,0 b:1,2,90") == ["--map", "m.yaml", "--robot", "a:0,0,0", "--robot",
+                                                                           "b:1,2,90"]
+            assert set(names["ARGUMENTS"]) == set(parameters) - {"world_file"}  # which is the argument "world"
     for name, (default, kind, _) in names["ARGUMENTS"].items():
         known = parameters[name]
         assert kind is type(known.default)
