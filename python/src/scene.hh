@@ -52,8 +52,8 @@ void PlacesOf(World& world, const uint32_t* ids, size_t count, float* places, bo
 /// Stops before a sensor that would raise the samples above `max_samples`.
 std::string ScansOf(World& world, const uint32_t* ids, size_t count, size_t max_samples);
 
-/// The glow of each light that is on (models/types/glow.hh), as 32-bit words: x, y and radius (floats,
-/// metres), then red, green, blue and opacity (bytes).
+/// The glow of each light that is on (models/types/glow.hh), as 32-bit words: x, y and radius
+/// (floats, metres), then red, green, blue and opacity (bytes).
 std::string GlowsOf(World& world);
 
 }  // namespace Stg::python

@@ -49,7 +49,7 @@ ROBOT = """
 define body position( size [0.4 0.4 0.4]
   ranger( sensor( range [0 5] fov 90 samples 4 ) )
   fiducial( range_max 5 range_max_id 5 ) blobfinder( colors_count 1 colors [ "red" ] )
-  camera( resolution [4 4] range [0.2 8] ) bumper( bcount 1 bpose[0] [0.2 0 0 0 0.2] ) radio() )
+  camera( resolution [4 4] range [0.2 8] ) bumper( bcount 1 bpose[0] [0.2 0 0 0 0.2] ) radio() light() )
 metric( kind "distance" )
 model( name "wall" size [0.1 4 1] pose [2 0 0 0] color "red" )
 """
@@ -62,7 +62,8 @@ ARGUMENTS: dict[str, Any] = {
     "Batch.teleport": ([0, 0, 0],), "Batch.place": ([0, 0, 0],), "Batch.set_map": (None, Scene()),
     "Batch.load": (np.zeros((3, 8), np.uint64),), "Batch.cast": ([[0, 0, 0]], 0, 5),
     "Batch.vary": ("world.quit_time", [1, 2, 3]),
-    "Batch.render": (0, 8, 8), "Fleet.teleport": ([0, 0, 0],), "Fleet.send": (b"hello",), "Model.drive": (0.1,),
+    "Batch.render": (0, 8, 8), "Fleet.teleport": ([0, 0, 0],), "Fleet.send": (b"hello",), "Fleet.switch_lights": (True,),
+    "Fleet.set_light_intensity": (1.0,), "Fleet.set_light_color": ([1, 0, 0, 1],), "Model.drive": (0.1,),
     "Model.go_to": (1, 1), "Model.add_sensor": (5, 1, 3), "Fleet.sensor": ("ranger",), "Batch.sensor": ("ranger",),
     "Fleet.array": ("ranger.ranges",), "Batch.array": ("pose",),
 }

@@ -13,7 +13,8 @@ from patience import PATIENCE, slowness
 from rclpy.action import ActionClient
 from ros_testing import TWO, Client, node_here
 
-srv = pytest.importorskip("simulation_interfaces.srv", reason="simulation_interfaces is not there; try tools/setup --ros")
+srv = pytest.importorskip("simulation_interfaces.srv", reason="skipped: there is no simulation_interfaces; try "
+                          "python -m stagesim.ros.make_messages simulation_interfaces")
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from simulation_interfaces.action import SimulateSteps

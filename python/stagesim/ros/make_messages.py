@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Generates the ROS packages that the node needs and PyPI's ROS wheels lack.
 
-    python -m stagesim.ros.make_messages [PACKAGE ...]
+    python -m stagesim.ros.make_messages
+    python -m stagesim.ros.make_messages simulation_interfaces
 
-These are tf2_msgs, for /tf and /tf_static, ackermann_msgs, for commands to cars, and simulation_interfaces, for
-services. ROS 2 installations have these packages or can install them. ROS's own generators make them from the definitions of
+These are tf2_msgs, for /tf and /tf_static, and ackermann_msgs, for commands to cars; simulation_interfaces, for services,
+takes some minutes and is only made on request. ROS 2 installations have these packages or can install them. ROS's own generators make them from the definitions of
 their interfaces, and install them into the current virtual environment. This needs CMake, a C++ compiler and
 Python's headers. Types and type hashes equal the originals', so both can communicate.
 """
@@ -20,6 +21,9 @@ from pathlib import Path
 from typing import Sequence
 
 from .definitions import PACKAGES
+
+#: The packages that are made by default.
+MESSAGES = ("tf2_msgs", "ackermann_msgs")
 
 MANIFEST = """\
 <?xml version="1.0"?>
@@ -38,17 +42,21 @@ MANIFEST = """\
 </package>
 """
 
-# Python needs the C code and its type support for Fast DDS alone, so the other generators are removed.
-# The wheels contain the include path of the Python that built them, which is wrong here, so it is cleared.
+# Messages need the C code and its type support for Fast DDS alone, so the other generators are removed. With services,
+# ROS then prints errors about the type support that is missing. The wheels contain the include path of the Python that built them, which is wrong here, so it is cleared.
 BUILD = """\
 cmake_minimum_required(VERSION 3.20)
 project({name})
-set(STATIC_ROSIDL_TYPESUPPORT_C rosidl_typesupport_fastrtps_c)
+if(NOT {has_services})
+  set(STATIC_ROSIDL_TYPESUPPORT_C rosidl_typesupport_fastrtps_c)
+endif()
 find_package(ament_cmake REQUIRED)
 foreach(package IN ITEMS {depends} rosidl_default_generators)
   find_package(${{package}} REQUIRED)
 endforeach()
-list(FILTER AMENT_EXTENSIONS_rosidl_generate_idl_interfaces EXCLUDE REGEX "cpp:|introspection")
+if(NOT {has_services})
+  list(FILTER AMENT_EXTENSIONS_rosidl_generate_idl_interfaces EXCLUDE REGEX "cpp:|introspection")
+endif()
 foreach(package IN ITEMS action_msgs builtin_interfaces geometry_msgs service_msgs std_msgs unique_identifier_msgs)
   if(TARGET ${{package}}::${{package}}__rosidl_generator_py)
     set_target_properties(${{package}}::${{package}}__rosidl_generator_py PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "")
@@ -69,7 +77,8 @@ def write(name: str, folder: Path) -> None:
     (folder / "package.xml").write_text(MANIFEST.format(
         name=name, depends="".join(f"<depend>{other}</depend>" for other in package.depends)))
     (folder / "CMakeLists.txt").write_text(BUILD.format(
-        name=name, depends=" ".join(package.depends), files=" ".join(sorted(files))))
+        name=name, depends=" ".join(package.depends), files=" ".join(sorted(files)),
+        has_services="TRUE" if any(path.startswith("srv/") for path in files) else "FALSE"))
 
 
 def make(name: str, folder: Path, prefix: str = sys.prefix) -> None:
@@ -94,11 +103,11 @@ def missing(names: Sequence[str]) -> list[str]:
 
 
 def main(names: Sequence[str] = ()) -> int | str:
-    """Makes packages that do not exist yet, all by default; returns the argument of sys.exit()."""
+    """Makes packages that do not exist yet, by default those of messages; returns the argument of sys.exit()."""
     for name in names:
         if name not in PACKAGES:
             return f"make_messages: found the package {name!a}, expected some of {', '.join(PACKAGES)}"
-    wanted = missing(names or list(PACKAGES))
+    wanted = missing(names or MESSAGES)
     if not wanted:
         return 0
     if sys.prefix == sys.base_prefix:

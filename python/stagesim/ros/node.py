@@ -80,7 +80,7 @@ def standard_services(node: StageNode, frame: str, most_steps: int) -> StandardS
         from .standard_services import StandardServices
     except ModuleNotFoundError as error:
         node.get_logger().debug(f"no standard services: there is no Python module {error.name}; docs/ros.md says how "
-                                "to make it (python -m stagesim.ros.make_messages)")
+                                "to make it (python -m stagesim.ros.make_messages simulation_interfaces)")
         return None
     return StandardServices(node, frame, most_steps)
 
@@ -423,7 +423,7 @@ class StageNode(Node):
         self._cmd[self._last_command < 0] = np.nan  # robots without a command obey their own controllers
         # Attach sensors before robots, as after a reset: the order of subscriptions is part of the state.
         if self._value("always_on") or self._lockstep.names:
-            for feed in self._feeds:
+            for feed in sorted(self._feeds, key=lambda feed: not feed.sensor):  # velocities of robots subscribe to them
                 feed.attach()
         for robot in self.robots:
             if robot.model.subscribers == 0:
