@@ -63,7 +63,7 @@ def shortened(words: list[str]) -> list[str]:
         return words + (["--duration", "1"] if "-o" in words else [])
     if words[1] == "replay":
         return words + ["-g"]
-    if words[1] in ("merge", "report", "import", "export") or {"--explain", "--budget-ms", "--help"} & set(words):
+    if words[1] in ("merge", "report", "import", "export", "bag") or {"--explain", "--budget-ms", "--help"} & set(words):
         return words
     keeps_time = any("@" in word or "snapshot" in word for word in words)
     for at, word in enumerate(words[:-1]):

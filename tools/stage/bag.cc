@@ -15,6 +15,7 @@
 #include "messages/log.hh"
 #include "recording/mcap_reader.hh"
 #include "stage/option_values.hh"
+#include "stage/process.hh"
 
 namespace Stg::program {
 
@@ -68,21 +69,22 @@ std::string RateText(const Traffic& traffic) {
 
 using Row = std::vector<std::string>;
 
-/// Prints rows in columns: two with texts, then numbers.
-void PrintRows(const std::vector<Row>& rows) {
+/// Rows in columns: two with texts, then numbers.
+std::string TextOf(const std::vector<Row>& rows) {
   std::vector<size_t> widths;
   for (const Row& row : rows) {
     widths.resize(row.size());
     for (size_t i = 0; i < row.size(); i++) widths[i] = std::max(widths[i], row[i].size());
   }
+  std::string text;
   for (const Row& row : rows) {
-    std::string line;
     for (size_t i = 0; i < row.size(); i++) {
       const std::string padding(widths[i] - row[i].size(), ' ');
-      line += (i > 0 ? "  " : "") + (i < 2 ? row[i] + padding : padding + row[i]);
+      text += (i > 0 ? "  " : "") + (i < 2 ? row[i] + padding : padding + row[i]);
     }
-    std::printf("%s\n", line.c_str());
+    text += "\n";
   }
+  return text;
 }
 
 /// The rows of all topics that have messages, in the order of their names.
@@ -110,14 +112,13 @@ void PrintInfo(const std::string& file) {
     all.first = std::min(all.first, traffic.first);
     all.last = std::max(all.last, traffic.last);
   }
-  std::printf("%s: %s, %llu messages", Printable(file).c_str(),
-              SizeText(std::filesystem::file_size(file)).c_str(),
-              static_cast<unsigned long long>(all.messages));
-  if (all.messages > 0) std::printf(", %.9g s to %.9g s", all.first, all.last);
-  std::printf("%s\n", log.ends_early() ? "; it ends early, as after a crash" : "");
+  std::string text = Printable(file) + ": " + SizeText(std::filesystem::file_size(file)) + ", " +
+                     std::to_string(all.messages) + " messages";
+  if (all.messages > 0) text += Text(", %.9g s to ", all.first) + Text("%.9g s", all.last);
+  text += log.ends_early() ? "; it ends early, as after a crash\n" : "\n";
   for (const auto& [name, value] : log.metadata("stage"))
-    std::printf("%s: %s\n", Printable(name).c_str(), Printable(value).c_str());
-  PrintRows(RowsOf(log, of_channels));
+    text += Printable(name) + ": " + Printable(value) + "\n";
+  PrintWhole(text + TextOf(RowsOf(log, of_channels)));
 }
 
 }  // namespace
