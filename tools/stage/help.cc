@@ -25,8 +25,8 @@ Simulates crowds of robots in the plane. A WORLDFILE describes a world: the surr
 their sensors, and the controllers (plug-ins, or built-in ones such as stage/wander) that drive
 them. Several worlds run side by side: each makes one step in turn, in the order given. A LOG is a
 file that --log has recorded. "stage replay" shows it in the window, where < and > skip backward and
-forward, or makes pictures of it with --screenshot and --record; no controllers run. "stage bag info" lists
-its topics, with types, numbers of messages, rates and sizes.
+forward, or makes pictures of it with --screenshot and --record; no controllers run.
+"stage bag info" lists the topics of a log, with types, numbers of messages, rates and sizes.
 "stage import" makes a world of a map.yaml, a picture, an array, an SVG or a DXF. "stage export map"
 makes a map.yaml and its picture of a world.
 
