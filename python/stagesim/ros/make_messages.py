@@ -42,21 +42,15 @@ MANIFEST = """\
 </package>
 """
 
-# Messages need the C code and its type support for Fast DDS alone, so the other generators are removed. With services,
-# ROS then prints errors about the type support that is missing. The wheels contain the include path of the Python that built them, which is wrong here, so it is cleared.
+# All generators are needed: without those of C++ and of introspection, ROS prints errors about missing type support. The
+# wheels contain the include path of the Python that built them, which is wrong here, so it is cleared.
 BUILD = """\
 cmake_minimum_required(VERSION 3.20)
 project({name})
-if(NOT {has_services})
-  set(STATIC_ROSIDL_TYPESUPPORT_C rosidl_typesupport_fastrtps_c)
-endif()
 find_package(ament_cmake REQUIRED)
 foreach(package IN ITEMS {depends} rosidl_default_generators)
   find_package(${{package}} REQUIRED)
 endforeach()
-if(NOT {has_services})
-  list(FILTER AMENT_EXTENSIONS_rosidl_generate_idl_interfaces EXCLUDE REGEX "cpp:|introspection")
-endif()
 foreach(package IN ITEMS action_msgs builtin_interfaces geometry_msgs service_msgs std_msgs unique_identifier_msgs)
   if(TARGET ${{package}}::${{package}}__rosidl_generator_py)
     set_target_properties(${{package}}::${{package}}__rosidl_generator_py PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "")
@@ -77,8 +71,7 @@ def write(name: str, folder: Path) -> None:
     (folder / "package.xml").write_text(MANIFEST.format(
         name=name, depends="".join(f"<depend>{other}</depend>" for other in package.depends)))
     (folder / "CMakeLists.txt").write_text(BUILD.format(
-        name=name, depends=" ".join(package.depends), files=" ".join(sorted(files)),
-        has_services="TRUE" if any(path.startswith("srv/") for path in files) else "FALSE"))
+        name=name, depends=" ".join(package.depends), files=" ".join(sorted(files))))
 
 
 def make(name: str, folder: Path, prefix: str = sys.prefix) -> None:
