@@ -14,7 +14,6 @@
 #include <string>
 #include <vector>
 
-#include "support/arguments.hh"
 #include "support/set_up.hh"
 
 namespace {
@@ -39,14 +38,13 @@ void Update(Robot* robot) {
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
   Robot* const robot = ctrl::NewRobot<Robot>("aggregation", model);
   robot->position = ctrl::RequirePosition("aggregation", model);
-  const std::string mistake =
-      ctrl::ReadArguments(args->worldfile, {{"clear_left", &robot->clear_left, -1, 1},
-                                            {"clear_right", &robot->clear_right, -1, 1},
-                                            {"seen_left", &robot->seen_left, -1, 1},
-                                            {"seen_right", &robot->seen_right, -1, 1},
-                                            {"speed", &robot->speed, 0, 10},
-                                            {"axle", &robot->axle, 0.001, 10}});
-  if (!mistake.empty()) ctrl::GiveUp("aggregation", *model, mistake);
+  ctrl::RequireArguments("aggregation", *model, args->worldfile,
+                         {{"clear_left", &robot->clear_left, -1, 1},
+                          {"clear_right", &robot->clear_right, -1, 1},
+                          {"seen_left", &robot->seen_left, -1, 1},
+                          {"seen_right", &robot->seen_right, -1, 1},
+                          {"speed", &robot->speed, 0, 10},
+                          {"axle", &robot->axle, 0.001, 10}});
   Stg::ModelRanger* const ranger = ctrl::RequireUnusedRanger("aggregation", model);
   if (ranger->GetSensors().empty())
     ctrl::GiveUp("aggregation", *model, "found a ranger without sensors, expected one ray");

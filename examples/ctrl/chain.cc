@@ -153,12 +153,6 @@ void Update(Robot* robot) {
   robot->radio->Send(message, sizeof message);
 }
 
-Stg::ModelRadio* RequireRadio(const Stg::Model& model) {
-  for (Stg::Model* child : model.GetChildren())
-    if (auto* const radio = dynamic_cast<Stg::ModelRadio*>(child)) return radio;
-  ctrl::GiveUp("chain", model, "found no radio, expected one on the robot");
-}
-
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
@@ -179,7 +173,7 @@ extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
                                                     {"turn", &robot->turn, 0, 10}});
   }
   if (!mistake.empty()) ctrl::GiveUp("chain", *model, mistake + ", or nest, or prey");
-  robot->radio = RequireRadio(*model);
+  robot->radio = ctrl::RequireChild<Stg::ModelRadio>("chain", *model, "radio");
   ctrl::CallOnUpdateInParallel<Robot, Update>(model, robot);
   robot->radio->Subscribe();
   robot->position->Subscribe();

@@ -11,7 +11,6 @@
 // uses, and runs when the first ranger has new data. Rejects models that are not positions, robots
 // without such a ranger, and invalid arguments.
 
-#include "support/arguments.hh"
 #include "support/disperse_rule.hh"
 #include "support/set_up.hh"
 
@@ -96,13 +95,12 @@ void Use(Stg::ModelRanger* ranger, const Stg::Model& model, Robot* robot) {
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
   Robot* robot = ctrl::NewRobot<Robot>("disperse", model);
   ctrl::DisperseRule& rule = robot->rule;
-  const std::string wrong =
-      ctrl::ReadArguments(args->worldfile, {{"speed", &rule.speed, 0, 1000},
-                                            {"gain", &rule.gain, 0, 1000},
-                                            {"turn", &rule.max_turn, 0, 1000},
-                                            {"margin", &rule.margin, 0, 1000},
-                                            {"horizon", &rule.horizon, 0, 1000}});
-  if (!wrong.empty()) ctrl::GiveUp("disperse", *model, wrong);
+  ctrl::RequireArguments("disperse", *model, args->worldfile,
+                         {{"speed", &rule.speed, 0, 1000},
+                          {"gain", &rule.gain, 0, 1000},
+                          {"turn", &rule.max_turn, 0, 1000},
+                          {"margin", &rule.margin, 0, 1000},
+                          {"horizon", &rule.horizon, 0, 1000}});
   robot->position = ctrl::RequirePosition("disperse", model);
   robot->radius = RadiusOf(model->GetGeom(), rule.margin);
   Stg::ModelRanger* first = ctrl::RequireUnusedRanger("disperse", model);

@@ -14,7 +14,6 @@
 
 #include <cmath>
 
-#include "support/arguments.hh"
 #include "support/set_up.hh"
 
 namespace {
@@ -39,28 +38,19 @@ void Update(Robot* robot) {
   robot->position->SetSpeed(robot->speed, 0, robot->position->Stalled() ? robot->turn : 0);
 }
 
-/// Returns the first child of a type. Gives up if there is none.
-template <class Type>
-Type* Require(const Stg::Model& model, const char* name) {
-  for (Stg::Model* child : model.GetChildren())
-    if (auto* const found = dynamic_cast<Type*>(child)) return found;
-  ctrl::GiveUp("firefly", model, std::string("found no ") + name + ", expected one on the robot");
-}
-
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
   Robot* const robot = ctrl::NewRobot<Robot>("firefly", model);
   robot->position = ctrl::RequirePosition("firefly", model);
-  const std::string mistake =
-      ctrl::ReadArguments(args->worldfile, {{"coupling", &robot->coupling, 0, 100},
-                                            {"period", &robot->period, 0.001, 1e6},
-                                            {"flash", &robot->flash, 0, 1e6},
-                                            {"speed", &robot->speed, 0, 10},
-                                            {"turn", &robot->turn, -10, 10}});
-  if (!mistake.empty()) ctrl::GiveUp("firefly", *model, mistake);
-  robot->light = Require<Stg::ModelLight>(*model, "light");
-  auto* const eye = Require<Stg::ModelLightSensor>(*model, "lightsensor");
+  ctrl::RequireArguments("firefly", *model, args->worldfile,
+                         {{"coupling", &robot->coupling, 0, 100},
+                          {"period", &robot->period, 0.001, 1e6},
+                          {"flash", &robot->flash, 0, 1e6},
+                          {"speed", &robot->speed, 0, 10},
+                          {"turn", &robot->turn, -10, 10}});
+  robot->light = ctrl::RequireChild<Stg::ModelLight>("firefly", *model, "light");
+  auto* const eye = ctrl::RequireChild<Stg::ModelLightSensor>("firefly", *model, "lightsensor");
   robot->eye = eye;
   robot->step = static_cast<double>(eye->GetUpdateInterval()) / 1e6;
   robot->phase = (model->GetGlobalPose().a + M_PI) / (2 * M_PI);

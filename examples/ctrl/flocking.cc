@@ -16,7 +16,6 @@
 #include <cstring>
 
 #include "geometry/trigonometry.hh"
-#include "support/arguments.hh"
 #include "support/set_up.hh"
 
 namespace {
@@ -63,26 +62,19 @@ void Update(Robot* robot) {
   robot->radio->Send(&heading, sizeof heading);
 }
 
-Stg::ModelRadio* RequireRadio(const Stg::Model& model) {
-  for (Stg::Model* child : model.GetChildren())
-    if (auto* const radio = dynamic_cast<Stg::ModelRadio*>(child)) return radio;
-  ctrl::GiveUp("flocking", model, "found no radio, expected one on the robot");
-}
-
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
   Robot* const robot = ctrl::NewRobot<Robot>("flocking", model);
   robot->position = ctrl::RequirePosition("flocking", model);
-  const std::string mistake =
-      ctrl::ReadArguments(args->worldfile, {{"align", &robot->align, 0, 100},
-                                            {"gather", &robot->gather, 0, 100},
-                                            {"near", &robot->near, 0.001, 100},
-                                            {"noise", &robot->noise, 0, 1},
-                                            {"speed", &robot->speed, 0, 10},
-                                            {"gain", &robot->gain, 0, 100}});
-  if (!mistake.empty()) ctrl::GiveUp("flocking", *model, mistake);
-  robot->radio = RequireRadio(*model);
+  ctrl::RequireArguments("flocking", *model, args->worldfile,
+                         {{"align", &robot->align, 0, 100},
+                          {"gather", &robot->gather, 0, 100},
+                          {"near", &robot->near, 0.001, 100},
+                          {"noise", &robot->noise, 0, 1},
+                          {"speed", &robot->speed, 0, 10},
+                          {"gain", &robot->gain, 0, 100}});
+  robot->radio = ctrl::RequireChild<Stg::ModelRadio>("flocking", *model, "radio");
   ctrl::CallOnUpdateInParallel<Robot, Update>(robot->radio, robot);
   robot->radio->Subscribe();
   robot->position->Subscribe();

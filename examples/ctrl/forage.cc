@@ -15,7 +15,6 @@
 #include <cmath>
 
 #include "geometry/trigonometry.hh"
-#include "support/arguments.hh"
 #include "support/set_up.hh"
 
 namespace {
@@ -60,9 +59,10 @@ void Update(Robot* robot) {
 
 /// Returns the first ground sensor with so many points, or with more if there may be.
 Stg::ModelGroundSensor* RequireSensor(const Stg::Model& model, size_t least, size_t most) {
-  for (Stg::Model* child : model.GetChildren())
-    if (auto* const sensor = dynamic_cast<Stg::ModelGroundSensor*>(child))
-      if (sensor->points().size() >= least && sensor->points().size() <= most) return sensor;
+  const auto fits = [&](const Stg::ModelGroundSensor& sensor) {
+    return sensor.points().size() >= least && sensor.points().size() <= most;
+  };
+  if (auto* const found = ctrl::FindChildOfType<Stg::ModelGroundSensor>(model, fits)) return found;
   ctrl::GiveUp("forage", model,
                "found no ground sensor with two points, or none with one, expected both");
 }
@@ -72,14 +72,13 @@ Stg::ModelGroundSensor* RequireSensor(const Stg::Model& model, size_t least, siz
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
   Robot* const robot = ctrl::NewRobot<Robot>("forage", model);
   robot->position = ctrl::RequirePosition("forage", model);
-  const std::string mistake =
-      ctrl::ReadArguments(args->worldfile, {{"x", &robot->x, -1e6, 1e6},
-                                            {"y", &robot->y, -1e6, 1e6},
-                                            {"radius", &robot->radius, 0, 1e6},
-                                            {"speed", &robot->speed, 0, 10},
-                                            {"turn", &robot->turn, 0, 10},
-                                            {"noise", &robot->noise, 0, 1}});
-  if (!mistake.empty()) ctrl::GiveUp("forage", *model, mistake);
+  ctrl::RequireArguments("forage", *model, args->worldfile,
+                         {{"x", &robot->x, -1e6, 1e6},
+                          {"y", &robot->y, -1e6, 1e6},
+                          {"radius", &robot->radius, 0, 1e6},
+                          {"speed", &robot->speed, 0, 10},
+                          {"turn", &robot->turn, 0, 10},
+                          {"noise", &robot->noise, 0, 1}});
   robot->nose = RequireSensor(*model, 2, 10000);
   robot->belly = RequireSensor(*model, 1, 1);
   robot->rate = robot->nose->deposit_rate();

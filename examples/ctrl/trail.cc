@@ -12,7 +12,6 @@
 
 #include <cmath>
 
-#include "support/arguments.hh"
 #include "support/set_up.hh"
 
 namespace {
@@ -40,9 +39,10 @@ void Update(Robot* robot) {
 }
 
 Stg::ModelGroundSensor* RequireNose(const Stg::Model& model) {
-  for (Stg::Model* child : model.GetChildren())
-    if (auto* const sensor = dynamic_cast<Stg::ModelGroundSensor*>(child))
-      if (sensor->points().size() >= 2) return sensor;
+  const auto fits = [](const Stg::ModelGroundSensor& sensor) {
+    return sensor.points().size() >= 2;
+  };
+  if (auto* const found = ctrl::FindChildOfType<Stg::ModelGroundSensor>(model, fits)) return found;
   ctrl::GiveUp("trail", model, "found no ground sensor with two points, expected one on the robot");
 }
 
@@ -51,11 +51,10 @@ Stg::ModelGroundSensor* RequireNose(const Stg::Model& model) {
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
   Robot* const robot = ctrl::NewRobot<Robot>("trail", model);
   robot->position = ctrl::RequirePosition("trail", model);
-  const std::string mistake =
-      ctrl::ReadArguments(args->worldfile, {{"speed", &robot->speed, 0, 10},
-                                            {"turn", &robot->turn, 0, 10},
-                                            {"noise", &robot->noise, 0, 1}});
-  if (!mistake.empty()) ctrl::GiveUp("trail", *model, mistake);
+  ctrl::RequireArguments("trail", *model, args->worldfile,
+                         {{"speed", &robot->speed, 0, 10},
+                          {"turn", &robot->turn, 0, 10},
+                          {"noise", &robot->noise, 0, 1}});
   Stg::ModelGroundSensor* const nose = RequireNose(*model);
   robot->nose = nose;
   ctrl::CallOnUpdateInParallel<Robot, Update>(nose, robot);

@@ -17,7 +17,6 @@
 #include <string>
 #include <vector>
 
-#include "support/arguments.hh"
 #include "support/set_up.hh"
 
 namespace {
@@ -74,27 +73,19 @@ void Update(Robot* robot) {
                             Stg::constrain(2 * aim, -robot->turn, robot->turn));
 }
 
-/// Returns the first child of a type, which is called `name` in messages.
-template <class Sensor>
-Sensor* RequireSensor(const Stg::Model& model, const char* name) {
-  for (Stg::Model* child : model.GetChildren())
-    if (auto* const sensor = dynamic_cast<Sensor*>(child)) return sensor;
-  ctrl::GiveUp("transport", model, std::string("found no ") + name + ", expected one on the robot");
-}
-
 }  // namespace
 
 extern "C" int Init(Stg::Model* model, Stg::CtrlArgs* args) {
   Robot* const robot = ctrl::NewRobot<Robot>("transport", model);
   robot->position = ctrl::RequirePosition("transport", model);
-  const std::string mistake =
-      ctrl::ReadArguments(args->worldfile, {{"distance", &robot->distance, 0, 1e6},
-                                            {"speed", &robot->speed, 0, 10},
-                                            {"turn", &robot->turn, 0, 10},
-                                            {"restless", &robot->restless, 0, 1}});
-  if (!mistake.empty()) ctrl::GiveUp("transport", *model, mistake);
-  auto* const finder = RequireSensor<Stg::ModelFiducial>(*model, "fiducial finder");
-  auto* const eye = RequireSensor<Stg::ModelLightSensor>(*model, "light sensor");
+  ctrl::RequireArguments("transport", *model, args->worldfile,
+                         {{"distance", &robot->distance, 0, 1e6},
+                          {"speed", &robot->speed, 0, 10},
+                          {"turn", &robot->turn, 0, 10},
+                          {"restless", &robot->restless, 0, 1}});
+  auto* const finder =
+      ctrl::RequireChild<Stg::ModelFiducial>("transport", *model, "fiducial finder");
+  auto* const eye = ctrl::RequireChild<Stg::ModelLightSensor>("transport", *model, "light sensor");
   robot->finder = finder;
   robot->eye = eye;
   DrawSide(robot);

@@ -8,7 +8,9 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "arguments.hh"
 #include "stage.hh"
 
 namespace ctrl {
@@ -32,6 +34,32 @@ inline Stg::Model* FindChild(const Stg::Model& model, const std::string& name) {
   for (Stg::Model* child : model.GetChildren())
     if (child->TokenStr() == model.TokenStr() + "." + name) return child;
   return nullptr;
+}
+
+/// Returns the first child of this type for which fits(child) is true, or null.
+template <class Type, class Fits>
+Type* FindChildOfType(const Stg::Model& model, Fits fits) {
+  for (Stg::Model* child : model.GetChildren())
+    if (auto* const found = dynamic_cast<Type*>(child); found && fits(*found)) return found;
+  return nullptr;
+}
+
+/// Returns the first child of this type, which is called `name` in messages. Gives up if there is
+/// none.
+template <class Type>
+Type* RequireChild(const std::string& controller, const Stg::Model& model,
+                   const std::string& name) {
+  if (auto* const found = FindChildOfType<Type>(model, [](const Type&) { return true; }))
+    return found;
+  GiveUp(controller, model, "found no " + name + ", expected one on the robot");
+}
+
+/// Reads the arguments after the first word of a `ctrl` string. Gives up if one is wrong.
+inline void RequireArguments(const std::string& controller, const Stg::Model& model,
+                             const std::string& ctrl_string,
+                             const std::vector<NumberArgument>& arguments) {
+  const std::string mistake = ReadArguments(ctrl_string, arguments);
+  if (!mistake.empty()) GiveUp(controller, model, mistake);
 }
 
 /// Returns the model as a position. Gives up if it is another type.
