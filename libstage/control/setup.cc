@@ -2,7 +2,6 @@
 //
 // Sets up the robots of batch controllers: their arguments and sensors.
 
-#include <cmath>
 #include <locale>
 #include <sstream>
 #include <stdexcept>
@@ -77,9 +76,9 @@ Pose FrameOnRobot(const ModelRanger& ranger, const Model& robot) {
 
 ControllerSensor Describe(const ModelRanger::Sensor& sensor, const Pose& frame) {
   ControllerSensor described{frame + sensor.pose, sensor.fov, sensor.range, {}};
-  const double fov = std::isfinite(sensor.fov) ? sensor.fov : 0.0;
   for (uint32_t i = 0; i < sensor.sample_count; i++)
-    described.bearings.push_back(internal::sensing::SampleBearing(fov, sensor.sample_count, i));
+    described.bearings.push_back(
+        internal::sensing::SampleBearing(sensor.fov, sensor.sample_count, i));
   return described;
 }
 

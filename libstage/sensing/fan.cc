@@ -43,7 +43,7 @@ Direction MakeDirection(double bearing) { return MakeDirection(UnitVectorOf(bear
 
 double SampleBearing(double fov, uint32_t count, uint32_t i) {
   STAGE_ASSERT(i < count);
-  if (count < 2) return 0.0;
+  if (count < 2 || !std::isfinite(fov)) return 0.0;
   return -fov / 2.0 + i * (fov / (count - 1));
 }
 

@@ -33,7 +33,8 @@ Direction MakeDirection(double bearing);
 SineCosine UnitVectorOf(double bearing);
 
 /// Bearing, in radians, of sample i of `count` over the field of view `fov`. Samples run
-/// counter-clockwise and include both ends; a single sample points straight ahead.
+/// counter-clockwise and include both ends; a single sample points straight ahead, as do all if
+/// `fov` is not finite.
 double SampleBearing(double fov, uint32_t count, uint32_t i);
 
 /// The direction tables of all kinds of sensors in use, concatenated.

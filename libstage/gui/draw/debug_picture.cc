@@ -128,8 +128,7 @@ class RayPicture {
   }
 
   static double BearingOf(const ModelRanger::Sensor& sensor, size_t sample) {
-    const double fov = std::isfinite(sensor.fov) ? sensor.fov : 0;
-    return sensing::SampleBearing(fov, sensor.sample_count, static_cast<uint32_t>(sample));
+    return sensing::SampleBearing(sensor.fov, sensor.sample_count, static_cast<uint32_t>(sample));
   }
 
   void DrawRay(const sensing::RayRecord& record) {

@@ -153,7 +153,7 @@ void ModelRanger::Update() {
   Model::Update();
 }
 
-/// Adds fans whose rays have errors of their headings.
+/// Adds the fans, if rays of some sensor have errors of their headings.
 void ModelRanger::Gather(sensing::FanList* fans) {
   const Pose frame = SensorFrame(scan_pose_);
   const SineCosine turn = SinCos(frame.a);
@@ -162,18 +162,20 @@ void ModelRanger::Gather(sensing::FanList* fans) {
     Sensor& sensor = sensors_[i];
     if (sensor.sample_count == 0) continue;
     STAGE_ASSERT(sensors_[i].HasTable(scene().tables.generation()));  // after Preparations()
+    if (!sensor.HasAngleNoise() && !IsSkewed(sensor)) {
+      fans->Add(FanOf(i, frame, turn), sensor.sample_count);
+      continue;
+    }
     bearings = sensor.bearings;
     if (sensor.HasAngleNoise())
       for (double& bearing : bearings)
         bearing += sensor.Increment() * sensor.angle_noise * 0.5 * UniformError(&sensor.random_);
-    if (IsSkewed(sensor)) {
-      for (uint32_t ray = 0; ray < sensor.sample_count; ray++)
-        fans->Add(FanOfRay(i, ray), std::span(bearings).subspan(ray, 1));
-    } else if (sensor.HasAngleNoise()) {
+    if (!IsSkewed(sensor)) {
       fans->Add(FanOf(i, frame, turn), bearings);
-    } else {
-      fans->Add(FanOf(i, frame, turn), sensor.sample_count);
+      continue;
     }
+    for (uint32_t ray = 0; ray < sensor.sample_count; ray++)
+      fans->Add(FanOfRay(i, ray), std::span(bearings).subspan(ray, 1));
   }
 }
 

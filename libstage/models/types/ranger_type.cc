@@ -16,8 +16,6 @@ namespace Stg {
 
 namespace {
 
-double FiniteOr0(double value) { return std::isfinite(value) ? value : 0.0; }
-
 void Describe(const ModelRanger& ranger, SensorExtent* extent) {
   extent->parts = ranger.GetSensors().size();
   for (const ModelRanger::Sensor& sensor : ranger.GetSensors()) extent->rays += sensor.sample_count;
@@ -62,8 +60,7 @@ void ForEachRay(const ModelRanger& ranger, size_t length, F put) {
 
 bool CopyBearings(const ModelRanger& ranger, size_t length, double* to) {
   ForEachRay(ranger, length, [&](const auto& sensor, const Pose& origin, uint32_t sample) {
-    *to++ = normalize(origin.a +
-                      sensing::SampleBearing(FiniteOr0(sensor.fov), sensor.sample_count, sample));
+    *to++ = normalize(origin.a + sensing::SampleBearing(sensor.fov, sensor.sample_count, sample));
   });
   return true;
 }
