@@ -101,6 +101,13 @@ struct Contents {
   }
 };
 
+/// Loads a world with a robot "r", which drives ahead and turns.
+void LoadDriven(World* world, const std::string& text) {
+  std::istringstream content(text);
+  ASSERT_TRUE(world->Load(content));
+  dynamic_cast<ModelPosition&>(*world->GetModel("r")).SetSpeed(0.5, 0, 1.2);
+}
+
 /// Pose of a frame in the map at any time, microseconds, interpolated between steps of that length.
 Pose3 InMapBetween(const Contents& contents, const std::string& frame, double time, double step) {
   const double before = std::floor(time / step) * step, after = std::ceil(time / step) * step;
@@ -189,9 +196,7 @@ TEST_F(MapperOfALog, FindsThemByScansThatTakeTime) {
           " localization \"gps\" ranger( alwayson 1 update_interval 100 sensor( range [0 20]"
           " fov 350 samples 36 time_increment 0.002 ) ) )");
   World world(OptionsOf(1));
-  std::istringstream content(text);
-  ASSERT_TRUE(world.Load(content));
-  dynamic_cast<ModelPosition&>(*world.GetModel("r")).SetSpeed(0.5, 0, 1.2);
+  ASSERT_NO_FATAL_FAILURE(LoadDriven(&world, text));
   Log(&world, 300, "run.mcap");
   const Contents contents{McapReader(Path("run.mcap"))};
   Mapper at_once, one_by_one;
@@ -226,9 +231,7 @@ TEST_F(MapperOfALog, FindsThemWithASensorThatAnActuatorTurns) {
           " max_position 100 ranger( alwayson 1 sensor( range [0 20] fov 350 samples 36"
           " ) ) ) )");
   World world(OptionsOf(1));
-  std::istringstream content(text);
-  ASSERT_TRUE(world.Load(content));
-  dynamic_cast<ModelPosition&>(*world.GetModel("r")).SetSpeed(0.5, 0, 1.2);
+  ASSERT_NO_FATAL_FAILURE(LoadDriven(&world, text));
   dynamic_cast<ModelActuator&>(*world.GetModel("r.actuator:0")).SetSpeed(1.5);
   Log(&world, 300, "run.mcap");
   Mapper mapper = EndPointsOf(Contents{McapReader(Path("run.mcap"))});
