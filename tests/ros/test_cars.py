@@ -26,17 +26,17 @@ def test_ackermann_commands_have_steering_angles(client: Client, tmp_path: Path,
         command = messages.AckermannDriveStamped()
         command.drive.speed, command.drive.steering_angle = 0.5, 0.3
         talk.publish(command)
-        client.until(lambda: node._executor.spin(0.01) or node._last_command[0] >= 0)
+        client.until(lambda: node._executor.spin(0.01) or node.team.last_command[0] >= 0)
         for _ in range(3):
             node.advance()
-        ahead, _, turn = node._fleet.actual_velocity[0]
+        ahead, _, turn = node.team.fleet.actual_velocity[0]
         assert (ahead, turn) == pytest.approx((0.5, 0.5 * math.tan(0.3) / 0.5))
         # Angles at which wheels stand across are refused.
         command.drive.steering_angle = 2.0
-        before = node._cmd[0].copy()
+        before = node.team.cmd[0].copy()
         talk.publish(command)
         node._executor.spin(0.3)
-        assert np.array_equal(node._cmd[0], before)
+        assert np.array_equal(node.team.cmd[0], before)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -47,8 +47,8 @@ def test_turn_rates_of_cars(ros: None, tmp_path: Path, kind: str) -> None:
         command = Twist()
         for speed, turn in ((0.5, 0.2), (-0.5, 0.2), (0.0, 0.2)):
             command.linear.x, command.angular.z = speed, turn
-            node._command(0, command)
+            node.team.command(0, command)
             for _ in range(3):
                 node.advance()
             expected = (speed, turn if speed else 0.0)
-            assert tuple(node._fleet.actual_velocity[0, [0, 2]]) == pytest.approx(expected, abs=1e-12)
+            assert tuple(node.team.fleet.actual_velocity[0, [0, 2]]) == pytest.approx(expected, abs=1e-12)

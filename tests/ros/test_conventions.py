@@ -183,12 +183,12 @@ def test_time_comes_before_transforms_and_these_before_data(ros: None, one: str)
             def get_subscription_count(self) -> int:
                 return 1
 
-        for feed in node._feeds:
+        for feed in node.team.feeds:
             feed.publisher = Noting(feed.topic)
         node._time_feed._publisher = Noting("clock")
-        if not node._tf:
+        if not node.team.tf:
             pytest.skip("tf2_msgs is not there; try tools/setup --ros")
-        node._tf[0].publisher = Noting("tf")
+        node.team.tf[0].publisher = Noting("tf")
         for _ in range(3):
             node._last_look = 0.0
             sent.clear()
@@ -309,8 +309,8 @@ bot( name "b" pose [1 1 0 90] )
     message.pose.orientation.w = 1.0
     if frame.endswith("odom"):
         with st.World(file) as world, node_here(world) as node:
-            place = node._frames.in_world((1.5, -2.5, 0.0), frame, 0)[:2]
-            x, y, a = node._frames.origins()[0 if frame.startswith("a") else 1]
+            place = node.team.frames.in_world((1.5, -2.5, 0.0), frame, 0)[:2]
+            x, y, a = node.team.frames.origins()[0 if frame.startswith("a") else 1]
             expected = (x + 1.5 * np.cos(a) + 2.5 * np.sin(a), y + 1.5 * np.sin(a) - 2.5 * np.cos(a))
             assert place == pytest.approx(expected)
     talk.publish(message)

@@ -57,29 +57,29 @@ def test_an_initial_pose_moves_the_belief_and_nothing_else(client: Client, two: 
         belief, truth = compare()
         assert belief == pytest.approx(truth) and beliefs[-1].header.frame_id == "map"
         talk.publish(given(5.0, -3.0, 0.5))
-        client.until(lambda: node._executor.spin(0.01) or node._frames.shifts.any(1)[1])
+        client.until(lambda: node._executor.spin(0.01) or node.team.frames.shifts.any(1)[1])
         belief, truth = compare()
         assert belief == pytest.approx((5, -3, 0.5)) and truth == pytest.approx((0, 2, np.pi / 2))
         assert beliefs[-1].pose.covariance[0] == 0.25
         # The belief moves as the robot does: from (0, 2) to the north in truth, from (5, -3) along 0.5 rad in the belief.
         for _ in range(10):
-            node._fleet.cmd[1] = (0.5, 0.0, 0.0)
+            node.team.fleet.cmd[1] = (0.5, 0.0, 0.0)
             belief, truth = compare()
         way = truth[1] - 2
         assert way > 0.3 and belief == pytest.approx((5 + way * np.cos(0.5), -3 + way * np.sin(0.5), 0.5))
-        assert not node._frames.shifts[0].any()
+        assert not node.team.frames.shifts[0].any()
         node._take()
         node.reset(None)
-        assert not node._frames.shifts.any()
+        assert not node.team.frames.shifts.any()
         node._restore()
-        assert node._frames.shifts[1].any()
+        assert node.team.frames.shifts[1].any()
 
 
 @pytest.mark.parametrize("message", (given(np.nan, 0, 0), given(0, 0, 0, "mars")))
 def test_a_bad_initial_pose_is_not_taken(ros: None, one: str, message: PoseWithCovarianceStamped) -> None:
     with st.World(one) as world, node_here(world, publish_map_tf=True) as node:
-        node._localization._believe(0, message)
-        assert not node._frames.shifts.any()
+        node.team.localization._believe(0, message)
+        assert not node.team.frames.shifts.any()
 
 
 def test_nobody_takes_initial_poses_without_the_transform(ros: None, one: str) -> None:

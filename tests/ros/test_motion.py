@@ -24,7 +24,7 @@ def drive(node: Any, client: Client, speeds: tuple[float, float, float], lists: 
     """Drives robot 0 once somebody hears it stand, until each list has the messages of all steps."""
 
     def listen() -> bool:
-        node._fleet.cmd[0] = 0.0
+        node.team.fleet.cmd[0] = 0.0
         node.advance()
         return all(lists)
 
@@ -33,7 +33,7 @@ def drive(node: Any, client: Client, speeds: tuple[float, float, float], lists: 
     for messages in lists:
         messages.clear()
     for _ in range(steps):
-        node._fleet.cmd[0] = speeds
+        node.team.fleet.cmd[0] = speeds
         node.advance()
     client.until(lambda: all(len(messages) >= steps and (not hasattr(messages[-1], "header") or
                                                          time_of(messages[-1]) == node.now) for messages in lists))
@@ -61,7 +61,7 @@ def test_accelerations_on_a_circle(client: Client, tmp_path: Path, kind: str, sp
                            last.linear_acceleration_covariance):
             assert np.array_equal(covariance, EXACT * np.eye(3).ravel())
         # Stopping from the velocity v within a step is an acceleration of -v / dt.
-        node._fleet.cmd[0] = 0.0
+        node.team.fleet.cmd[0] = 0.0
         count = len(heard)
         node.advance()
         client.until(lambda: len(heard) > count)
@@ -92,7 +92,7 @@ def test_wheels_turn_as_odometry_has_it(client: Client, tmp_path: Path) -> None:
         node.advance()
         node._restore()
         node.advance()
-        assert node._motion.turned[0, 0] == pytest.approx(left + last.velocity[0] * world.dt)
+        assert node.team.motion.turned[0, 0] == pytest.approx(left + last.velocity[0] * world.dt)
 
 
 def test_wheels_of_a_car_roll_about_one_point(client: Client, tmp_path: Path) -> None:
@@ -115,6 +115,6 @@ def test_wheels_of_a_car_roll_about_one_point(client: Client, tmp_path: Path) ->
 
 def test_drives_without_wheels_have_no_joints(ros: None, two: str) -> None:
     with st.World(two) as world, node_here(world) as node:
-        topics = {feed.topic for feed in node._feeds}
+        topics = {feed.topic for feed in node.team.feeds}
         assert "a/imu" in topics and not topics & {"a/joint_states", "a/wheel_ticks"}
-        assert not node._motion._follows_bodies and not node._motion._follows_wheels
+        assert not node.team.motion._follows_bodies and not node.team.motion._follows_wheels

@@ -55,7 +55,7 @@ def test_poses_in_frames_without_prefixes_are_those_of_the_receiver(client: Clie
         message = PoseStamped()
         message.header.frame_id = "base_link"
         message.pose.position.x, message.pose.orientation.w = -1.0, 1.0
-        node._teleport(1, message)
+        node.team.teleport(1, message)
         assert world.model("b").global_pose == pytest.approx((0, 1, np.pi / 2))
 
 

@@ -45,7 +45,7 @@ bot( name "far" pose [20 0 0 0] )
 
         client.until(listen)
         client.spin(0.1)
-        node._fleet.send(np.array([[1, 2], [3, 4]], np.uint8), [1, 2])
+        node.team.fleet.send(np.array([[1, 2], [3, 4]], np.uint8), [1, 2])
         node.advance()
         client.until(lambda: time_of(clouds[-1]) == node.now and clouds[-1].width)
         points = points_of(clouds[-1])
@@ -74,7 +74,7 @@ bot( name "b" pose [0 -2 0 0] )
         got = {name: client.listen(MarkerArray, f"/{name}/contacts") for name in "ab"}
 
         def listen() -> bool:
-            node._fleet.cmd[0] = (0.0, -0.5, 0.0)  # to the right, to the wall
+            node.team.fleet.cmd[0] = (0.0, -0.5, 0.0)  # to the right, to the wall
             node.advance()
             return len(got["a"]) > 20 and len(got["b"]) > 20
 

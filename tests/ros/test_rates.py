@@ -45,7 +45,7 @@ def test_a_kind_of_topics_has_a_rate(client: Client, two: str) -> None:
 
 def test_all_kinds_are_known(ros: None) -> None:
     with st.World("zoo.world") as world, node_here(world, publish_map_tf=True) as node:
-        found = {limit.kind for limit in node._limits}
+        found = {limit.kind for limit in node.team.limits}
         assert found <= set(KINDS) and {"tf", "scan", "image", "imu", "amcl_pose", "contacts"} <= found
 
 

@@ -16,6 +16,7 @@ except ModuleNotFoundError:  # not among PyPI's wheels
 
 if TYPE_CHECKING:
     from .node import StageNode
+    from .team import Team
 
 Speeds = tuple[float, float, float]
 
@@ -42,17 +43,17 @@ def turning(car: Model, speed: float, turn: float) -> Speeds:
     return steered(car, speed, angle)
 
 
-def subscribe(node: StageNode) -> None:
+def subscribe(node: StageNode, team: Team) -> None:
     """Subscribes to `ackermann_cmd` of all cars."""
-    cars = [number for number, robot in enumerate(node.robots) if is_car(robot.model)]
+    cars = [number for number, robot in enumerate(team.robots) if is_car(robot.model)]
     if cars and AckermannDriveStamped is None:
         node.get_logger().info("no ackermann_cmd: there is no Python module ackermann_msgs; docs/ros.md says how to "
                                "make it (python -m stagesim.ros.make_messages)")
         return
     for number in cars:
-        robot = node.robots[number]
+        robot = team.robots[number]
 
         def command(message: Any, number: int = number, car: Model = robot.model) -> None:
-            node.obey(number, steered(car, message.drive.speed, message.drive.steering_angle), message.header)
+            team.obey(number, steered(car, message.drive.speed, message.drive.steering_angle), message.header)
 
         node.create_subscription(AckermannDriveStamped, joined(robot.prefix, "ackermann_cmd"), command, 10)

@@ -11,47 +11,33 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Mapping
 
-import numpy as np
 import rclpy
-from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Header
 from std_srvs.srv import Empty, SetBool, Trigger
 
-from . import cars
 from .._core import Snapshot
 from ..errors import StageError
 from ..pace import Pace
-from ..text import printable
 from ..world import World
 from .clock import ClockFeed
-from .covariance import OdometryErrors
-from .description import publish_descriptions
 from .executor import Executor
-from .feeds import Bodies, Feed
-from .localization import Localization
+from .feeds import Feed
 from .lockstep import Lockstep, split
 from .map_feed import MapFeed
-from .frames import Frames
-from .messages import Array, heading_of
-from .names import SCHEMES, joined
-from .motion import Motion, Wheels
 from .parameters import declare
-from .robots import Look, make_robots
-from .topics import RATES, make_publisher, read_rates
-from .transforms import TransformFeed, transform_feeds
+from .team import Kept, Team
+from .topics import RATES
 
 MAX_STEPS = 1_000_000  #: max steps that a client may ask for
 
 if TYPE_CHECKING:
     from ..live.server import Server
+    from .robots import Robot
     from .standard_services import StandardServices
     from .window import NodeRun
 
-#: State of the node that belongs to a snapshot: OdometryErrors.jacobian, Motion.count() and Frames.shifts.
-Kept = tuple[Array | None, Array | None, Array | None]
 #: Seconds of real time between checks for subscribers, and between repeated messages in lock-step.
 LISTENERS_PERIOD, REPEAT_PERIOD = 0.1, 0.5
 #: Max delay in real time that the world catches up, seconds. Longer delays make it slower.
@@ -96,6 +82,7 @@ class StageNode(Node):
             at any free port if the parameter `gui` is true.
 
     Attributes:
+        team: the robots.
         times: seconds of real time spent so far: in "step", "publish" and "answer" (callbacks).
         paused: True: the world is paused.
         steps_asked: number of steps still to make while paused.
@@ -122,7 +109,7 @@ class StageNode(Node):
             declare(self)
             declare(self, RATES)
             self._begin()
-            if gui is not None or self._value("gui"):
+            if gui is not None or self.value("gui"):
                 self._open_window(gui or 0)
         except BaseException:
             self.close()
@@ -130,41 +117,19 @@ class StageNode(Node):
 
     def _begin(self) -> None:
         """Makes robots, publishers, subscriptions and services by the parameters."""
-        world = self.world
-        self.paused = self._value("paused")
-        self._fleet = world.fleet()
-        self._home = self._fleet.pose.copy()
-        models = {model.id: model for model in world.models}
-        self._errors = OdometryErrors(np.array([models[number].odom_error for number in self._fleet.ids]))
-        self._bodies = Bodies(self._fleet, self._errors)
-        look = Look(SCHEMES[self._value("naming")], self._value("enforce_prefixes"),
-                    self._value("odom_frame_id"), self._value("base_link_frame_id"),
-                    self._value("base_footprint_frame_id"), self._value("map_frame_id"),
-                    self._value("single_beams"), self._value("ranges") == "rep117",
-                    self._value("namespaced_tf") != "no", self._value("ticks_per_turn"))
-        sizes = self._value("wheel_radius"), self._value("wheel_separation")
-        self._motion = Motion(self._fleet, [Wheels(models[number], *sizes) for number in self._fleet.ids], world.dt)
-        self.robots = make_robots(world, self._fleet, self._bodies, self._motion, look)
-        self._names = [robot.prefix or printable(robot.model.name) for robot in self.robots]
-        self._frames = Frames(look, [robot.prefix for robot in self.robots], self._fleet)
-        self._localization = None if not self._value("publish_map_tf") else Localization(
-            self, look, self.robots, self._bodies, self._frames)
-        self._feeds = [feed for robot in self.robots for feed in robot.feeds]
+        self.paused = self.value("paused")
         self._snapshot: Snapshot | None = None
         self._kept: Kept = (None, None, None)  # beside the snapshot
         self._last_look = 0.0
         self._pace = Pace(self.speed, not self.paused, MAX_DELAY)
-        self._make_publishers()
-        self._tf: list[TransformFeed] = [] if not self._value("publish_tf") else transform_feeds(
-            self, look, self.robots, self._bodies, self._frames, self._value("publish_map_tf"),
-            self._value("namespaced_tf"))
-        self._limits = [feed.limit for feed in (*self._feeds, *self._tf)]
-        publish_descriptions(self, look, self.robots, self._motion.wheels)
-        self._make_commands()
+        self.team = Team(self)
+        self._time_feed = ClockFeed(self, self.value("clock_rate"))
+        self._map_feed = MapFeed(self) if self.value("publish_map") else None
+        self.create_subscription(Header, "~/done", self._done, 10)
         self._make_services()
         self._set_lockstep()
         self._on_world_reset()
-        self._standard = standard_services(self, look.map, MAX_STEPS)
+        self._standard = standard_services(self, self.value("map_frame_id"), MAX_STEPS)
 
     def _open_window(self, port: int) -> None:
         from .window import open_window  # imported here, because it needs more packages
@@ -173,19 +138,11 @@ class StageNode(Node):
         self.url = self._server.url
         self.get_logger().info(f"the window is the page {self.url}")
 
-    def _value(self, name: str) -> Any:
+    def value(self, name: str) -> Any:
+        """The value of a parameter."""
         return self.get_parameter(name).value
 
     # ---- publishing ----
-
-    def _make_publishers(self) -> None:
-        effort = (ReliabilityPolicy.RELIABLE if self._value("sensor_qos") == "reliable"
-                  else ReliabilityPolicy.BEST_EFFORT)
-        sensor = QoSProfile(depth=5, reliability=effort)
-        for feed in self._feeds:
-            feed.publisher = make_publisher(self, feed.message, feed.topic, sensor if feed.sensor else 10)
-        self._time_feed = ClockFeed(self, self._value("clock_rate"))
-        self._map_feed = MapFeed(self) if self._value("publish_map") else None
 
     @property
     def now(self) -> int:
@@ -204,18 +161,14 @@ class StageNode(Node):
         self._check_subscribers()
         if self._map_feed is not None:
             self._map_feed.look(now, at_once=everything)
-        step = self._step_time
-        self._send([feed for feed in self._feeds
-                    if feed.active and (everything or feed.due(now, step) and feed.limit.passes(now))], everything)
+        self._send(self.team.due(now, self._step_time, everything), everything)
         self.times["publish"] += time.perf_counter() - start
 
     def _send(self, feeds: list[Feed], everything: bool) -> None:
         """Publishes the time, then transforms, then data, so that a stamp's time and frames precede its data."""
         now, step = self.now, self._step_time
         self._time_feed.tell(now, always=self.paused or self._lockstep.is_used)
-        for transforms in self._tf:
-            if transforms.active:
-                transforms.send(now, everything)
+        self.team.send_transforms(now, everything)
         for feed in feeds:
             feed.send(now, step)
 
@@ -232,17 +185,7 @@ class StageNode(Node):
         if time.monotonic() - self._last_look < LISTENERS_PERIOD:
             return []
         self._last_look = time.monotonic()
-        read_rates(self, self._limits)
-        for transforms in self._tf:
-            transforms.look_for_listeners()
-        found = []
-        for feed in self._feeds:
-            listened = feed.publisher.get_subscription_count() > 0
-            if listened and not feed.active:
-                feed.attach()
-                found.append(feed)
-            feed.active = listened
-        return found
+        return self.team.look_for_subscribers()
 
     def _publish_to_new_subscribers(self) -> None:
         """Publishes the current data to new subscribers; called while paused."""
@@ -250,85 +193,38 @@ class StageNode(Node):
         if found:
             self._send(found, everything=True)
 
-    # ---- subscriptions ----
+    # ---- clients ----
 
-    def _make_commands(self) -> None:
-        self._cmd = self._fleet.cmd
-        self._last_command = np.full(len(self._fleet), -1, np.int64)  # time of the last command, microseconds; -1: none
-        stamped, self._cars_turn = self._value("stamped_cmd_vel"), self._value("cars_turn")
-        for i, robot in enumerate(self.robots):
-            def command(message: Any, robot: int = i) -> None:
-                self._command(robot, message)
+    @property
+    def robots(self) -> list[Robot]:
+        """The robots, in the order of Team.robots."""
+        return self.team.robots
 
-            def teleport(message: PoseStamped, robot: int = i) -> None:
-                self._teleport(robot, message)
-
-            self.create_subscription(TwistStamped if stamped else Twist,
-                                     joined(robot.prefix, "cmd_vel"), command, 10)
-            self.create_subscription(PoseStamped, joined(robot.prefix, "teleport"), teleport, 10)
-        cars.subscribe(self)
-        self.create_subscription(Header, "~/done", self._done, 10)
-
-    def _command(self, robot: int, message: Twist | TwistStamped) -> None:
-        stamped = isinstance(message, TwistStamped)
-        twist = message.twist if stamped else message
-        speeds, model = (twist.linear.x, twist.linear.y, twist.angular.z), self.robots[robot].model
-        if self._cars_turn and cars.is_car(model) and np.isfinite(speeds).all():
-            speeds = cars.turning(model, speeds[0], speeds[2])
-        self.obey(robot, speeds, message.header if stamped else None)
-
-    def obey(self, robot: int, speeds: tuple[float, float, float], header: Header | None) -> None:
-        """Commands a robot, and takes the header as its answer in lock-step. Speeds that are not finite are refused."""
+    def note_call(self) -> None:
+        """Called by each callback of a topic with commands, so that the executor looks for more of them."""
         self._executor.calls += 1
-        if not np.isfinite(speeds).all():
-            self.get_logger().warning(f"{self.robots[robot].model.name!a}: found the speeds {speeds}, expected "
-                                      "finite numbers", throttle_duration_sec=5)
-            return
-        name = self._names[robot]
-        if name in self._lockstep.names and not (header is not None and self._is_now(header.stamp) and
-                                                 self._lockstep.answer(name)):
-            return
-        self._cmd[robot] = speeds
-        self._last_command[robot] = self.now
+
+    def accepts(self, name: str, header: Header | None) -> bool:
+        """Whether a robot takes a command: in lock-step only if it answers for the current time, which ends the wait."""
+        if name not in self._lockstep.names:
+            return True
+        return header is not None and self._is_now(header.stamp) and self._lockstep.answer(name)
 
     def _is_now(self, stamp: Any) -> bool:
         return stamp.sec * 1_000_000_000 + stamp.nanosec == self.now * 1000
 
     def _done(self, message: Header) -> None:
-        self._executor.calls += 1
+        self.note_call()
         if self._is_now(message.stamp):
             self._lockstep.answer(message.frame_id)
 
-    def _run_watchdog(self) -> None:
-        """The watchdog: stops robots whose last command is older than `base_watchdog_timeout`."""
-        patience = self._value("base_watchdog_timeout")
-        if patience > 0:
-            silent = (self._last_command >= 0) & (self.now - self._last_command > patience * 1e6)
-            if silent.any():
-                self._cmd[silent] = 0.0
-
-    def _teleport(self, robot: int, message: PoseStamped) -> None:
-        place = message.pose.position
-        pose = (place.x, place.y, heading_of(message.pose.orientation))
-        name, frame = self.robots[robot].model.name, message.header.frame_id
-        if not np.isfinite(pose).all():
-            self.get_logger().warning(f"{name!a}: found the pose {pose}, expected finite numbers")
-            return
-        try:
-            pose = self._frames.in_world(pose, frame, robot)
-        except ValueError as error:
-            self.get_logger().warning(f"{name!a}: not put elsewhere: {error}")
-            return
-        self._fleet.teleport(pose, [robot])
-        self.moved()
-
     def in_world(self, pose: tuple[float, float, float], frame: str) -> tuple[float, float, float]:
         """Transforms a pose to the map frame: see Frames.in_world()."""
-        return self._frames.in_world(pose, frame)
+        return self.team.frames.in_world(pose, frame)
 
     def moved(self) -> None:
         """Called when a client has moved things. While paused, the new poses are published at once."""
-        self._bodies.forget(moved=True)
+        self.team.on_moved()
         if self._window is not None:
             self._window.has_changed()
         if self.paused:
@@ -358,8 +254,7 @@ class StageNode(Node):
 
     def _reset_positions(self, _: Any, response: Empty.Response) -> Empty.Response:
         """Moves robots back to their start poses and stops them, as stage_ros does; time goes on."""
-        self._fleet.teleport(self._home)
-        self._cmd[self._last_command >= 0] = 0.0
+        self.team.go_home()
         self.moved()
         return response
 
@@ -381,57 +276,46 @@ class StageNode(Node):
         self.steps_asked = min(asked + count, MAX_STEPS)
 
     def _reset(self) -> str:
-        seed = self._value("seed")
+        seed = self.value("seed")
         self.reset(None if seed < 0 else seed)
         return f"began anew with the seed {self.world.seed}"
 
     def reset(self, seed: int | None) -> None:
         """Resets the world with the seed; None: with the current one."""
         self.world.reset(seed)
-        self._last_command[:] = -1
+        self.team.last_command[:] = -1
         self._on_world_reset()
 
     def _step(self) -> str:
         self.pause(True)
-        made, wanted = 0, self._value("steps")
+        made, wanted = 0, self.value("steps")
         while made < wanted and rclpy.ok() and self.advance():
             made += 1
         return f"made {made} steps: time {self.world.time:g}, state {self.world.state_hash()}"
 
     def _take(self) -> str:
         self._snapshot = self.world.snapshot()
-        self._kept = (self._errors.jacobian.copy(), self._motion.count(), self._frames.shifts.copy())
-        file = self._value("snapshot_file")
+        self._kept = self.team.kept()
+        file = self.value("snapshot_file")
         if file:
             write_snapshot(Path(file), self._snapshot.to_bytes())
         return f"state at {self._snapshot.time:g} s, {self._snapshot.size} bytes"
 
     def _restore(self) -> str:
-        file = self._value("snapshot_file")
+        file = self.value("snapshot_file")
         snapshot = Snapshot.from_bytes(Path(file).read_bytes()) if file else self._snapshot
         if snapshot is None:
             raise StageError("found no snapshot, expected the service snapshot to be called before")
         self.world.restore(snapshot)
-        self._last_command[self._last_command >= 0] = self.now
-        self._on_world_reset(*((None, None, None) if file else self._kept))
+        last = self.team.last_command
+        last[last >= 0] = self.now
+        self._on_world_reset((None, None, None) if file else self._kept)
         return f"went back to {self.world.time:g} s"
 
-    def _on_world_reset(self, jacobian: Array | None = None, turned: Array | None = None,
-                        shifts: Array | None = None) -> None:
-        """Called after loading, a reset or a restore; see OdometryErrors.begin(), Motion.begin() and Frames.shifts."""
+    def _on_world_reset(self, kept: Kept = (None, None, None)) -> None:
+        """Called after loading, a reset or a restore; see Team.begin()."""
         self.steps_asked = 0
-        self._cmd[self._last_command < 0] = np.nan  # robots without a command obey their own controllers
-        # Attach sensors before robots, as after a reset: the order of subscriptions is part of the state.
-        if self._value("always_on") or self._lockstep.names:
-            for feed in sorted(self._feeds, key=lambda feed: not feed.sensor):  # velocities of robots subscribe to them
-                feed.attach()
-        for robot in self.robots:
-            if robot.model.subscribers == 0:
-                robot.model.subscribe()  # so that its odometry works from the beginning
-        self._bodies.forget()
-        self._errors.begin(self._fleet.estimate, jacobian)
-        self._motion.begin(turned)
-        self._frames.shifts[:] = 0.0 if shifts is None else shifts
+        self.team.begin(kept, all_sensors=self.value("always_on") or self._lockstep.is_used)
         self._lockstep.begin(self.now, self._step_time)
         self._pace.begin()
         self._time_feed.begin()
@@ -447,25 +331,23 @@ class StageNode(Node):
         text, interval = self._lockstep_taken
         names = set(split(text))
         if "all" in names:
-            names = names - {"all"} | set(self._names)
-        if names & set(self._names) and not self._value("stamped_cmd_vel"):
+            names = names - {"all"} | set(self.team.names)
+        if names & set(self.team.names) and not self.value("stamped_cmd_vel"):
             raise ValueError("found robots in lockstep, whose commands carry no time; "
                              "expected stamped_cmd_vel:=true")
         self._lockstep = Lockstep(names, round(interval * 1e6))
         self._lockstep.begin(self.now, self._step_time)
 
     def _lockstep_parameters(self) -> tuple[str, float]:
-        return self._value("lockstep"), self._value("lockstep_interval")
+        return self.value("lockstep"), self.value("lockstep_interval")
 
     def advance(self) -> int:
         """Makes a step and publishes the new data; returns the number of steps made: 0 if the world has ended."""
-        self._run_watchdog()
+        self.team.run_watchdog(self.value("base_watchdog_timeout"))
         start = time.perf_counter()
         made = self.world.step()
         self.times["step"] += time.perf_counter() - start
-        self._bodies.forget()
-        self._errors.move(self._fleet.estimate)
-        self._motion.step()
+        self.team.step()
         if self._window is not None:
             self._window.has_changed(note="")
         if made:
@@ -522,7 +404,7 @@ class StageNode(Node):
     @property
     def speed(self) -> float:
         """Simulated seconds per real second; 0: as fast as possible."""
-        return float(self._value("speed"))
+        return float(self.value("speed"))
 
     def _answer(self, seconds: float) -> None:
         """Serves ROS and the page for up to `seconds`."""
@@ -533,7 +415,7 @@ class StageNode(Node):
     @property
     def topics(self) -> int:
         """Number of the robots' topics."""
-        return len(self._feeds)
+        return len(self.team.feeds)
 
     def close(self) -> None:
         """Stops the page and destroys the node. The world stays valid."""
