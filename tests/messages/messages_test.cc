@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "support/cli_testing.hh"
+#include "support/json.hh"
 #include "support/odd_names.hh"
 
 namespace {

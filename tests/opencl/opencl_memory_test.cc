@@ -15,6 +15,7 @@
 
 #include "support/cli_testing.hh"
 #include "support/device.hh"
+#include "support/json.hh"
 #include "support/sanitized.hh"
 #include "support/shipped_worlds.hh"
 

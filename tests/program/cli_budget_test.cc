@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "support/cli_testing.hh"
+#include "support/json.hh"
 #include "support/sanitized.hh"
 #include "support/shipped_worlds.hh"
 
@@ -34,7 +34,7 @@ TEST_F(CliBudget, ReportsHowManyFit) {
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_TRUE(Contains(result.out, "simple.world: 2 robots\n")) << result.out;
   EXPECT_TRUE(Contains(result.out, "a scenario: 1 s, 10 steps of 0.1 s, from the state at 2 s\n"));
-  const nlohmann::json json = nlohmann::json::parse(ReadFile(Path("b.json")));
+  const Json json = ParseJson(ReadFile(Path("b.json")));
   EXPECT_EQ(json["steps"], 10);
   EXPECT_EQ(json["threads"], 2);
   EXPECT_GT(json["scenarios"], 0);
@@ -57,7 +57,7 @@ TEST_F(CliBudget, MeasuresDecisionsAboutTheFirstRobotThatObeys) {
   EXPECT_TRUE(Contains(result.out, "a decision of 30 candidates in 20 ms: "));
   EXPECT_TRUE(Contains(result.out, "the candidates are velocities of \"robot\"; no sample ends"))
       << result.out;
-  const nlohmann::json decision = nlohmann::json::parse(ReadFile(Path("b.json")))["decision"];
+  const Json decision = ParseJson(ReadFile(Path("b.json")))["decision"];
   EXPECT_EQ(decision["candidates"], 30);
   EXPECT_EQ(decision["samples"], 10);
   EXPECT_EQ(decision["robot"], "robot");
@@ -68,7 +68,7 @@ TEST_F(CliBudget, MeasuresDecisionsAboutTheFirstRobotThatObeys) {
   const Result driven = Stage(all);
   EXPECT_TRUE(Contains(driven.out, "the candidates give no commands, because no robot would obey "))
       << driven.out;
-  const nlohmann::json none = nlohmann::json::parse(ReadFile(Path("b.json")))["decision"];
+  const Json none = ParseJson(ReadFile(Path("b.json")))["decision"];
   EXPECT_TRUE(Contains(std::string(none["why_no_robot"]), "is refused: a controller has replaced"));
   EXPECT_NE(none["why_not_closed"], "");
 }

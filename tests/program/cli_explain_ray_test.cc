@@ -6,6 +6,7 @@
 #include <string>
 
 #include "support/cli_testing.hh"
+#include "support/json.hh"
 
 namespace {
 

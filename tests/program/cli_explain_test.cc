@@ -9,17 +9,16 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <regex>
 #include <string>
 
 #include "insight/explain.hh"
 #include "support/cli_testing.hh"
+#include "support/json.hh"
 
 namespace {
 
 using namespace cli_testing;
-using Json = nlohmann::json;
 
 // Defined by GCC and Clang, respectively.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -74,7 +73,7 @@ TEST_F(CliExplainTest, AsJson) {
   WriteScene("w.world", "quit_time 3");
   const Result r = Stage({"--explain=json", "w.world"});
   EXPECT_EQ(r.status, 0) << r.err;
-  const Json json = Json::parse(r.out);  // the whole output
+  const Json json = ParseJson(r.out);  // the whole output
   EXPECT_EQ(json["worldfile"], "w.world");
   EXPECT_EQ(json["models"], 6);
   EXPECT_EQ(json["robots"], 1);
@@ -116,7 +115,7 @@ TEST_F(CliExplainTest, TellsWhetherPoolsNeedObjects) {
                                        : "closed: pools, batches and branches step it without";
     const std::string out = Unwrapped(Stage({"--explain", "w.world"}).out);
     EXPECT_TRUE(Contains(out, "  in pools    " + wanted + reason)) << out;
-    const Json json = Json::parse(Stage({"--explain=json", "w.world"}).out);
+    const Json json = ParseJson(Stage({"--explain=json", "w.world"}).out);
     EXPECT_EQ(json["closed"], !*reason);
     EXPECT_EQ(json["not_closed_because"].is_null(), !*reason);
   }
@@ -128,14 +127,14 @@ TEST_F(CliExplainTest, ToAFile) {
   EXPECT_EQ(r.status, 0) << r.err;
   EXPECT_TRUE(Contains(r.out, "Simulated\n"));
   EXPECT_EQ(Stats("e.json")["steps"], 20);
-  EXPECT_TRUE(Json::parse(Stage({"--explain=json", "w.world"}).out)["steps"].is_null());
+  EXPECT_TRUE(ParseJson(Stage({"--explain=json", "w.world"}).out)["steps"].is_null());
   ExpectRefused({"--explain", "w.world", "--stats", "/no/such/folder/e.json"}, "/no/such/folder");
 }
 
 TEST_F(CliExplainTest, SeveralWorlds) {
   WriteScene("a.world", "");
   WriteWorld("b.world", "");
-  const Json json = Json::parse(Stage({"--explain=json", "a.world", "b.world"}).out);
+  const Json json = ParseJson(Stage({"--explain=json", "a.world", "b.world"}).out);
   ASSERT_EQ(json["worlds"].size(), 2u);
   EXPECT_EQ(json["worlds"][0]["models"], 6);
   EXPECT_EQ(json["worlds"][1]["models"], 1);
@@ -182,7 +181,7 @@ TEST_F(CliExplainTest, HelpAndPageSayHowLongMeasuringTakes) {
 
 TEST_F(CliExplainTest, MeasuresADevice) {
   WriteScene("w.world", "");
-  const Json json = Json::parse(Stage({"--explain=json", "--opencl", "w.world"}).out);
+  const Json json = ParseJson(Stage({"--explain=json", "--opencl", "w.world"}).out);
   if (json["opencl"].is_null()) GTEST_SKIP() << "there is no OpenCL device";
   const Json& measured = json["sensors"][0]["measured"];
   const double device = measured["device_ray_ns"], host = measured["ray_ns"];
@@ -199,7 +198,7 @@ TEST_F(CliExplainTest, KnowsTheMemoryOfARun) {
     world += "position( alwayson 1 pose [" + std::to_string(2 * i) +
              " 0 0 0] ranger( alwayson 1 sensor( samples 20000 fov 360 range [0 3] ) ) )\n";
   Write("w.world", world);
-  const Json explained = Json::parse(Stage({"--explain=json", "w.world"}).out);
+  const Json explained = ParseJson(Stage({"--explain=json", "w.world"}).out);
   Stage({"-g", "w.world", "--stats", "run.json"});
   const double estimate = explained["peak_memory_mb"], run = Stats("run.json")["peak_memory_mb"];
   EXPECT_GT(estimate, 24);  // at least 24 bytes for each of a million readings

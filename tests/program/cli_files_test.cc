@@ -15,6 +15,7 @@
 
 #include "support/cli_testing.hh"
 #include "support/emulated.hh"
+#include "support/json.hh"
 
 namespace {
 

@@ -5,6 +5,7 @@
 // Python.
 
 #include "support/cli_testing.hh"
+#include "support/json.hh"
 #include "world/run_option.hh"
 
 namespace {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "support/cli_testing.hh"
+#include "support/json.hh"
 
 namespace cli_testing {
 namespace {

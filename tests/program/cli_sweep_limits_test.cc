@@ -16,6 +16,7 @@
 
 #include "support/cli_testing.hh"
 #include "support/emulated.hh"
+#include "support/json.hh"
 #include "support/sanitized.hh"
 
 namespace cli_testing {

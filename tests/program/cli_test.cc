@@ -8,11 +8,11 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
 
 #include "support/cli_testing.hh"
+#include "support/json.hh"
 
 namespace {
 
@@ -259,7 +259,7 @@ TEST_F(CliTest, StateHash) {
 TEST_F(CliTest, Statistics) {
   WriteRobots("\"w.world", "quit_time 2");
   ASSERT_EQ(Stage({"-g", "\"w.world", "--stats=s.json", "--threads=2"}).status, 0);
-  const nlohmann::json s = Stats("s.json");
+  const Json s = Stats("s.json");
   EXPECT_EQ(s["version"], "5.0.0");
   EXPECT_EQ(s["worldfile"], "\"w.world");
   EXPECT_EQ(s["robots"], 1);
@@ -291,7 +291,7 @@ TEST_F(CliTest, FieldsHaveAPhaseOfTheirOwn) {
   ASSERT_EQ(Stage({"-g", "plain.world", "--stats", "plain.json"}).status, 0);
   ASSERT_EQ(Stage({"-g", "field.world", "--stats", "field.json"}).status, 0);
   EXPECT_LT(Stats("plain.json")["phases_ms_per_step"]["fields"], 1e-3);
-  const nlohmann::json phases = Stats("field.json")["phases_ms_per_step"];
+  const Json phases = Stats("field.json")["phases_ms_per_step"];
   EXPECT_GT(phases["fields"], 1e-2) << "160 000 cells";
   EXPECT_LT(phases["energy"], phases["fields"].get<double>() / 2);
 }
@@ -300,7 +300,7 @@ TEST_F(CliTest, StatisticsOfSeveralWorlds) {
   WriteRobots("a.world", "quit_time 1");
   WriteWorld("b\xff.world", "quit_time 2");  // the name is not UTF-8
   ASSERT_EQ(Stage({"-g", "a.world", "b\xff.world", "--stats", "s.json"}).status, 0);
-  const nlohmann::json s = Stats("s.json");
+  const Json s = Stats("s.json");
   ASSERT_EQ(s["worlds"].size(), 2u);
   EXPECT_EQ(s["worlds"][0]["worldfile"], "a.world");
   EXPECT_EQ(s["worlds"][1]["steps"], 20);
@@ -319,7 +319,7 @@ TEST_F(CliTest, StatisticsOnStandardOutput) {
       words.insert(words.end(), more.begin(), more.end());
       const Result r = Stage(words);
       EXPECT_TRUE(r.out.starts_with("{")) << r.out;
-      EXPECT_EQ(nlohmann::json::parse(r.out, nullptr, false)["steps"], 10) << r.out;
+      EXPECT_EQ(ParseJson(r.out)["steps"], 10) << r.out;
       EXPECT_EQ(Contains(r.err, "state-hash "), Contains(testing::PrintToString(more), "hash"));
     }
   EXPECT_EQ(Stage({"-g", "w.world", "--stats=/dev/full"}).status, 1);
@@ -335,7 +335,7 @@ TEST_F(CliTest, FiguresOnStandardOutputStandAlone) {
     all.insert(all.end(), {"--stats", "-", "w.world"});
     const Result r = Stage(all);
     EXPECT_EQ(r.status, 0) << r.err;
-    EXPECT_TRUE(nlohmann::json::parse(r.out, nullptr, false).is_object()) << r.out;
+    EXPECT_TRUE(ParseJson(r.out).is_object()) << r.out;
   }
 }
 

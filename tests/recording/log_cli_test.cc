@@ -9,6 +9,7 @@
 #include <string>
 
 #include "support/cli_testing.hh"
+#include "support/json.hh"
 #include "support/shipped_worlds.hh"
 
 namespace {

@@ -6,20 +6,13 @@
 #ifndef STAGE_TESTS_CLI_TESTING_HH
 #define STAGE_TESTS_CLI_TESTING_HH
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
+#include <signal.h>
+#include <sys/types.h>
 
-#include <chrono>
-#include <csignal>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <sstream>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -33,46 +26,25 @@ using Stg::threads::WallClock;
 using Strings = std::vector<std::string>;
 using Environment = std::vector<std::pair<std::string, std::string>>;
 
-inline void Nap() { std::this_thread::sleep_for(std::chrono::milliseconds(2)); }
+/// Waits for two milliseconds.
+void Nap();
 
-inline std::string ReadFile(const fs::path& path) {
-  std::ifstream in(path);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
+std::string ReadFile(const fs::path& path);
 
 inline bool Contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
 /// True if a part of the text matches the regular expression.
-inline bool MatchesPart(const std::string& text, const std::string& expression) {
-  return testing::Matcher<const std::string&>(testing::ContainsRegex(expression)).Matches(text);
-}
+bool MatchesPart(const std::string& text, const std::string& expression);
 
-inline size_t CountOf(const std::string& text, const std::string& part) {
-  size_t count = 0;
-  for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) count++;
-  return count;
-}
+size_t CountOf(const std::string& text, const std::string& part);
 
 /// The clock lines that the program has printed, in order.
-inline Strings Clocks(const std::string& out) {
-  const std::string before = "\r[Stage: ";
-  Strings found;
-  for (size_t at = out.find(before); at != std::string::npos; at = out.find(before, at + 1)) {
-    const size_t begin = at + before.size();
-    found.push_back(out.substr(begin, out.find(']', begin) - begin));
-  }
-  return found;
-}
+Strings Clocks(const std::string& out);
 
 /// Path of the program under test.
-inline std::string Program() {
-  const char* build = std::getenv("STAGE_BINARY_DIR");
-  return std::string(build ? build : ".") + "/bin/stage";
-}
+std::string Program();
 
 struct Result {
   int status = -1;  ///< exit status; 128 + n: ended by signal n
@@ -84,17 +56,7 @@ struct Result {
 /// A run of the program in a directory. Its output goes to the files `out` and `err` there.
 class Process {
  public:
-  Process(const fs::path& directory, const Strings& arguments, const Environment& environment)
-      : directory_(directory), start_(WallClock()) {
-    Strings words = {Program()};
-    words.insert(words.end(), arguments.begin(), arguments.end());
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    for (const char* stale : {"out", "err"}) fs::remove(directory / stale);
-    pid_ = fork();
-    if (pid_ == 0) RunChild(argv.data(), environment);
-  }
+  Process(const fs::path& directory, const Strings& arguments, const Environment& environment);
   ~Process() {
     if (pid_ > 0) Finish(0);
   }
@@ -114,25 +76,8 @@ class Process {
     return WaitUntil([&] { return Contains(err(), text); });
   }
 
-  Result Finish(double limit = patience::kPatience) {
-    Result result;
-    int wait_status = 0;
-    while (waitpid(pid_, &wait_status, WNOHANG) == 0) {
-      if (WallClock() - start_ > limit) {
-        result.hung = true;
-        kill(pid_, SIGKILL);
-        waitpid(pid_, &wait_status, 0);
-        break;
-      }
-      Nap();
-    }
-    pid_ = -1;
-    result.status = WIFEXITED(wait_status) ? WEXITSTATUS(wait_status) : 128 + WTERMSIG(wait_status);
-    result.seconds = WallClock() - start_;
-    result.out = out();
-    result.err = err();
-    return result;
-  }
+  /// Waits for the end, and kills the program after `limit` seconds.
+  Result Finish(double limit = patience::kPatience);
 
  private:
   template <typename Condition>
@@ -143,16 +88,7 @@ class Process {
     }
     return false;
   }
-  [[noreturn]] void RunChild(char* const argv[], const Environment& environment) const {
-    for (const char* name : {"DISPLAY", "STAGEPATH", "STAGE_CL_DEVICE", "POSIXLY_CORRECT"})
-      unsetenv(name);
-    for (const auto& [name, value] : environment) setenv(name.c_str(), value.c_str(), 1);
-    const int flags = O_WRONLY | O_CREAT | O_TRUNC;
-    if (chdir(directory_.c_str()) == 0 && dup2(open("out", flags, 0644), 1) == 1 &&
-        dup2(open("err", flags, 0644), 2) == 2)
-      execv(argv[0], argv);
-    _exit(127);
-  }
+  [[noreturn]] void RunChild(char* const argv[], const Environment& environment) const;
 
   fs::path directory_;
   double start_;
@@ -161,66 +97,26 @@ class Process {
 
 class CliTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "stage-cli-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    directory_ = name;
-  }
-  void TearDown() override {
-    std::error_code ignored;
-    fs::remove_all(directory_, ignored);
-  }
+  void SetUp() override;
+  void TearDown() override;
 
   fs::path Path(const std::string& name) const { return directory_ / name; }
 
-  void Write(const std::string& name, const std::string& text) const {
-    fs::create_directories(Path(name).parent_path());
-    std::ofstream(Path(name)) << text;
-  }
+  void Write(const std::string& name, const std::string& text) const;
   /// Writes a world with one model.
-  void WriteWorld(const std::string& name, const std::string& text) const {
-    Write(name, text + "\nmodel( name \"m\" )\n");
-  }
+  void WriteWorld(const std::string& name, const std::string& text) const;
   /// Writes a world with two robots, one of which runs and has a noisy sensor with 90 rays.
-  void WriteRobots(const std::string& name, const std::string& text) const {
-    Write(name, text +
-                    "\ndefine scanner ranger( alwayson 1 pose [0 0 -0.1 0] sensor( range [0 8] fov "
-                    "180 samples 90"
-                    " noise [0.1 0 0] ) )\ndefine robot position( size [0.5 0.5 0.2] )\n"
-                    "robot( alwayson 1 scanner() )\nrobot( pose [4 0 0 0] )\n"
-                    "model( pose [2 0 0 0] size [1 1 5] )\n");
-  }
+  void WriteRobots(const std::string& name, const std::string& text) const;
 
-  Result Stage(const Strings& arguments, const Environment& environment = {}) const {
-    Result result = Process(directory_, arguments, environment).Finish();
-    EXPECT_FALSE(result.hung) << result.out << result.err;
-    return result;
-  }
-  void ExpectStatus(int status, const Strings& arguments) const {
-    const Result r = Stage(arguments);
-    EXPECT_EQ(r.status, status) << testing::PrintToString(arguments) << "\n" << r.out << r.err;
-  }
+  Result Stage(const Strings& arguments, const Environment& environment = {}) const;
+  void ExpectStatus(int status, const Strings& arguments) const;
   /// Expects status 2, one line on standard error that contains `part`, and no standard output.
-  void ExpectRefused(const Strings& arguments, const std::string& part) const {
-    const Result r = Stage(arguments);
-    EXPECT_EQ(r.status, 2) << testing::PrintToString(arguments);
-    EXPECT_EQ(r.out, "");
-    EXPECT_EQ(CountOf(r.err, "\n"), 1u) << r.err;
-    EXPECT_TRUE(Contains(r.err, part)) << r.err;
-  }
+  void ExpectRefused(const Strings& arguments, const std::string& part) const;
   /// Expects that loading fails with a message that contains `part`, and that no run begins.
   void ExpectLoadFails(int status, const Strings& arguments, const std::string& part,
-                       const Environment& environment = {}) const {
-    const Result r = Stage(arguments, environment);
-    EXPECT_EQ(r.status, status) << testing::PrintToString(arguments) << r.err;
-    EXPECT_TRUE(Contains(r.err, part)) << r.err;
-    EXPECT_FALSE(Contains(r.out, "done")) << r.out;
-    EXPECT_TRUE(Clocks(r.out).empty());
-    EXPECT_LT(r.seconds, 10);
-  }
-  nlohmann::json Stats(const std::string& name) const {
-    return nlohmann::json::parse(ReadFile(Path(name)));
-  }
+                       const Environment& environment = {}) const;
+  /// The statistics that a run has written. Callers include support/json.hh.
+  nlohmann::json Stats(const std::string& name) const;
 
   fs::path directory_;
 };
