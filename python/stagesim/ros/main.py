@@ -18,6 +18,7 @@ from .. import _options
 from ..errors import StageError, WorldError
 from ..text import printable
 from ..world import World
+from .lifecycle import LifecycleStageNode
 from .node import StageNode
 
 
@@ -35,6 +36,8 @@ def options(argv: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--robot", action="append", default=[], metavar="MACRO:X,Y,DEGREES",
                         help="with --map: a robot of the folder robots, such as turtlebot3_burger:1,2,90; may be given "
                              "several times")
+    parser.add_argument("--lifecycle", action="store_true", help="start a lifecycle node without a world, which the "
+                        "transition configure loads and the transition activate runs")
     parser.add_argument("--stats", action="store_true", help="at the end, print how long each part took, as JSON")
     parser.add_argument("--gui", type=_port_of, nargs="?", const=0, metavar="PORT",
                         help="show the world in a page for browsers on this machine: --gui=PORT, or --gui for any "
@@ -96,34 +99,41 @@ def run(argv: Sequence[str]) -> int | str:
         rclpy.try_shutdown()
 
 
-def _world_of(chosen: argparse.Namespace) -> tuple[str, World]:
-    """The world that the command line asks for, and its file. Raises ValueError, StageError or OSError."""
-    options = _options.given_in(chosen)
-    if chosen.map is None:
-        if chosen.robot:
-            raise ValueError("found --robot without --map, expected both")
-        file = world_file(chosen.world)
-        if not file:
-            raise ValueError("found no world, expected one on the command line or in the parameter world_file, or --map")
-        return file, World(file, **options)
-    if chosen.world or not chosen.robot:
+def _check(chosen: argparse.Namespace) -> None:
+    """Raises ValueError if options of worlds and maps do not fit."""
+    if chosen.map is None and chosen.robot:
+        raise ValueError("found --robot without --map, expected both")
+    if chosen.map is not None and (chosen.world or not chosen.robot):
         raise ValueError(f"found --map {'and a world' if chosen.world else 'without --robot'}, expected --map with --robot")
+
+
+def _world_of(chosen: argparse.Namespace, file: str) -> tuple[str, World]:
+    """The name of the world in the log, and the world: that of the file, or of the map if there is none.
+
+    Raises:
+        ValueError, StageError, OSError: there is no such world.
+    """
+    options = _options.given_in(chosen)
+    if file:
+        return file, World(file, **options)
+    if chosen.map is None:
+        raise ValueError("found no world, expected one on the command line or in the parameter world_file, or --map")
     from ..maps import MapScene, read_map, robot_of
 
     robots = [robot_of(text) for text in chosen.robot]
     return chosen.map, World.of(MapScene.of(read_map(chosen.map), robots), **options)
 
 
-def _run(chosen: argparse.Namespace) -> int | str:
-    file, world = _world_of(chosen)
+def _run(chosen: argparse.Namespace) -> int:
+    _check(chosen)
+    if chosen.lifecycle:
+        _run_lifecycle(chosen)
+        return 0
+    file, world = _world_of(chosen, "" if chosen.map is not None else world_file(chosen.world))
     with world:
         node = StageNode(world, gui=chosen.gui)
-        node.get_logger().info(f"{printable(file)}: {len(node.robots)} robots, {node.topics} topics")
         try:
-            if node.url:
-                from ..live.command_line import open_page
-
-                open_page(node.url)
+            _announce(node, file)
             start = time.perf_counter()
             node.run(chosen.duration)
             if chosen.stats:
@@ -131,3 +141,29 @@ def _run(chosen: argparse.Namespace) -> int | str:
         finally:
             node.close()
     return 0
+
+
+def _announce(node: StageNode, file: str) -> None:
+    """Logs what has been loaded, and opens the page."""
+    node.get_logger().info(f"{printable(file)}: {len(node.robots)} robots, {node.topics} topics")
+    if node.url:
+        from ..live.command_line import open_page
+
+        open_page(node.url)
+
+
+def _run_lifecycle(chosen: argparse.Namespace) -> None:
+    """Runs a lifecycle node. A world on the command line is the first value of the parameter world_file."""
+    given = printable(chosen.world or "")  # ROS accepts only valid Unicode
+
+    def world_of(file: str) -> tuple[str, World]:
+        return _world_of(chosen, chosen.world if file and file == given else file)
+
+    node = LifecycleStageNode(world_of, first=given, gui=chosen.gui, loaded=_announce)
+    try:
+        start = time.perf_counter()
+        node.run(chosen.duration)
+        if chosen.stats and node.is_loaded:
+            print(statistics(node, time.perf_counter() - start), flush=True)
+    finally:
+        node.close()

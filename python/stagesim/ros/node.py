@@ -75,7 +75,7 @@ class StageNode(Node):
     """The ROS 2 node of a world.
 
     Args:
-        world: the world.
+        world: the world; None: there is none yet, see LifecycleStageNode.
         name: name of the node.
         parameters: values of parameters by name; those of the command line take precedence.
         gui: port of the page that shows the world while run() runs; 0: any free port; None: the page is shown
@@ -84,6 +84,7 @@ class StageNode(Node):
     Attributes:
         team: the robots.
         times: seconds of real time spent so far: in "step", "publish" and "answer" (callbacks).
+        silent: True: nothing is published, and no steps are made.
         paused: True: the world is paused.
         steps_asked: number of steps still to make while paused.
         url: address of the page; empty: no page.
@@ -94,29 +95,33 @@ class StageNode(Node):
         StageError: the page can't be served.
     """
 
-    def __init__(self, world: World, name: str = "stage",
+    def __init__(self, world: World | None, name: str = "stage",
                  parameters: Mapping[str, Any] | None = None, gui: int | None = None) -> None:
         super().__init__(name, parameter_overrides=[Parameter(key, value=value)
                                                     for key, value in (parameters or {}).items()])
-        self.world = world
         self.times = {"step": 0.0, "publish": 0.0, "answer": 0.0}
         self.url = ""
+        self.silent = False
         self._window: NodeRun | None = None
         self._server: Server | None = None
         self._executor = Executor(self)
         self._standard: StandardServices | None = None
         try:
-            declare(self)
-            declare(self, RATES)
-            self._begin()
-            if gui is not None or self.value("gui"):
-                self._open_window(gui or 0)
+            self._start(world, gui)
         except BaseException:
             self.close()
             raise
 
-    def _begin(self) -> None:
-        """Makes robots, publishers, subscriptions and services by the parameters."""
+    def _start(self, world: World | None, gui: int | None) -> None:
+        """Declares parameters and loads the world."""
+        declare(self)
+        declare(self, RATES)
+        if world is not None:
+            self._load(world, gui)
+
+    def _load(self, world: World, gui: int | None) -> None:
+        """Makes robots, publishers, subscriptions and services by the parameters, and the page."""
+        self.world = world
         self.paused = self.value("paused")
         self._snapshot: Snapshot | None = None
         self._kept: Kept = (None, None, None)  # beside the snapshot
@@ -130,6 +135,8 @@ class StageNode(Node):
         self._set_lockstep()
         self._on_world_reset()
         self._standard = standard_services(self, self.value("map_frame_id"), MAX_STEPS)
+        if gui is not None or self.value("gui"):
+            self._open_window(gui or 0)
 
     def _open_window(self, port: int) -> None:
         from .window import open_window  # imported here, because it needs more packages
@@ -156,6 +163,8 @@ class StageNode(Node):
 
     def publish(self, everything: bool = False) -> None:
         """Publishes the new data, or all data, on topics with subscribers."""
+        if self.silent:
+            return
         start = time.perf_counter()
         now = self.now
         self._check_subscribers()
@@ -188,10 +197,14 @@ class StageNode(Node):
         return self.team.look_for_subscribers()
 
     def _publish_to_new_subscribers(self) -> None:
-        """Publishes the current data to new subscribers; called while paused."""
+        """Publishes the current data to new subscribers, and a map that has changed; called while paused."""
+        if self.silent:
+            return
         found = self._check_subscribers()
         if found:
             self._send(found, everything=True)
+        if self._map_feed is not None:
+            self._map_feed.look(self.now)
 
     # ---- clients ----
 
@@ -287,6 +300,7 @@ class StageNode(Node):
         self._on_world_reset()
 
     def _step(self) -> str:
+        self._check_active()
         self.pause(True)
         made, wanted = 0, self.value("steps")
         while made < wanted and rclpy.ok() and self.advance():
@@ -342,7 +356,12 @@ class StageNode(Node):
         return self.value("lockstep"), self.value("lockstep_interval")
 
     def advance(self) -> int:
-        """Makes a step and publishes the new data; returns the number of steps made: 0 if the world has ended."""
+        """Makes a step and publishes the new data; returns the number of steps made: 0 if the world has ended.
+
+        Raises:
+            StageError: the step fails, or the node is silent.
+        """
+        self._check_active()
         self.team.run_watchdog(self.value("base_watchdog_timeout"))
         start = time.perf_counter()
         made = self.world.step()
@@ -354,6 +373,10 @@ class StageNode(Node):
             self._lockstep.begin(self.now, self._step_time)
             self.publish()
         return made
+
+    def _check_active(self) -> None:
+        if self.silent:
+            raise StageError("found an inactive node, expected the transition activate before steps")
 
     def run(self, duration: float = float("inf")) -> None:
         """Runs until ROS is shut down, the world ends or its time reaches `duration` (seconds).
@@ -379,8 +402,6 @@ class StageNode(Node):
         elif self.paused:
             self._answer(0.05)
             self._publish_to_new_subscribers()
-            if self._map_feed is not None:
-                self._map_feed.look(self.now)
         elif self._lockstep.missing():
             self._wait_for_clients()
         elif self._pace.is_due(dt):
@@ -417,11 +438,16 @@ class StageNode(Node):
         """Number of the robots' topics."""
         return len(self.team.feeds)
 
-    def close(self) -> None:
-        """Stops the page and destroys the node. The world stays valid."""
+    def _stop(self) -> None:
+        """Stops the page and the action server, which no list of the node has."""
         if self._server is not None:
             self._server.stop()
         if self._standard is not None:
             self._standard.close()
+        self._window, self._server, self._standard = None, None, None
+
+    def close(self) -> None:
+        """Stops the page and destroys the node. The world stays valid."""
+        self._stop()
         self._executor.close()
         self.destroy_node()

@@ -91,13 +91,23 @@ PARAMETERS = {
 }
 
 
-def declare(node: Node, parameters: Mapping[str, Parameter] = PARAMETERS) -> None:
-    """Declares all parameters. Raises ValueError if a given value is invalid."""
+def declare(node: Node, parameters: Mapping[str, Parameter] = PARAMETERS,
+            locked: Callable[[], bool] | None = None) -> None:
+    """Declares all parameters.
+
+    Args:
+        node: the node.
+        parameters: the parameters by name.
+        locked: whether fixed parameters can't be changed at present; None: they never can.
+
+    Raises:
+        ValueError: a given value is invalid.
+    """
     for name, parameter in parameters.items():
         number = isinstance(parameter.default, (int, float, list)) and not isinstance(parameter.default, bool)
         # Types of numbers are checked here and not by rclpy, which would refuse 2 instead of 2.0.
         node.declare_parameter(name, parameter.default, ParameterDescriptor(
-            description=parameter.text, read_only=parameter.fixed, dynamic_typing=number))
+            description=parameter.text, read_only=parameter.fixed and locked is None, dynamic_typing=number))
         complaint = complaint_about(name, node.get_parameter(name).value, parameters)
         if complaint:
             raise ValueError(complaint)
@@ -105,6 +115,8 @@ def declare(node: Node, parameters: Mapping[str, Parameter] = PARAMETERS) -> Non
     def check(changes: list[Any]) -> SetParametersResult:
         for change in changes:
             complaint = complaint_about(change.name, change.value, parameters)
+            if locked is not None and change.name in parameters and parameters[change.name].fixed and locked():
+                complaint = f"parameter {change.name}: found a world, expected the transition cleanup before the change"
             if complaint:
                 return SetParametersResult(successful=False, reason=complaint)
         return SetParametersResult(successful=True)
