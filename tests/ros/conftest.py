@@ -7,13 +7,16 @@ separate domain: see domains.py.
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 from typing import Any, Callable, Iterator
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))  # patience
+ROOT = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
+sys.path.insert(0, str(ROOT / "tests" / "support"))  # patience
+sys.path.append(str(ROOT / "examples" / "ros"))
 
 try:
     import rclpy

@@ -33,10 +33,25 @@ class Client:
         self._executor = rclpy.executors.SingleThreadedExecutor()
         self._executor.add_node(self.node)
         self._services: dict[str, Any] = {}  # clients of services, by names
+        self._nodes: list[Node] = []
 
     def close(self) -> None:
         self._executor.shutdown()
+        for node in self._nodes:
+            node.destroy_node()
         self.node.destroy_node()
+
+    def serve(self, node: Any) -> Any:
+        """Serves another node as well, which is destroyed at the end; returns it."""
+        self._executor.add_node(node)
+        self._nodes.append(node)
+        return node
+
+    def drop(self, node: Any) -> None:
+        """Destroys a node that was served."""
+        self._executor.remove_node(node)
+        self._nodes.remove(node)
+        node.destroy_node()
 
     def listen(self, kind: type, topic: str, qos: Any = 1000) -> list[Any]:
         """Subscribes to a topic; returns the growing list of its messages."""
