@@ -4,16 +4,18 @@
 from __future__ import annotations
 
 import os
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any, Callable, Iterator
 
 import numpy as np
 import pytest
+import stagesim as st
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from plugin import compile_plugin
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from ros_testing import SENSOR, Client, Process
+from ros_testing import SENSOR, Client, node_here
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
@@ -60,6 +62,10 @@ class Listener:
             depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         self.odom = client.listen(Odometry, "/odom")
         self.truth = client.listen(Odometry, "/ground_truth")
+
+    def count(self) -> int:
+        """Number of messages so far."""
+        return len(self.scans) + len(self.tf) + len(self.odom) + len(self.truth)
 
     def moving(self, child: str) -> dict[int, np.ndarray]:
         found: dict[int, np.ndarray] = {}
@@ -113,28 +119,54 @@ class Listener:
         return np.concatenate(errors)
 
 
+@contextmanager
+def driven(client: Client, file: Path, speed: float, turn: float, late: int = 0) -> Iterator[tuple[Listener, Callable[[float], None]]]:
+    """A node in this process whose robot drives, and which is listened to after `late` steps.
+
+    Yields:
+        What has been heard, and a function that makes steps for so many seconds.
+    """
+    with st.World(file) as world, node_here(world, publish_map_tf=True, base_watchdog_timeout=0.0) as node:
+        twist = Twist()
+        twist.linear.x, twist.angular.z = speed, turn
+        client.talk(Twist, "/cmd_vel").publish(twist)
+        client.until(lambda: node._executor.spin(0.01) or node._last_command[0] >= 0)
+        for _ in range(late):
+            node.advance()
+        heard = Listener(client)
+        topics = ("/base_scan", "/tf", "/odom", "/ground_truth")
+        client.until(lambda: heard.fixed and all(node.count_subscribers(topic) for topic in topics))
+        feeds = [feed for feed in node._feeds if f"/{feed.topic}" in topics]
+
+        def all_are_served() -> bool:
+            node._publish_to_new_subscribers()
+            return all(feed.active for feed in (*feeds, *node._tf))
+
+        client.until(all_are_served)
+
+        def run(seconds: float) -> None:
+            for _ in range(round(seconds / world.dt)):
+                node.advance()
+                client.spin()
+            before = -1
+            while heard.count() > before:  # until all that was sent has come
+                before = heard.count()
+                client.spin(0.1)
+
+        yield heard, run
+
+
 @pytest.mark.parametrize("localization", ("gps", "odom"))
 @pytest.mark.parametrize("step, ranger, robot", ((5, 100, 100), (20, 100, 100), (100, 100, 100), (20, 30, 100),
                                                  (5, 20, 40)))
-def test_a_mapper_finds_the_walls(start: Callable[..., Process], client: Client, tmp_path: Any, step: int,
-                                  ranger: int, robot: int, localization: str) -> None:
+def test_a_mapper_finds_the_walls(client: Client, tmp_path: Any, step: int, ranger: int, robot: int,
+                                  localization: str) -> None:
     file = tmp_path / "room.world"
     file.write_text(WORLD.format(step=step, ranger=ranger, robot=robot, localization=localization))
-    start(str(file), paused=True, steps=2000 // step, publish_map_tf=True, base_watchdog_timeout=0.0)
-    twist = Twist()
-    twist.linear.x, twist.angular.z = 0.5, 1.2
-    client.talk(Twist, "/cmd_vel").publish(twist)
-    client.spin(0.3)
     # Subscribing after 7 steps must not shift the phase of the scans.
-    client.set(steps=7)
-    client.step()
-    client.set(steps=2000 // step)
-    heard = Listener(client)
-    client.until(lambda: heard.fixed and client.node.count_publishers("/base_scan"))
-    client.spin(0.5)
-    client.step(2)
-    client.until(lambda: len(heard.scans) >= 3800 // max(step, ranger))
-    client.spin(0.3)
+    with driven(client, file, 0.5, 1.2, late=7) as (heard, run):
+        run(4)
+        client.until(lambda: len(heard.scans) >= 3800 // max(step, ranger))
 
     errors = heard.errors() * 1e3
     print(f"node, {localization}, steps of {step} ms, updates {ranger} and {robot} ms: {errors.size} points, mm: "
@@ -162,19 +194,13 @@ def test_a_mapper_finds_the_walls(start: Callable[..., Process], client: Client,
         assert origin == pytest.approx(np.zeros(3), abs=1e-9 if localization == "odom" else 0)
 
 
-def test_the_twist_of_a_blocked_robot_is_zero(start: Callable[..., Process], client: Client, tmp_path: Any) -> None:
+def test_the_twist_of_a_blocked_robot_is_zero(client: Client, tmp_path: Any) -> None:
     file = tmp_path / "room.world"
     file.write_text(WORLD.format(step=100, ranger=100, robot=100, localization="odom")
                     .replace("pose [1 -2 0 30]", "pose [4.6 0 0 0]"))
-    start(str(file), paused=True, steps=10, base_watchdog_timeout=0.0)
-    twist = Twist()
-    twist.linear.x = 0.5
-    client.talk(Twist, "/cmd_vel").publish(twist)
-    heard = Listener(client)
-    client.until(lambda: client.node.count_publishers("/odom"))
-    client.spin(0.5)
-    client.step()
-    client.until(lambda: len(heard.truth) > 9 and len(heard.odom) > 9)
+    with driven(client, file, 0.5, 0.0) as (heard, run):
+        run(1)
+        client.until(lambda: len(heard.truth) > 9 and len(heard.odom) > 9)
     for got in (heard.truth, heard.odom):
         assert got[-1].twist.twist.linear.x == 0
         assert got[-1].pose.pose == got[-3].pose.pose
@@ -202,25 +228,25 @@ CARRIERS = {
 }
 
 
+@pytest.fixture(scope="module")
+def turns(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The compiled controller."""
+    plugin = tmp_path_factory.mktemp("turns") / "turns.so"
+    compile_plugin(TURNS, plugin, ROOT)
+    return plugin
+
+
 @pytest.mark.parametrize("step", (20, 100))
 @pytest.mark.parametrize("carrier", CARRIERS)
-def test_frames_of_sensors_move_with_their_carrier(start: Callable[..., Process], client: Client, tmp_path: Path,
-                                                   carrier: str, step: int) -> None:
-    compile_plugin(TURNS, tmp_path / "turns.so", ROOT)
-    inner = CARRIERS[carrier].format(tmp_path / "turns.so")
+def test_frames_of_sensors_move_with_their_carrier(client: Client, tmp_path: Path, turns: Path, carrier: str,
+                                                   step: int) -> None:
+    inner = CARRIERS[carrier].format(turns)
     text = WORLD.format(step=step, ranger=100, robot=100, localization="odom").replace("  ranger(", f"  {inner}ranger(")
     file = tmp_path / "room.world"
     file.write_text(text + ")" * inner.count("( "))
-    start(str(file), paused=True, steps=2000 // step, base_watchdog_timeout=0.0)
-    heard = Listener(client)
-    twist = Twist()
-    twist.linear.x, twist.angular.z = 0.2, 1.2
-    client.talk(Twist, "/cmd_vel").publish(twist)
-    client.until(lambda: heard.fixed and client.node.count_publishers("/base_scan"))
-    client.spin(0.5)
-    client.step()
-    client.until(lambda: len(heard.scans) >= 15)
-    client.spin(0.3)
+    with driven(client, file, 0.2, 1.2) as (heard, run):
+        run(2)
+        client.until(lambda: len(heard.scans) >= 15)
     errors = heard.errors() * 1e3
     print(f"{carrier}, steps of {step} ms: {errors.size} points, mm: max {errors.max():.3f}")
     assert errors.max() < 0.01  # ranges are 32-bit floats
@@ -228,22 +254,13 @@ def test_frames_of_sensors_move_with_their_carrier(start: Callable[..., Process]
     assert len(mounts) >= 15 and np.ptp(mounts, 0).max() > 0.5
 
 
-def test_a_mapper_that_knows_the_time_of_each_ray_finds_the_walls(start: Callable[..., Process], client: Client,
-                                                                  tmp_path: Any) -> None:
+def test_a_mapper_that_knows_the_time_of_each_ray_finds_the_walls(client: Client, tmp_path: Any) -> None:
     file = tmp_path / "room.world"
     text = WORLD.format(step=20, ranger=100, robot=20, localization="gps")
     file.write_text(text.replace("samples 36", "samples 36 time_increment 0.002"))
-    start(str(file), paused=True, steps=150, publish_map_tf=False, base_watchdog_timeout=0.0)
-    twist = Twist()
-    twist.linear.x, twist.angular.z = 0.5, 1.2
-    client.talk(Twist, "/cmd_vel").publish(twist)
-    client.spin(0.3)
-    heard = Listener(client)
-    client.until(lambda: heard.fixed and client.node.count_publishers("/base_scan"))
-    client.spin(0.5)
-    client.step()
-    client.until(lambda: len(heard.scans) >= 25)
-    client.spin(0.3)
+    with driven(client, file, 0.5, 1.2) as (heard, run):
+        run(3)
+        client.until(lambda: len(heard.scans) >= 25)
 
     scan = heard.scans[5]
     assert scan.time_increment == pytest.approx(.002) and scan.scan_time == pytest.approx(.1)
