@@ -311,17 +311,17 @@ class RangeFeed(Beams):
 class ImageFeed(Feed):
     """Colour or depth images of a camera, which `source` returns: shape (height, width, ...).
 
-    `by_rep117`: depths follow REP 117; otherwise they are the far clipping distance where nothing is seen.
+    `times` returns the time of its last picture, shape (1,); NaN: there is none. `by_rep117`: depths follow REP 117; otherwise they are the far clipping distance where nothing is seen.
     """
 
     message = Image
 
     def __init__(self, topic: str, interval: int, view: View, frame: str, encoding: str,
-                 source: Callable[[], Array], by_rep117: bool = False) -> None:
+                 source: Callable[[], Array], times: Callable[[], Array], by_rep117: bool = False) -> None:
         super().__init__(topic, interval)
-        self._get, self._by_rep117 = source, by_rep117 and encoding == "32FC1"
+        self._get, self._get_time, self._by_rep117 = source, times, by_rep117 and encoding == "32FC1"
         self._bounds = (view.near, np.float32(view.far))
-        self._source = np.empty(0)
+        self._source = self._time = np.empty(0)
         bytes_each = {"rgb8": 3, "32FC1": 4}[encoding]
         size = view.width * view.height * bytes_each
         message = Image(height=view.height, width=view.width, encoding=encoding,
@@ -335,11 +335,11 @@ class ImageFeed(Feed):
         self._pixels = self._template.tail(self._kind, size // self._kind.itemsize).reshape(shape)
 
     def connect(self) -> None:
-        self._source = self._get()[self._corner]
+        self._source, self._time = self._get()[self._corner], self._get_time()
 
     def make(self, stamp: Array) -> bytes | None:
-        if self._kind == np.float32 and np.isnan(self._source).all():
-            return None  # the camera has taken no image yet
+        if np.isnan(self._time).any():
+            return None  # the camera has taken no picture yet
         self._template.stamp(stamp)
         self._pixels[...] = rep117(self._source, *self._bounds) if self._by_rep117 else self._source
         return self._template.bytes()

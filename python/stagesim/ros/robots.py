@@ -233,10 +233,13 @@ class _Maker:
         def topic(name: str) -> str:
             return self._topic(scheme.numbered(name, index, count))
 
+        def times() -> Any:
+            return fleet.camera(index).time[row:row + 1]
+
         self._feed("image", ImageFeed(topic("image"), interval, view, eye, "rgb8",
-                                      lambda: fleet.camera(index).color[row]), model)
+                                      lambda: fleet.camera(index).color[row], times), model)
         self._feed("depth", ImageFeed(topic("depth"), interval, view, eye, "32FC1",
-                                      lambda: fleet.camera(index).depth[row], self._look.by_rep117), model)
+                                      lambda: fleet.camera(index).depth[row], times, self._look.by_rep117), model)
         self._feed("camera_info", CameraInfoFeed(topic("camera_info"), interval, view, eye), model)
 
     def _add_fiducials(self, model: Model, index: int, count: int) -> None:
