@@ -5,9 +5,10 @@
   python -m stagesim.ros simple.world --ros-args -p stamped_cmd_vel:=true -p lockstep:=all
   python examples/ros/wander.py r0 r1 --ros-args -p scan:=base_scan1
 
-The robots may also be driven by several of these programs. Commands have the stamp of the scan that they answer, so they
-work in lock-step. Parameters: `scan` (base_scan), topic of the scans in the namespace of each robot; `namespaced_tf`
-(false): transforms are on /NAME/tf, with frames without prefixes.
+Without names, it drives the only robot of a world, whose topics and frames have no prefix. Several of these programs may
+drive the robots of one world. Commands have the stamp of the scan that they answer, so they work in lock-step. Parameters:
+`scan` (base_scan), topic of the scans in the namespace of each robot; `namespaced_tf` (false): transforms are on /NAME/tf,
+with frames without prefixes.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ class Wanderer:
 
     Args:
         node: has the subscriptions and the publisher.
-        robot: prefix of its topics.
+        robot: prefix of its topics; may be empty.
         transforms: those of the robot.
         prefix: prefix of its frames.
     """
@@ -53,8 +54,9 @@ class Wanderer:
         self.scans = 0
         self._base = prefix + "base_footprint"
         self._placed = Placed(transforms, prefix + "odom", self._answer)
-        node.create_subscription(LaserScan, f"/{robot}/{scan}", self._take, 10)
-        self._out = node.create_publisher(TwistStamped, f"/{robot}/cmd_vel", 10)
+        space = f"/{robot}" if robot else ""
+        node.create_subscription(LaserScan, f"{space}/{scan}", self._take, 10)
+        self._out = node.create_publisher(TwistStamped, f"{space}/cmd_vel", 10)
 
     def _take(self, scan: LaserScan) -> None:
         self._placed.add(scan, self._base)
@@ -67,25 +69,23 @@ class Wanderer:
 
 
 class Wander(Node):
-    """The node of the robots with these names."""
+    """The node of the robots with these names; "" is the only robot of a world."""
 
     def __init__(self, robots: list[str], **parameters: Any) -> None:
         overrides = [rclpy.Parameter(name, value=value) for name, value in parameters.items()]
-        super().__init__("wander_" + "_".join(robots), parameter_overrides=overrides)
+        super().__init__("_".join(["wander", *filter(None, robots)]), parameter_overrides=overrides)
         scan = self.declare_parameter("scan", "base_scan").value
         apart = self.declare_parameter("namespaced_tf", False).value
         shared = None if apart else Transforms(self)
-        self.robots = [Wanderer(self, name, scan, shared or Transforms(self, f"/{name}"), "" if apart else f"{name}/")
+        self.robots = [Wanderer(self, name, scan, shared or Transforms(self, f"/{name}"), "" if apart or not name else f"{name}/")
                        for name in robots]
 
 
 def main() -> None:
     rclpy.init(args=sys.argv)
     robots = remove_ros_args(sys.argv)[1:]
-    if not robots:
-        sys.exit("wander.py: found no names, expected those of robots, such as r0")
     try:
-        rclpy.spin(Wander(robots))
+        rclpy.spin(Wander(robots or [""]))
     except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
         pass
 
