@@ -23,7 +23,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 
 from grids import Grid, along, bearings_of, ends_of
-from transforms import KEPT, Placed, Transforms
+from transforms import KEPT, Placed, Transforms, nanoseconds
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 
@@ -54,7 +54,7 @@ class Obstacles:
 
 
 class Costmap(Node):
-    """The node; `obstacles` is its map, `scans` the number of scans that it has seen."""
+    """The node; `obstacles` is its map, `time` the stamp of the last scan in it (ns), -1 before."""
 
     def __init__(self, cli_args: list[str] | None = None, **parameters: Any) -> None:
         overrides = [rclpy.Parameter(name, value=value) for name, value in parameters.items()]
@@ -63,14 +63,14 @@ class Costmap(Node):
         defaults = {"side": 20.0, "resolution": 0.05, "inf_is_valid": True, "obstacle_max_range": 2.5,
                     "raytrace_max_range": 3.0}
         self.obstacles = Obstacles(*(self.declare_parameter(name, value).value for name, value in defaults.items()))
-        self.scans = 0
+        self.time = -1
         self._placed = Placed(Transforms(self, self.declare_parameter("namespace", "").value), frame, self._see)
         self.create_subscription(LaserScan, "base_scan", self._placed.add, 100)
         self._out = self.create_publisher(OccupancyGrid, "costmap", KEPT)
 
     def _see(self, scan: LaserScan, pose: np.ndarray) -> None:
         self.obstacles.see(pose, bearings_of(scan), np.array(scan.ranges), scan.range_max)
-        self.scans += 1
+        self.time = nanoseconds(scan.header.stamp)
         if self._out.get_subscription_count():
             grid = self.obstacles.grid
             self._out.publish(grid.message(self._placed.target, scan.header.stamp, grid.cells))

@@ -36,16 +36,15 @@ class Watch:
         def listen() -> bool:
             node.advance()
             client.spin(0.02)
-            return costmap.scans > 0
+            return costmap.time > 0
 
         client.until(listen)
 
     def look(self, scans: int = 3) -> np.ndarray:
         """Lets the map see some scans; returns it."""
         for _ in range(scans):
-            before = self._costmap.scans
             self._node.advance()
-            self._client.until(lambda: self._costmap.scans > before)
+            self._client.until(lambda: self._costmap.time == self._node.now * 1000)
         return self._costmap.obstacles.grid.cells.copy()
 
     def centers(self, cells: np.ndarray) -> np.ndarray:

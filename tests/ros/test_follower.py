@@ -73,10 +73,10 @@ def drive(client: Client, robot: str, points: np.ndarray, car: bool = False, **n
             made.advance()
             client.until(lambda: time_of(odometry[-1]) == made.now)
             client.until(lambda: made._executor.spin(0.001) or made._executor.calls > count)
-            poses.append(tuple(made._fleet.pose[0]))
+            poses.append(tuple(made.team.fleet.pose[0]))
         for _ in range(3):
             made.advance()
-        assert not made._fleet.actual_velocity[0].any()
+        assert not made.team.fleet.actual_velocity[0].any()
         return np.array(poses)
 
 

@@ -130,17 +130,17 @@ def driven(client: Client, file: Path, speed: float, turn: float, late: int = 0)
         twist = Twist()
         twist.linear.x, twist.angular.z = speed, turn
         client.talk(Twist, "/cmd_vel").publish(twist)
-        client.until(lambda: node._executor.spin(0.01) or node._last_command[0] >= 0)
+        client.until(lambda: node._executor.spin(0.01) or node.team.last_command[0] >= 0)
         for _ in range(late):
             node.advance()
         heard = Listener(client)
         topics = ("/base_scan", "/tf", "/odom", "/ground_truth")
         client.until(lambda: heard.fixed and all(node.count_subscribers(topic) for topic in topics))
-        feeds = [feed for feed in node._feeds if f"/{feed.topic}" in topics]
+        feeds = [feed for feed in node.team.feeds if f"/{feed.topic}" in topics]
 
         def all_are_served() -> bool:
             node._publish_to_new_subscribers()
-            return all(feed.active for feed in (*feeds, *node._tf))
+            return all(feed.active for feed in (*feeds, *node.team.tf))
 
         client.until(all_are_served)
 

@@ -79,7 +79,7 @@ class Drive:
         node, localizer, client = self._node, self._localizer, self._client
         for _ in range(scans):
             before = localizer.time
-            node._fleet.cmd[0] = speed, 0, turn
+            node.team.fleet.cmd[0] = speed, 0, turn
             node.advance()
             while node.now % 100_000:
                 node.advance()
