@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import time
 from typing import Callable
 
@@ -52,6 +53,11 @@ class Executor:
                 self._executor.spin_once(timeout_sec=0)
         except ExternalShutdownException:
             pass  # the node checks rclpy.ok()
+        except BaseException:
+            # A signal may have ended rclpy's executor while it took on new topics, some of which it now does not know.
+            # Its destructor would abort the process because of them, so it is never called.
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._executor))
+            raise
         return time.thread_time() - start
 
     def wake(self, do: Callable[[], None]) -> None:
