@@ -13,7 +13,7 @@ import tempfile
 import time
 from contextlib import contextmanager
 from functools import cached_property
-from typing import IO, Any, Callable, Iterator, Mapping
+from typing import IO, Any, Callable, Iterator, Mapping, Sequence
 
 import rclpy
 from patience import PATIENCE, slowness
@@ -120,11 +120,13 @@ class Process:
     Args:
         module: the module of the node.
         names: new names by old ones: of topics, of the node and of its namespace.
+        more: further arguments of ROS.
     """
 
     def __init__(self, world: str, *options: str, environment: Mapping[str, str] | None = None,
-                 module: str = "stagesim.ros", names: Mapping[str, str] | None = None, **parameters: Any) -> None:
-        command = [sys.executable, "-m", module, world, *options, "--ros-args"]
+                 module: str = "stagesim.ros", names: Mapping[str, str] | None = None, more: Sequence[str] = (),
+                 **parameters: Any) -> None:
+        command = [sys.executable, "-m", module, world, *options, "--ros-args", *more]
         for old, new in (names or {}).items():
             command += ["-r", f"{old}:={new}"]
         for name, value in parameters.items():

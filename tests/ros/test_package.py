@@ -8,12 +8,16 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType
 from typing import Any
-from unittest import mock
 
 import pytest
+from launch_stubs import commands, loaded
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from patience import PATIENCE
+from rcl_interfaces.srv import GetParameters
+from rclpy.parameter import parameter_value_to_python
+from ros_testing import Client, Process
 from stagesim.ros.names import SCHEMES
 from stagesim.ros.parameters import PARAMETERS, Parameter
 from stagesim.ros.what_if.parameters import PARAMETERS as WHAT_IF
@@ -52,26 +56,101 @@ def test_the_second_executable_runs_the_node_that_decides() -> None:
 
 @pytest.mark.parametrize(("file", "parameters"), [("stage", PARAMETERS), ("what_if", WHAT_IF)])
 def test_launch_files_offer_only_known_parameters(file: str, parameters: dict[str, Parameter]) -> None:
-    names: dict[str, Any] = {"__file__": str(PACKAGE / "launch" / "a.launch.py")}
-    with mock.patch.dict(sys.modules, {name: mock.MagicMock(spec=ModuleType) for name in (
-            "launch", "launch.actions", "launch.conditions", "launch.substitutions", "launch_ros",
-            "launch_ros.actions", "launch_ros.parameter_descriptions")}):
-        for module in list(sys.modules):
-            if module.startswith("launch"):
-                sys.modules[module] = mock.MagicMock()
-        name = f"{file}.launch.py"
-        exec(compile((PACKAGE / "launch" / name).read_text(), name, "exec"), names)
-        names["generate_launch_description"]()
+    with loaded(PACKAGE / "launch" / f"{file}.launch.py") as names:
         if file == "stage":
-            names["start_node"](mock.MagicMock())
-            assert names["words_of"]("a.world", "", "") == ["a.world"]
-            assert names["words_of"]("", "m.yaml", "a:0,0,0 b:1,2,90") == ["--map", "m.yaml", "--robot", "a:0,0,0", "--robot",
-                                                                           "b:1,2,90"]
             assert set(names["ARGUMENTS"]) == set(parameters) - {"world_file"}  # which is the argument "world"
     for name, (default, kind, _) in names["ARGUMENTS"].items():
         known = parameters[name]
         assert kind is type(known.default)
         assert default == (str(known.default).lower() if kind is bool else str(known.default)), name
+
+
+def start_launched(words: list[str], module: str) -> Process:
+    """Starts a node as a launch file would, by the words behind its executable."""
+    at = words.index("--ros-args")
+    return Process(words[0], *words[1:at], module=module, more=words[at + 1:])
+
+
+def parameters_of(client: Client, node: str, names: list[str]) -> dict[str, Any]:
+    """The parameters of a node in another process."""
+    values = client.call(f"{node}/get_parameters", GetParameters, names=names).values
+    return {name: parameter_value_to_python(value) for name, value in zip(names, values)}
+
+
+#: Values of parameters, which are given to stage.launch.py as arguments.
+GIVEN = {
+    "naming": "stage_ros", "odom_frame_id": "o", "base_link_frame_id": "b", "base_footprint_frame_id": "f",
+    "map_frame_id": "m", "enforce_prefixes": True, "publish_tf": False, "publish_map_tf": True, "publish_map": True,
+    "map_resolution": 0.5, "map_height": 0.3, "namespaced_tf": "also", "wheel_radius": 0.1, "wheel_separation": 0.4,
+    "ticks_per_turn": 77, "single_beams": "none", "sensor_qos": "best_effort", "ranges": "stage", "clock_rate": 20.0,
+    "stamped_cmd_vel": True, "cars_turn": True, "always_on": True, "base_watchdog_timeout": 1.5, "steps": 3, "seed": 9,
+    "snapshot_file": "my snapshot", "speed": 2.0, "paused": True, "gui": False, "lockstep": "", "lockstep_interval": 0.2}
+
+
+def test_each_argument_of_the_launch_file_arrives(client: Client, tmp_path: Path, one: str) -> None:
+    assert set(GIVEN) == set(PARAMETERS) - {"world_file"}
+    file = tmp_path / "more.yaml"
+    file.write_text("stage: {ros__parameters: {topics.scan.rate: 4.0, ticks_per_turn: 78}}")
+    texts = {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in GIVEN.items()}
+    found = commands(PACKAGE / "launch" / "stage.launch.py", tmp_path, world=one, rviz="true", params_file=str(file), **texts)
+    assert set(found) == {"stage_ros2", "rviz2"} and "use_sim_time: true" in (tmp_path / "rviz20.yaml").read_text()
+    process = start_launched(found["stage_ros2"], "stagesim.ros")
+    try:
+        expected = {**GIVEN, "topics.scan.rate": 4.0, "ticks_per_turn": 78}
+        assert parameters_of(client, "/stage", list(expected)) == expected
+    finally:
+        status, text = process.end()
+        assert status == 0, text
+
+
+def test_launched_without_arguments_parameters_have_their_defaults(client: Client, tmp_path: Path) -> None:
+    found = commands(PACKAGE / "launch" / "stage.launch.py", tmp_path)
+    assert found.keys() == {"stage_ros2"} and found["stage_ros2"][0] == "simple.world"
+    process = start_launched(found["stage_ros2"], "stagesim.ros")
+    try:
+        expected = {name: parameter.default for name, parameter in PARAMETERS.items() if name != "world_file"}
+        assert parameters_of(client, "/stage", list(expected)) == expected
+        client.until(lambda: client.node.count_publishers("/r0/odom"))
+    finally:
+        status, text = process.end()
+        assert status == 0, text
+
+
+def test_a_launched_lifecycle_node_loads_a_map_with_robots(client: Client, tmp_path: Path) -> None:
+    (tmp_path / "m.pgm").write_bytes(b"P5 40 40 255\n" + b"\xfe" * 1600)
+    (tmp_path / "m.yaml").write_text("image: m.pgm\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 0\n"
+                                     "occupied_thresh: 0.65\nfree_thresh: 0.196\n")
+    found = commands(PACKAGE / "launch" / "stage.launch.py", tmp_path, lifecycle="true", map=str(tmp_path / "m.yaml"),
+                     robots="turtlebot3_burger:1,1,0 turtlebot3_burger:2,2,90")["stage_ros2"]
+    assert found[:2] == ["--lifecycle", "--map"]
+    process = Process(*found[:found.index("--ros-args")], more=found[found.index("--ros-args") + 1:])
+    try:
+        configure = client.node.create_client(ChangeState, "/stage/change_state")
+        client.until(configure.service_is_ready)
+        configure.call_async(ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CONFIGURE)))
+        client.until(lambda: client.node.count_publishers("/r1/odom"))
+    finally:
+        status, text = process.end()
+        assert status == 0, text
+
+
+def test_arguments_of_the_node_that_decides_arrive(client: Client, tmp_path: Path) -> None:
+    world = str(ROOT / "examples" / "what_if" / "belief.world")
+    file = PACKAGE / "launch" / "what_if.launch.py"
+    for goal in ("[]", "[5.0, 0.5]"):
+        found = commands(file, tmp_path, world=world, namespace="robot", goal=goal, map_topic="", samples="7",
+                         odom_topic="ground_truth")
+        process = start_launched(found["what_if"], "stagesim.ros.what_if")
+        try:
+            got = parameters_of(client, "/robot/what_if", ["samples", "map_topic", "robot", "use_sim_time", "goal"])
+            assert got == {"samples": 7, "map_topic": "", "robot": "robot", "use_sim_time": False, "goal": got["goal"]}
+            assert list(got["goal"]) == ([] if goal == "[]" else [5.0, 0.5])
+            client.until(lambda: client.node.count_subscribers("/robot/ground_truth"))
+        finally:
+            status, text = process.end()
+        assert status == 0, text
+    with pytest.raises(RuntimeError, match="world"):
+        commands(file, tmp_path)
 
 
 @pytest.mark.parametrize(("part", "parameters"), [(0, PARAMETERS), (1, WHAT_IF)])

@@ -2,7 +2,9 @@
 """ros2 launch stage_ros2 stage.launch.py world:=simple.world [naming:=stage_ros] [speed:=2.0] ...
 ros2 launch stage_ros2 stage.launch.py map:=map.yaml robots:="turtlebot3_burger:0,0,0 turtlebot4:1,2,90"
 
-Starts the node and, with rviz:=true, RViz on simulated time. Each parameter of the node is an argument.
+Starts the node and, with rviz:=true, RViz on simulated time. Each parameter of the node is an argument. A params_file
+has rates of topics and qos_overrides, too, and takes precedence over arguments. With lifecycle:=true, a lifecycle_manager
+with node_names: [stage] and bond_timeout: 0.0 can load and run the world.
 """
 
 from pathlib import Path
@@ -50,8 +52,10 @@ ARGUMENTS = {
 }
 
 
-def words_of(world: str, map_file: str, robots: str) -> list[str]:
+def words_of(world: str, map_file: str, robots: str, lifecycle: str = "false") -> list[str]:
     """The arguments of the node's program: a world, or a map with robots that blanks separate."""
+    if lifecycle.lower() in ("true", "1"):
+        return ["--lifecycle", *words_of(world, map_file, robots)]
     if not map_file:
         return [world]
     return ["--map", map_file, *(word for robot in robots.split() for word in ("--robot", robot))]
@@ -59,11 +63,12 @@ def words_of(world: str, map_file: str, robots: str) -> list[str]:
 
 def start_node(context: LaunchContext) -> list[Node]:
     """Return the node, when the values of arguments are known."""
-    world, map_file, robots = (LaunchConfiguration(name).perform(context) for name in ("world", "map", "robots"))
+    given = [LaunchConfiguration(name).perform(context) for name in ("world", "map", "robots", "lifecycle")]
+    file = LaunchConfiguration("params_file").perform(context)
     parameters = {name: ParameterValue(LaunchConfiguration(name), value_type=kind)
                   for name, (_, kind, _) in ARGUMENTS.items()}
     return [Node(package="stage_ros2", executable="stage_ros2", name="stage", output="screen",
-                 arguments=words_of(world, map_file, robots), parameters=[parameters])]
+                 arguments=words_of(*given), parameters=[parameters, *([file] if file else [])])]
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -76,6 +81,9 @@ def generate_launch_description() -> LaunchDescription:
                               description="instead of a world: a map.yaml, or another file of stage import"),
         DeclareLaunchArgument("robots", default_value="",
                               description="with a map: robots, such as turtlebot3_burger:1,2,90, separated by blanks"),
+        DeclareLaunchArgument("lifecycle", default_value="false",
+                              description="start a lifecycle node, which transitions configure and activate"),
+        DeclareLaunchArgument("params_file", default_value="", description="YAML file with more parameters"),
         DeclareLaunchArgument("rviz", default_value="false", description="start RViz"),
         *(DeclareLaunchArgument(name, default_value=default, description=text)
           for name, (default, _, text) in ARGUMENTS.items()),
