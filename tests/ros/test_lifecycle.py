@@ -81,6 +81,15 @@ def test_transitions_load_run_pause_and_free_the_world(start: Any, client: Clien
     assert status == 0 and "Traceback" not in output, output
 
 
+@pytest.mark.parametrize("transitions", [[], [CONFIGURE, ACTIVATE]])
+def test_a_signal_ends_the_node_in_each_state(start: Any, client: Client, one: str, transitions: list[int]) -> None:
+    process = start(one, "--lifecycle")
+    assert state(client) == "unconfigured"
+    assert all(change(client, transition) for transition in transitions)
+    status, output = process.end()
+    assert status == 0 and "Traceback" not in output, output
+
+
 @pytest.fixture
 def here(ros: None) -> Iterator[Any]:
     """A function that makes a lifecycle node in this process."""

@@ -154,6 +154,7 @@ class LifecycleStageNode(StageNode, LifecycleNode):
         self.trigger_deactivate()
 
     def close(self) -> None:
-        """Frees the world and destroys the node."""
-        self._unload()
-        super().close()
+        """Destroys the node and frees the world."""
+        super().close()  # ends the executor before what it serves, which it can't forget after ROS was shut down
+        if self.is_loaded and hasattr(self, "world"):
+            self.world.close()

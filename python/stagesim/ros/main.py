@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import json
 import logging
+import signal
 import time
 from typing import Sequence
 
@@ -72,17 +73,24 @@ def world_file(given: str | None) -> str:
         asker.destroy_node()
 
 
-def statistics(node: StageNode, seconds: float) -> str:
-    """Statistics of a run as JSON; `seconds` is its duration in real time."""
+def run_measured(node: StageNode, duration: float) -> str:
+    """Runs a node; returns statistics as JSON: times in seconds, "process" for all threads."""
+    real, process = time.perf_counter(), time.process_time()
+    node.run(duration)
+    real, process = time.perf_counter() - real, time.process_time() - process
+    if not hasattr(node, "world"):  # of a lifecycle node
+        return json.dumps({"robots": 0, "real": real, "process": process, **node.times})
     world = node.world
-    return json.dumps({"robots": len(node.robots), "steps": world.steps, "simulated": world.time,
-                       "real": seconds, "state": world.state_hash(), **node.times})
+    return json.dumps({"robots": len(node.robots), "steps": world.steps, "simulated": world.time, "real": real,
+                       "process": process, "state": world.state_hash(), **node.times})
 
 
 def run(argv: Sequence[str]) -> int | str:
     """Runs the node; returns the argument of sys.exit(): 0, or an error in one line."""
     chosen = options(argv)
     logging.basicConfig(format="%(message)s")  # shows the warnings of worlds
+    # ROS handles SIGINT itself. An exception in the middle of rclpy's executor would abort the process.
+    signal.signal(signal.SIGINT, lambda *_: None)
     rclpy.init(args=[printable(word) for word in argv])
     try:
         return _run(chosen)
@@ -134,12 +142,11 @@ def _run(chosen: argparse.Namespace) -> int:
         node = StageNode(world, gui=chosen.gui)
         try:
             _announce(node, file)
-            start = time.perf_counter()
-            node.run(chosen.duration)
-            if chosen.stats:
-                print(statistics(node, time.perf_counter() - start), flush=True)
+            figures = run_measured(node, chosen.duration)
         finally:
             node.close()
+    if chosen.stats:
+        print(figures, flush=True)
     return 0
 
 
@@ -161,9 +168,8 @@ def _run_lifecycle(chosen: argparse.Namespace) -> None:
 
     node = LifecycleStageNode(world_of, first=given, gui=chosen.gui, loaded=_announce)
     try:
-        start = time.perf_counter()
-        node.run(chosen.duration)
-        if chosen.stats and node.is_loaded:
-            print(statistics(node, time.perf_counter() - start), flush=True)
+        figures = run_measured(node, chosen.duration)
     finally:
         node.close()
+    if chosen.stats:
+        print(figures, flush=True)

@@ -24,6 +24,7 @@ from ..world import World
 from .clock import ClockFeed
 from .executor import Executor
 from .feeds import Feed
+from .load import LoadFeed
 from .lockstep import Lockstep, split
 from .map_feed import MapFeed
 from .parameters import declare
@@ -130,6 +131,7 @@ class StageNode(Node):
         self.team = Team(self)
         self._time_feed = ClockFeed(self, self.value("clock_rate"))
         self._map_feed = MapFeed(self) if self.value("publish_map") else None
+        self._load_feed = LoadFeed(self)
         self.create_subscription(Header, "~/done", self._done, 10)
         self._make_services()
         self._set_lockstep()
@@ -389,6 +391,7 @@ class StageNode(Node):
 
     def _turn(self) -> None:
         """Makes a step if one is due, and serves ROS."""
+        self._load_feed.look()
         if self._lockstep_parameters() != self._lockstep_taken:
             self._set_lockstep()
         dt = self.world.dt
@@ -426,6 +429,11 @@ class StageNode(Node):
     def speed(self) -> float:
         """Simulated seconds per real second; 0: as fast as possible."""
         return float(self.value("speed"))
+
+    @property
+    def is_paced(self) -> bool:
+        """True if the world should keep up with real time: it runs, at a limited speed, and waits for nobody."""
+        return not (self.paused or self._lockstep.is_used or self._pace.is_unlimited)
 
     def _answer(self, seconds: float) -> None:
         """Serves ROS and the page for up to `seconds`."""

@@ -27,6 +27,8 @@ from .transforms import TransformFeed, transform_feeds
 if TYPE_CHECKING:
     from .node import StageNode
 
+#: Number of topics whose subscribers are counted at once.
+MAX_LOOK = 500
 #: State of the robots that belongs to a snapshot: OdometryErrors.jacobian, Motion.count() and Frames.shifts.
 Kept = tuple[Array | None, Array | None, Array | None]
 
@@ -60,6 +62,7 @@ class Team:
 
     def __init__(self, node: StageNode) -> None:
         self._node = node
+        self._looked_at = 0
         value, world = node.value, node.world
         self.fleet = world.fleet()
         self._home = self.fleet.pose.copy()
@@ -108,13 +111,19 @@ class Team:
         for transforms in self.tf:
             transforms.look_for_listeners()
         found = []
-        for feed in self.feeds:
-            listened = feed.publisher.get_subscription_count() > 0
+        for feed in self._next_topics():
+            listened = feed.publisher.handle.get_subscription_count() > 0
             if listened and not feed.active:
                 feed.attach()
                 found.append(feed)
             feed.active = listened
         return found
+
+    def _next_topics(self) -> list[Feed]:
+        """The topics whose subscribers are counted now: MAX_LOOK in turn, so that thousands delay no step."""
+        first, end = self._looked_at, self._looked_at + MAX_LOOK
+        self._looked_at = end if end < len(self.feeds) else 0
+        return self.feeds[first:end]
 
     # ---- commands ----
 
