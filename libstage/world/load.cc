@@ -12,8 +12,6 @@
 #include "messages/report.hh"
 #include "models/body.hh"
 #include "models/exception_origin.hh"
-#include "models/field.hh"
-#include "models/groundsensor.hh"
 #include "models/model_choices.hh"
 #include "models/model_type_names.hh"
 #include "models/placement.hh"
@@ -55,22 +53,6 @@ std::string DeletedTooSoon(const std::string& type) {
   return "found a model of type " + messages::Quoted(type) +
          " that was deleted while it was being made, expected a type that deletes neither itself "
          "nor its parent there";
-}
-
-/// `made` has the model of each entity, or null.
-void CheckFieldNames(const Host& host, const std::vector<Model*>& made, const Worldfile& wf) {
-  if (host.ground_sensors.empty()) return;
-  for (size_t entity = 1; entity < made.size(); entity++) {
-    const auto* const sensor = dynamic_cast<const ModelGroundSensor*>(made[entity]);
-    if (!sensor || sensor->field_name().empty() || sensor->GetField()) continue;
-    std::string known;
-    for (const ModelField* field : host.fields)
-      known += (known.empty() ? "" : ", ") + messages::Quoted(field->TokenStr());
-    wf.Fail(static_cast<int>(entity), "field",
-            "found the field " + messages::Quoted(sensor->field_name()) +
-                ", expected the name of a field (" + (known.empty() ? "there is none" : known) +
-                ")");
-  }
 }
 
 constexpr size_t kMaxPlugins = 100;
@@ -152,6 +134,10 @@ bool World::Reset(uint64_t seed) {
     messages::Report(LogLevel::kError, wf ? "stage: a world can't be reset by a callback"
                                           : "stage: a world can't be reset before it is loaded");
     return false;
+  }
+  if (wf->GetEntityCount() > wf->GetWrittenCount()) {
+    wf->RemoveAdded(wf->GetWrittenCount());
+    engine_->image.reset();  // it has them too
   }
   std::shared_ptr<const WorldImage> image = Image();
   Source source{path_, nullptr, std::move(wf), std::move(image)};
@@ -405,7 +391,7 @@ bool World::LoadEntities() {
   const std::shared_ptr<WorldEngine> engine = engine_;
   const uint64_t epoch = engine->epoch;
   const ScopedValue loading(&engine->loading, true);
-  const int count = wf->GetEntityCount();
+  const int count = wf->GetWrittenCount();  // a snapshot makes those that have been added
   engine->made.assign(static_cast<size_t>(count), nullptr);
   for (int entity = 1; entity < count && engine->epoch == epoch; entity++) LoadEntity(entity);
   if (engine->epoch != epoch) return false;

@@ -10,6 +10,8 @@
 #include "geometry/trigonometry.hh"
 #include "messages/report.hh"
 #include "models/body.hh"
+#include "models/field.hh"
+#include "models/groundsensor.hh"
 #include "models/picture_path.hh"
 #include "pictures/trace.hh"
 #include "worldfile/worldfile.hh"
@@ -45,6 +47,21 @@ Margins MarginsOf(const picture::Outlines& picture) {
 }
 
 }  // namespace
+
+void CheckFieldNames(const Host& host, const std::vector<Model*>& made, const Worldfile& wf) {
+  if (host.ground_sensors.empty()) return;
+  for (size_t entity = 1; entity < made.size(); entity++) {
+    const auto* const sensor = dynamic_cast<const ModelGroundSensor*>(made[entity]);
+    if (!sensor || sensor->field_name().empty() || sensor->GetField()) continue;
+    std::string known;
+    for (const ModelField* field : host.fields)
+      known += (known.empty() ? "" : ", ") + messages::Quoted(field->TokenStr());
+    wf.Fail(static_cast<int>(entity), "field",
+            "found the field " + messages::Quoted(sensor->field_name()) +
+                ", expected the name of a field (" + (known.empty() ? "there is none" : known) +
+                ")");
+  }
+}
 
 void World::LoadChecks::Run() {
   for (const Model* model : engine_.models) {

@@ -22,6 +22,10 @@
 
 namespace Stg {
 
+/// Throws LoadError if a ground sensor names no field. `made` has the model of each entity, or
+/// null.
+void CheckFieldNames(const Host& host, const std::vector<Model*>& made, const Worldfile& wf);
+
 class World::LoadChecks {
  public:
   explicit LoadChecks(World* world) : world_(*world), engine_(*world->engine_), wf_(*world->wf) {}

@@ -24,7 +24,8 @@ namespace Stg {
 /// For each model, in the order of creation: whether its readings are left out. If empty, none are.
 using OmittedReadings = std::vector<unsigned char>;
 
-/// Saves or restores one row. Its functions must be called in the order of declaration.
+/// Saves or restores one row, and makes models in a world that has been loaded. Its functions must
+/// be called in the order of declaration.
 class World::Restorer {
  public:
   explicit Restorer(World* world)
@@ -42,6 +43,10 @@ class World::Restorer {
   /// Restores any row. Returns "" or an error, with the world unchanged. `validates`: the row is
   /// not from this process, so that it may be inconsistent.
   std::string RestoreOrPutBack(const StateRow& row, bool validates);
+
+  /// Makes the models of a macro of the world file, and adds their entities to the file. Returns
+  /// the one that stands on the ground, or null after a message.
+  Model* MakeMacro(const std::string& macro);
 
  private:
   /// Indices of the sections. The three others follow the models.
@@ -72,6 +77,10 @@ class World::Restorer {
   std::string RestoreChanged(const StateRow& row, const StateRow& before);
   std::string RestoreSections(const StateRow& row, const std::function<bool(size_t)>& is_same);
   void DropReadings(const StateRow& row);
+
+  // In macro_models.cc.
+  void LoadAdded(int first);
+  void DeleteAdded(int first);
 
   // In restore_models.cc.
   std::string RestoreAll(const StateRow& row);

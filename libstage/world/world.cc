@@ -20,6 +20,7 @@
 #include "models/power_pack.hh"
 #include "models/warn_about.hh"
 #include "world/engine.hh"
+#include "world/restorer.hh"
 #include "worldfile/worldfile.hh"
 
 namespace Stg {
@@ -272,6 +273,7 @@ const std::set<Model*> World::GetAllModels() const {
 
 Model* World::CreateModel(Model* parent, const std::string& typestr) {
   const creator_t create = FindCreator(typestr);
+  if (!create && !parent && wf && wf->HasMacro(typestr)) return Restorer(this).MakeMacro(typestr);
   if (!create) {
     messages::Warn("model type " + messages::Quoted(typestr) + " is not known");
     return nullptr;

@@ -9,10 +9,20 @@
 
 namespace Stg::worldfile {
 
+Expander::Expander(Document& document) : document_(document) {
+  for (std::uint32_t number = 0; number < document_.macros.size(); ++number) {
+    NoteMacro(document_.macros[number].name, number);
+  }
+}
+
 void Expander::AddMacro(Macro macro) {
-  if (macro_of_name_.size() <= macro.name) macro_of_name_.resize(macro.name + 1U, kNone);
-  macro_of_name_[macro.name] = static_cast<std::uint32_t>(document_.macros.size());
+  NoteMacro(macro.name, static_cast<std::uint32_t>(document_.macros.size()));
   document_.macros.push_back(std::move(macro));
+}
+
+void Expander::NoteMacro(std::uint32_t name, std::uint32_t number) {
+  if (macro_of_name_.size() <= name) macro_of_name_.resize(name + 1U, kNone);
+  macro_of_name_[name] = number;
 }
 
 const Macro* Expander::FindMacro(std::uint32_t name) const {

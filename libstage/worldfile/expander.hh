@@ -15,7 +15,8 @@ namespace Stg::worldfile {
 /// macro bodies, and if a limit is exceeded.
 class Expander {
  public:
-  explicit Expander(Document& document) : document_(document) {}
+  /// Macros of the document count as defined.
+  explicit Expander(Document& document);
 
   void AddMacro(Macro macro);
   const Macro* FindMacro(std::uint32_t name) const;
@@ -27,6 +28,7 @@ class Expander {
   void WarnOfUnusedErrors();
 
  private:
+  void NoteMacro(std::uint32_t name, std::uint32_t number);
   void ExpandUnder(const Child& child, std::uint32_t parent, std::size_t depth);
   void ExpandChildren(std::uint32_t body, std::uint32_t parent, std::size_t depth);
   void CheckLimits(const Child& child, std::size_t depth) const;

@@ -91,10 +91,11 @@ std::string ReadWholeFile(const std::string& path) {
 Lexer::Lexer(Document& document, std::string base_directory)
     : document_(document), base_directory_(std::move(base_directory)) {}
 
-void Lexer::Run() {
-  bytes_ = document_.sources.Text(0).size();
-  LexSource(0);
-  const Cursor end{0, document_.sources.Text(0), document_.sources.Text(0).size()};
+void Lexer::Run(std::uint16_t source) {
+  const std::string_view text = document_.sources.Text(source);
+  bytes_ = text.size();
+  LexSource(source);
+  const Cursor end{source, text, text.size()};
   Push(end, end.at, TokenKind::kEnd);
 }
 

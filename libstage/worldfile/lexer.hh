@@ -16,15 +16,15 @@ namespace Stg::worldfile {
 /// than kMaxTextBytes. Blocks only on pipes, for their writer.
 std::string ReadWholeFile(const std::string& path);
 
-/// Splits the world file (source 0 of the document) into tokens. Tokens of included files replace
-/// their include line. The last token is kEnd.
+/// Splits the world file (source 0 of the document) or another source into tokens. Tokens of
+/// included files replace their include line. The last token is kEnd.
 class Lexer {
  public:
   /// Relative includes are searched in `base_directory`. Reports "[Include NAME]" as progress for
   /// each include.
   Lexer(Document& document, std::string base_directory);
 
-  void Run();
+  void Run(std::uint16_t source = 0);
   /// Appends the tokens of another source, without kEnd.
   void LexText(std::uint16_t source) { LexSource(source); }
 

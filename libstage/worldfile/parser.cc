@@ -37,6 +37,14 @@ void Parser::ParseFile() {
   expander_.WarnOfUnusedErrors();
 }
 
+void Parser::ParseDefinitions(std::uint32_t first) {
+  next_ = first;
+  while (!At(TokenKind::kEnd)) {
+    if (!AtWord("define")) Fail(Peek(), "'define', because the world has been loaded already");
+    ParseDefine();
+  }
+}
+
 bool Parser::AtWord(const char* word) const {
   return At(TokenKind::kWord) && document_.Text(Peek()) == word;
 }

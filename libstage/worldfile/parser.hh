@@ -27,6 +27,8 @@ class Parser {
   explicit Parser(Document& document) : document_(document), expander_(document) {}
 
   void ParseFile();
+  /// Reads macros from the token `first` on, where anything else is an error.
+  void ParseDefinitions(std::uint32_t first);
 
   /// Holds the macros of the file.
   Expander& expander() { return expander_; }

@@ -250,6 +250,7 @@ void Worldfile::WriteTuple(const int entity, const char* name, const unsigned in
 // refused.
 void Worldfile::WriteValue(int entity, const char* name, std::size_t index, const std::string& text,
                            bool valid) {
+  if (entity >= impl_->written_count) return;  // it is not in the text that is saved
   const int number = Find(entity, name);
   if (number < 0) return;
   const worldfile::Property& property =

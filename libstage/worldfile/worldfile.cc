@@ -107,6 +107,7 @@ void Worldfile::Parse() {
     ApplySettings();
     ReadUnits();
     AddPopulations(&parser.expander());
+    impl_->written_count = GetEntityCount();
   } catch (const LoadError& error) {
     const std::string kind = worldfile::KindOfForeignFile(impl_->document.sources.Text(0));
     const std::string message = error.what();
@@ -162,6 +163,8 @@ std::unique_ptr<Worldfile> Worldfile::Copy() const {
   copy->impl_->asked = impl_->asked;
   copy->impl_->populations = impl_->populations;
   copy->impl_->files = impl_->files;
+  copy->impl_->written_count = impl_->written_count;
+  copy->impl_->included = impl_->included;
   copy->settings_ = settings_;
   return copy;
 }

@@ -73,6 +73,8 @@ struct Worldfile::Impl {
   std::vector<Population> populations;
   std::uint32_t files = 0;  // number of sources that are files; later ones are settings and
                             // populations
+  int written_count = 0;    // entities that were not added after loading
+  std::unordered_set<std::string> included;  // files that were read after loading
   std::size_t warnings_printed = 0;
 
   std::uint32_t InternAsked(const char* name);

@@ -369,6 +369,7 @@ void BindModel(nb::module_& module) {
   BindDriving(model);
   BindCars(model);
   BindSensors(module, model);
+  BindActuators(module, model);
 }
 
 }  // namespace Stg::python

@@ -60,6 +60,15 @@ void BindScene(nb::module_& module, nb::class_<Simulation>& world) {
       .def_ro("top", &Thing::top)
       .def_prop_ro("shape", [](const Thing& thing) { return BytesOf(thing.shape); });
   world.def("things", [](Simulation& s) { return s.With([](World& w) { return ThingsOf(w); }); })
+      .def(
+          "body",
+          [](Simulation& s, uint32_t id) {
+            return BytesOf(s.With([&](World& w) {
+              const Model* const model = w.FindModel(id);
+              return model ? BodyOf(*model) : std::string();
+            }));
+          },
+          nb::arg("id"))
       .def("find_id", &FindById, nb::arg("id"))
       .def("scene_key", [](Simulation& s) { return s.With([](World& w) { return SceneKey(w); }); })
       .def("places", &FillPlaces, nb::arg("ids"), nb::arg("places"), nb::arg("stalled"))

@@ -17,6 +17,7 @@
 
 #include "bindings.hh"
 #include "crowd.hh"
+#include "geometry/load_error.hh"
 #include "model_handle.hh"
 #include "models/host.hh"
 #include "text.hh"
@@ -83,9 +84,26 @@ ModelHandle Create(Simulation& simulation, const std::string& type,
         if (!above || parent->simulation().get() != &simulation)
           throw Failure{Kind::kGone, "the parent is gone, or is in another world"};
       }
+      const ErrorCollector collector;
       Model* const made = world.CreateModel(above, type);
-      if (!made) throw Failure{Kind::kStage, "no model of the type " + type + " can be made here"};
+      if (!made)
+        throw Failure{Kind::kStage,
+                      collector.Last("no model of the type " + type + " can be made here")};
       return ModelHandle(simulation.shared_from_this(), *made);
+    });
+  });
+}
+
+void Include(Simulation& simulation, const std::string& file) {
+  Logged([&] {
+    simulation.With([&](World& world) {
+      Worldfile* const content = world.GetWorldFile();
+      if (!content) throw Failure{Kind::kStage, "found no world file, expected one"};
+      try {
+        content->Include(file);
+      } catch (const LoadError& error) {
+        throw Failure{Kind::kStage, error.what()};
+      }
     });
   });
 }
@@ -259,6 +277,16 @@ void BindWorld(nb::module_& module) {
       .def("contacts", &ContactsOf)
       .def("find", &FindByName, nb::arg("name"))
       .def("create", &Create, nb::arg("type"), nb::arg("parent").none())
+      .def("include", &Include, nb::arg("file"))
+      .def(
+          "macros",
+          [](Simulation& s, const std::string& type) {
+            return s.With([&](World& w) {
+              const Worldfile* const file = w.GetWorldFile();
+              return file ? file->MacrosOf(type) : std::vector<std::string>();
+            });
+          },
+          nb::arg("type"))
       .def("robots", &RobotsOf)
       .def("crowd", &MakeCrowd, nb::arg("ids"))
       .def("teleport", &Teleport, nb::arg("crowd"), nb::arg("poses"), nb::arg("which"));

@@ -28,6 +28,7 @@ void BindLight(nanobind::class_<Simulation>& world);
 void BindMap(nanobind::class_<Simulation>& world);
 void BindModel(nanobind::module_& module);
 void BindSensors(nanobind::module_& module, nanobind::class_<ModelHandle>& model);
+void BindActuators(nanobind::module_& module, nanobind::class_<ModelHandle>& model);
 void BindOptions(nanobind::module_& module);
 void BindRosNames(nanobind::module_& module);
 void BindPicture(nanobind::module_& module, nanobind::class_<Simulation>& world);

@@ -52,7 +52,9 @@ struct Area {
   Bounds blocks;  // height range of the blocks in the body's frame
 };
 
-void AddAreas(const Model& model, const Pose& pose, double ground, std::vector<Area>* areas) {
+/// `whole`: with everything that the model carries except for robots.
+void AddAreas(const Model& model, const Pose& pose, double ground, bool whole,
+              std::vector<Area>* areas) {
   Pose frame = pose + model.GetGeom().pose;
   frame.z = model.GetGlobalPose().z + model.GetGeom().pose.z - ground;
   std::vector<Bounds> known;
@@ -63,8 +65,9 @@ void AddAreas(const Model& model, const Pose& pose, double ground, std::vector<A
     known.push_back(range);
     areas->push_back({&model, frame, Bounds(frame.z + range.min, frame.z + range.max), range});
   }
+  if (!whole) return;
   for (const Model* child : model.GetChildren())
-    if (!IsThing(*child)) AddAreas(*child, pose + child->GetPose(), ground, areas);
+    if (!IsThing(*child)) AddAreas(*child, pose + child->GetPose(), ground, true, areas);
 }
 
 void AddOutlines(const Area& area, Words* words) {
@@ -102,21 +105,26 @@ void AddNose(const Model& model, double top, Words* words) {
   }
 }
 
+/// Sorts the areas from low to high, and adds those that are visible.
+void AddSorted(std::vector<Area>* areas, Words* words) {
+  std::stable_sort(areas->begin(), areas->end(),
+                   [](const Area& a, const Area& b) { return a.z.max < b.z.max; });
+  for (const Area& area : *areas) {
+    const Canvas::Ink ink = Canvas::Ink::Of(area.model->GetShownColor());
+    if (ink.opacity == 0) continue;
+    words->Add(ink);
+    words->Add(area.z.min);
+    words->Add(area.z.max);
+    AddOutlines(area, words);
+  }
+}
+
 Thing Describe(const Model& model) {
   const double ground = model.GetGlobalPose().z;
   std::vector<Area> areas;
-  AddAreas(model, Pose(), ground, &areas);
-  std::stable_sort(areas.begin(), areas.end(),
-                   [](const Area& a, const Area& b) { return a.z.max < b.z.max; });
+  AddAreas(model, Pose(), ground, true, &areas);
   Words words;
-  for (const Area& area : areas) {
-    const Canvas::Ink ink = Canvas::Ink::Of(area.model->GetShownColor());
-    if (ink.opacity == 0) continue;
-    words.Add(ink);
-    words.Add(area.z.min);
-    words.Add(area.z.max);
-    AddOutlines(area, &words);
-  }
+  AddSorted(&areas, &words);
   if (!areas.empty()) AddNose(model, areas.back().z.max, &words);
   Thing thing;
   thing.id = model.GetId();
@@ -207,6 +215,14 @@ std::vector<Thing> ThingsOf(World& world) {
     return a.robot != b.robot ? b.robot : !a.robot && a.top < b.top;
   });
   return things;
+}
+
+std::string BodyOf(const Model& model) {
+  std::vector<Area> areas;
+  AddAreas(model, Pose(), model.GetGlobalPose().z, false, &areas);
+  Words words;
+  AddSorted(&areas, &words);
+  return std::move(words.bytes());
 }
 
 uint64_t SceneKey(World& world) {

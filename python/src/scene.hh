@@ -37,6 +37,9 @@ struct Thing {
 /// All things of the world: first the scenery from low to high, then the robots.
 std::vector<Thing> ThingsOf(World& world);
 
+/// The areas of a model's own body, without what it carries, in its own frame: see Thing::shape.
+std::string BodyOf(const Model& model);
+
 /// A hash of everything that ThingsOf() reports; it changes whenever the result would change.
 uint64_t SceneKey(World& world);
 

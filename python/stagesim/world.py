@@ -360,11 +360,25 @@ class World:
         """All fields by their names, in the order of creation: see Field."""
         return {model.name: Field(model) for model in self._core.fields()}
 
-    def create(self, type: str = "model", parent: Model | None = None, **properties: Any) -> Model:
-        """Creates a model.
+    def include(self, file: str) -> None:
+        """Reads definitions of macros, for create(). Reading a file again has no effect.
 
         Args:
-            type: the model type, such as "model", "position" or "ranger", or one from a plug-in.
+            file: a file with definitions, as a world file includes it, such as "robots/turtlebot3_burger.inc".
+
+        Raises:
+            StageError: the file can't be read, or has other things than definitions.
+        """
+        if not isinstance(file, str):
+            raise TypeError(f"found {_checks.shown(file)}, expected the name of a file")
+        self._core.include(file)
+
+    def create(self, type: str = "model", parent: Model | None = None, **properties: Any) -> Model:
+        """Creates a model. After reset() it is gone.
+
+        Args:
+            type: the model type, such as "model", "position" or "ranger", or one from a plug-in. Or, without a
+                parent, a macro that the world file or include() defines: the model has all that the macro has.
             parent: the model that carries it; None: the ground.
             properties: attributes of Model to set, such as pose=(1, 2, 0), size=(.3, .3, .5).
 

@@ -57,15 +57,16 @@ model( name "wall" size [0.1 4 1] pose [2 0 0 0] color "red" )
 #: Arguments of functions.
 ARGUMENTS: dict[str, Any] = {
     "World.step": (1,), "World.run": (0.1,), "World.cast": ([[0, 0, 0]], 0, 5), "World.set_metric": ("mine", 1.0),
-    "World.model": ("r",), "World.restore": "snapshot", "World.render": (8, 8), "Batch.restore": "snapshot",
+    "World.model": ("r",), "World.include": ("robots/turtlebot3_burger.inc",), "World.restore": "snapshot",
+    "World.render": (8, 8), "Batch.restore": "snapshot",
     "Batch.snapshot": (0,), "Batch.fork": (0,), "Batch.state_hash": (0,), "Batch.rollout": {"moments": 2},
     "Batch.teleport": ([0, 0, 0],), "Batch.place": ([0, 0, 0],), "Batch.set_map": (None, Scene()),
     "Batch.load": (np.zeros((3, 8), np.uint64),), "Batch.cast": ([[0, 0, 0]], 0, 5),
     "Batch.vary": ("world.quit_time", [1, 2, 3]),
     "Batch.render": (0, 8, 8), "Fleet.teleport": ([0, 0, 0],), "Fleet.send": (b"hello",), "Fleet.switch_lights": (True,),
     "Fleet.set_light_intensity": (1.0,), "Fleet.set_light_color": ([1, 0, 0, 1],), "Model.drive": (0.1,),
-    "Model.go_to": (1, 1), "Model.add_sensor": (5, 1, 3), "Fleet.sensor": ("ranger",), "Batch.sensor": ("ranger",),
-    "Fleet.array": ("ranger.ranges",), "Batch.array": ("pose",),
+    "Model.go_to": (1, 1), "Model.move_actuator": (0.1,), "Model.add_sensor": (5, 1, 3), "Fleet.sensor": ("ranger",),
+    "Batch.sensor": ("ranger",), "Fleet.array": ("ranger.ranges",), "Batch.array": ("pose",),
 }
 #: Functions that make new worlds.
 MAKERS = {"World.from_text", "World.of", "World.from_grid", "World.from_map", "Batch.of"}

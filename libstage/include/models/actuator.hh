@@ -32,6 +32,8 @@ class ModelActuator : public Model {
   double GetVelocity() const { return velocity_; }
   double GetMaxPosition() const { return max_position_; }
   double GetMinPosition() const { return min_position_; }
+  /// In metres or radians per second.
+  double GetMaxSpeed() const { return max_speed_; }
   ActuatorType GetType() const { return type_of_joint_; }
   /// Axis of a linear actuator in its own frame; a unit vector.
   point3_t GetAxis() const { return axis_; }

@@ -152,6 +152,22 @@ class Worldfile {
   /// Each is one line, "FILE:LINE:COLUMN: warning: ...".
   const std::vector<std::string>& warnings() const;
 
+  /// Reads a file with definitions of macros after loading; it is searched like an included file.
+  /// Reading it again has no effect. Throws LoadError, also if the file has anything else.
+  void Include(const std::string& file);
+  /// True if a macro has this name.
+  bool HasMacro(const std::string& name) const;
+  /// Names of the macros of a type, in the order of their definitions.
+  std::vector<std::string> MacrosOf(const std::string& type) const;
+  /// Adds an entity of this type or macro, with everything that the macro has, to those of the
+  /// file. Returns its number, which is followed by those of its descendants. Save() leaves them
+  /// out. Throws LoadError.
+  int Add(const std::string& type);
+  /// Removes entities that Add() has made, from this number on.
+  void RemoveAdded(int first);
+  /// Number of entities without those that Add() has made.
+  int GetWrittenCount() const;
+
   /// Reverts all written values.
   void ForgetWritten();
   /// Returns a copy in the state after loading, without reading the file again.

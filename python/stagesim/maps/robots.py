@@ -49,14 +49,14 @@ def robot_of(text: str) -> PlacedRobot:
         numbers = []
     if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
         raise ValueError(f"found the robot {shown(text)}, expected {EXPECTED}")
-    known = _macros()
+    known = shipped_macros()
     if macro not in known:
         raise ValueError(f"found the robot {shown(macro)}, expected {', '.join(sorted(known))}")
     x, y, degrees = [*numbers, 0.0][:3]
     return PlacedRobot(macro, x, y, degrees, known[macro])
 
 
-def _macros() -> dict[str, str]:
+def shipped_macros() -> dict[str, str]:
     """Files of shipped robots by the names of their macros."""
     found = {}
     for file in sorted(Path(WORLDS[0], "robots").glob("*.inc")):
