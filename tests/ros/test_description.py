@@ -12,9 +12,11 @@ import pytest
 import stagesim as st
 from rcl_interfaces.srv import GetParameters
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from ros_testing import Client, node_here
+from ros_testing import Client, node_here, time_of
+from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from stagesim.ros.description import angles_of
+from stagesim.ros.solids import Solid, inertia_of
 
 TFMessage = pytest.importorskip("tf2_msgs.msg", reason="tf2_msgs is not there; try tools/setup --ros").TFMessage
 KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -109,6 +111,103 @@ def test_a_car_has_wheels_that_steer(ros: None, tmp_path: Path) -> None:
     rolls = joints["front_right_wheel_joint"]
     assert rolls.attrib["type"] == "continuous" and rolls.find("parent").attrib["link"] == "front_right_steering_link"
     assert numbers(joints["rear_left_wheel_joint"], "origin", "xyz") == pytest.approx([0, 0.2, 0.1])
+
+
+ARM = """
+define eye ranger( size [0.1 0.1 0.1] pose [0.15 0 0 20] mass 0.5 sensor( range [0 5] fov 90 samples 5 pose [0.1 0 0.05 0] ) )
+position( name "a" size [0.5 0.4 0.3] mass 6 update_interval 100
+  actuator( pose [0.1 0.05 0 30] size [0.3 0.1 0.1] mass 2 type "linear" axis [1 2 2] min_position -0.2 max_position 0.3
+    start_position 0.1 max_speed 0.7
+    actuator( pose [0.1 0 0 -50] size [0.2 0.2 0.1] type "rotational" min_position -7 max_position 7 max_speed 5 eye() ) )
+  actuator( pose [-0.1 0 0 0] type "rotational" start_position 1 min_position -1 max_position 2 ) )
+"""
+
+
+def pose_by(joint: ElementTree.Element, position: float) -> np.ndarray:
+    """The 4 x 4 matrix of a joint at a position."""
+    made, axis = np.eye(4), np.array(numbers(joint, "axis", "xyz")) if joint.find("axis") is not None else np.zeros(3)
+    made[:3, :3], made[:3, 3] = rotation(*numbers(joint, "origin", "rpy")), numbers(joint, "origin", "xyz")
+    if joint.attrib["type"] == "prismatic":
+        made[:3, 3] += made[:3, :3] @ axis * position
+    if joint.attrib["type"] == "revolute":
+        assert tuple(axis) == (0, 0, 1)
+        made[:3, :3] = made[:3, :3] @ rotation(0, 0, position)
+    return made
+
+
+def test_actuators_are_joints_that_agree_with_tf(client: Client) -> None:
+    random = np.random.default_rng(1)
+    with st.World.from_text(ARM) as world, node_here(world) as node:
+        actuators = [model for model in world.models if model.type == "actuator"]
+        states, moving = client.listen(JointState, "/joint_states"), client.listen(TFMessage, "/tf")
+        fixed, texts = client.listen(TFMessage, "/tf_static", KEPT), client.listen(String, "/robot_description", KEPT)
+        client.until(lambda: node.advance() and states and moving and fixed and texts)
+        for _ in range(8):
+            for actuator, (low, high) in zip(actuators, ((-0.2, 0.3), (-7, 7), (-1, 2))):
+                actuator.move_actuator(random.uniform(low, high))
+            for _ in range(10):
+                node.advance()
+        client.until(lambda: time_of(states[-1]) == node.now and time_of(moving[-1]) == node.now)
+    root = ElementTree.fromstring(texts[0].data.encode())
+    joints = {joint.attrib["name"]: joint for joint in root.findall("joint")}
+    limits = joints["actuator0_joint"].find("limit").attrib
+    assert (limits["lower"], limits["upper"], limits["velocity"]) == ("-0.2", "0.3", "0.7")
+    assert {joints[f"actuator{i}_joint"].attrib["type"] for i in (1, 2)} == {"revolute"}
+    by_stamp = {time_of(message): dict(zip(message.name, zip(message.position, message.velocity))) for message in states}
+    transforms = {t.child_frame_id: (0, t) for t in fixed[0].transforms}
+    compared, seen, before = 0, set(), None
+    for message in moving:
+        stamp = time_of(message)
+        for t in [*(t for _, t in transforms.values()), *message.transforms]:
+            joint = joints.get(t.child_frame_id.removesuffix("_link") + "_joint", joints.get(f"{t.child_frame_id}_joint"))
+            if joint is None or stamp not in by_stamp:
+                continue
+            assert joint.find("parent").attrib["link"] == t.header.frame_id
+            place, turned = t.transform.translation, t.transform.rotation
+            made = pose_by(joint, by_stamp[stamp].get(joint.attrib["name"], (0.0,))[0])
+            assert made[:3, 3] == pytest.approx([place.x, place.y, place.z], abs=1e-7)
+            assert np.allclose(made[:3, :3], matrix_of(turned.x, turned.y, turned.z, turned.w), atol=1e-7)
+            compared += joint.attrib["type"] != "fixed"
+        if stamp in by_stamp:
+            seen.add(round(by_stamp[stamp]["actuator1_joint"][0], 3))
+    assert compared > 30 and len(seen) > 10 and max(map(abs, seen)) > math.pi  # whole turns count
+    times = sorted(by_stamp)
+    for before, after in zip(times, times[1:]):
+        moved = by_stamp[after]["actuator0_joint"][0] - by_stamp[before]["actuator0_joint"][0]
+        assert abs(moved) <= 0.7 * (after - before) / 1e6 + 1e-9
+
+
+def test_masses_and_inertia_are_those_of_the_model(ros: None) -> None:
+    with st.World.from_text(ARM) as world, node_here(world) as node:
+        root = ElementTree.fromstring(node.get_parameter("robot_description").value)
+    masses = {link.attrib["name"]: numbers(link, "inertial/mass", "value")[0] for link in root.findall("link")
+              if link.find("inertial") is not None}
+    assert masses == {"base_link": 6, "actuator0_link": 2, "actuator1_link": 0.5}
+    base = next(link for link in root.findall("link") if link.attrib["name"] == "base_link")
+    assert numbers(base, "inertial/origin", "xyz") == pytest.approx([0, 0, 0.15], abs=1e-6)
+    for name, (one, other) in {"ixx": (0.4, 0.3), "iyy": (0.5, 0.3), "izz": (0.5, 0.4)}.items():
+        assert numbers(base, "inertial/inertia", name)[0] == pytest.approx(6 / 12 * (one**2 + other**2), rel=1e-5)
+
+
+@pytest.mark.parametrize(("mass", "expected"), [("", 10.0), ("mass 3", 3.0)])
+def test_a_robot_without_a_mass_has_that_of_contacts(ros: None, mass: str, expected: float) -> None:
+    with st.World.from_text(f'position( name "a" size [0.4 0.4 0.2] round 1 {mass} )') as world, node_here(world) as node:
+        root = ElementTree.fromstring(node.get_parameter("robot_description").value)
+    assert numbers(root, "link/inertial/mass", "value") == [expected]
+    assert numbers(root, "link/inertial/inertia", "izz")[0] == pytest.approx(expected * 0.2**2 / 2, rel=1e-5)
+    assert numbers(root, "link/inertial/inertia", "ixx")[0] == pytest.approx(
+        expected * (0.2**2 / 4 + 0.2**2 / 12), rel=1e-5)
+
+
+def test_the_inertia_of_parts_adds_up() -> None:
+    """A box of two halves, one of them turned by 90 degrees, has the inertia of the whole box."""
+    halves = [Solid(False, (0.5, 0.6, 0.2), (0.25, 0.1, 0.3)), Solid(False, (0.6, 0.5, 0.2), (0.75, 0.1, 0.3), math.pi / 2)]
+    middle, inertia = inertia_of(3.0, halves)
+    assert middle == pytest.approx([0.5, 0.1, 0.3])
+    assert inertia == pytest.approx(np.diag([0.36 + 0.04, 1 + 0.04, 1 + 0.36]) * 3 / 12)
+    turned = inertia_of(1.0, [Solid(False, (1.0, 0.2, 0.1), (0.0, 0.0, 0.0), 0.3)])[1]
+    assert np.linalg.eigvalsh(turned) == pytest.approx(np.sort([0.05, 1.01, 1.04]) / 12)
+    assert turned[0, 1] == pytest.approx((0.04 - 1) / 24 * math.sin(0.6))
 
 
 def test_a_given_description_is_published_instead(ros: None, one: str) -> None:

@@ -16,10 +16,11 @@ from ros_testing import TWO, Client, node_here
 srv = pytest.importorskip("simulation_interfaces.srv", reason="skipped: there is no simulation_interfaces; try "
                           "python -m stagesim.ros.make_messages simulation_interfaces")
 from action_msgs.msg import GoalStatus
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, Vector3
 from simulation_interfaces.action import SimulateSteps
 from simulation_interfaces.msg import (Bounds, EntityCategory, EntityFilters, EntityState, Result, SimulationState,
                                        SimulatorFeatures, TagsFilter)
+from sensor_msgs.msg import LaserScan
 from stagesim.ros.standard_services import UNSUPPORTED, snake
 
 OK, UNSUPPORTED_FEATURE, NOT_FOUND = Result.RESULT_OK, Result.RESULT_FEATURE_UNSUPPORTED, Result.RESULT_NOT_FOUND
@@ -94,7 +95,7 @@ def test_features_are_those_that_work(asker: Asker) -> None:
     answer = asker.ask("GetSimulatorFeatures").features
     assert SimulatorFeatures.STEP_SIMULATION_ACTION in answer.features
     assert SimulatorFeatures.WORLD_LOADING not in answer.features
-    assert list(answer.spawn_formats) == ["box"] and answer.custom_info.startswith("Stage ")
+    assert list(answer.spawn_formats) == ["box", "robot"] and answer.custom_info.startswith("Stage ")
     for name in UNSUPPORTED:
         assert asker.code(name) == UNSUPPORTED_FEATURE, name
 
@@ -109,9 +110,39 @@ def test_entities_can_be_listed_and_filtered(asker: Asker) -> None:
     assert asker.entities(tags=either) == ["wall", "a", "b"] and asker.entities(tags=both) == []
     for name in ("GetEntities", "GetEntitiesStates"):
         assert asker.code(name, filters=EntityFilters(filter="(")) == FAILED
-        assert asker.code(name, filters=EntityFilters(bounds=Bounds(type=Bounds.TYPE_SPHERE))) == UNSUPPORTED_FEATURE
+        for bad in (bounds(Bounds.TYPE_SPHERE), bounds(Bounds.TYPE_BOX, (0, 0, 0)), bounds(4, (0, 0, 0), (1, 1, 1)),
+                    bounds(Bounds.TYPE_CONVEX_HULL, (0, 0, 0), (1, 1, 0), (2, 2, 1)),
+                    bounds(Bounds.TYPE_SPHERE, (0, 0, 0), (-1, 0, 0)), bounds(Bounds.TYPE_BOX, (0, 0, 0), (math.nan, 1, 1))):
+            assert asker.code(name, filters=EntityFilters(bounds=bad)) == FAILED
     states = asker.ask("GetEntitiesStates", filters=EntityFilters(filter="b"))
     assert list(states.entities) == ["b"] and states.states[0].pose.position.y == 2
+
+
+def test_entities_can_be_filtered_by_bounds(asker: Asker) -> None:
+    """The wall has its face at x = 2.95, a its front at 0.2, and b the same at y = 2."""
+    for radius, expected in ((0.9, []), (1.06, ["wall"]), (1.81, ["wall", "a"])):
+        assert asker.entities(bounds=bounds(Bounds.TYPE_SPHERE, (2.0, 0.0, 0.2), (radius, 0, 0))) == expected, radius
+    assert asker.entities(bounds=bounds(Bounds.TYPE_BOX, (0.5, 3, 0.3), (-1, 1, 0))) == ["b"]
+    assert asker.entities(bounds=bounds(Bounds.TYPE_BOX, (0.5, 3, 0.5), (-1, 1, 2)), filter="b") == []  # above b's body
+    hull = bounds(Bounds.TYPE_CONVEX_HULL, (-0.5, -0.5, 0), (4, -0.5, 0), (-0.5, 2.5, 0))
+    assert asker.entities(bounds=hull) == ["wall", "a", "b"]
+    asker.node.world.model("b").pose = (0, 3, 0)
+    assert asker.entities(bounds=hull) == ["wall", "a"]
+
+
+def test_bounds_of_an_entity(asker: Asker) -> None:
+    found = asker.ask("GetEntityBounds", entity="wall").bounds
+    assert found.type == Bounds.TYPE_BOX
+    assert [(p.x, p.y, p.z) for p in found.points] == [pytest.approx((0.05, 4, 1)), pytest.approx((-0.05, -4, 0))]
+    asker.node.spawn("khepera4", "k", (1.0, -3.0, 1.0))
+    found = asker.ask("GetEntityBounds", entity="k").bounds
+    assert found.type == Bounds.TYPE_CONVEX_HULL and len(found.points) >= 16
+    assert max(math.hypot(p.x, p.y) for p in found.points) == pytest.approx(0.0703, abs=0.003)
+    assert asker.code("GetEntityBounds", entity="nobody") == NOT_FOUND
+
+
+def bounds(kind: int, *points: tuple[float, float, float]) -> Bounds:
+    return Bounds(type=kind, points=[Vector3(x=float(x), y=float(y), z=float(z)) for x, y, z in points])
 
 
 def test_infos_and_states_of_an_entity(asker: Asker) -> None:
@@ -140,7 +171,7 @@ def test_an_entity_can_be_put_elsewhere(asker: Asker) -> None:
 
 
 def test_boxes_can_be_spawned_and_deleted(asker: Asker) -> None:
-    names = [spawnable.uri for spawnable in asker.ask("GetSpawnables").spawnables]
+    names = [spawnable.uri for spawnable in asker.ask("GetSpawnables").spawnables if spawnable.uri.startswith("box")]
     for uri in names:
         assert asker.code("SpawnEntity", name=uri, uri=uri, initial_pose=pose(2, 1, 0.5)) == OK
     box = asker.node.world.model(names[1])
@@ -149,15 +180,41 @@ def test_boxes_can_be_spawned_and_deleted(asker: Asker) -> None:
         answer = asker.ask("SpawnEntity", name=name, uri="box", allow_renaming=True)
         assert answer.result.result == OK and answer.entity_name == expected
     assert asker.code("DeleteEntity", entity="box_1") == OK and "box_1" not in asker.entities()
-    assert asker.code("DeleteEntity", entity="a") == UNSUPPORTED_FEATURE
     assert asker.code("ResetSimulation", scope=srv.ResetSimulation.Request.SCOPE_SPAWNED) == OK
     assert asker.entities() == ["wall", "a", "b"]
+
+
+def test_robots_can_be_spawned_and_deleted(asker: Asker) -> None:
+    names = [spawnable.uri for spawnable in asker.ask("GetSpawnables").spawnables]
+    assert {"robot:bot", "robot:turtlebot3_burger", "robot:khepera4"} <= set(names)
+    answer = asker.ask("SpawnEntity", name="a", uri="bot", allow_renaming=True, entity_namespace="/fleet/a",
+                       initial_pose=pose(2, 1, 0.5))
+    assert answer.result.result == OK and answer.entity_name == "a_0", answer
+    assert [robot.prefix for robot in asker.node.robots] == ["a", "b", "fleet/a"]
+    assert asker.node.world.model("a_0").global_pose == pytest.approx((2, 1, 0.5))
+    scans = asker.client.listen(LaserScan, "/fleet/a/base_scan")
+    assert asker.code("StepSimulation", steps=2) == OK
+    asker.until(lambda: asker.code("StepSimulation", steps=1) == OK and scans)
+    assert asker.code("SpawnEntity", name="c", uri="robot:turtlebot3_burger", initial_pose=pose(1, -2)) == OK
+    assert asker.code("SpawnEntity", name="d", uri="bot", entity_namespace="c") == SPAWN.NAMESPACE_INVALID
+    assert asker.code("SpawnEntity", name="d", uri="bot", entity_namespace="1") == SPAWN.NAMESPACE_INVALID
+    info = asker.ask("GetEntityInfo", entity="c").info
+    assert info.category.category == EntityCategory.CATEGORY_ROBOT
+    for name in ("a", "a_0"):
+        assert asker.code("DeleteEntity", entity=name) == OK
+    assert [robot.prefix for robot in asker.node.robots] == ["b", "c"]
+    assert not [topic for topic, _ in asker.node.get_publisher_names_and_types_by_node("stage", "/")
+                if topic.startswith(("/a/", "/fleet"))]
+    assert asker.code("ResetSimulation", scope=srv.ResetSimulation.Request.SCOPE_SPAWNED) == OK
+    assert asker.entities() == ["wall", "b"]
+    assert asker.code("ResetSimulation", scope=srv.ResetSimulation.Request.SCOPE_ALL) == OK
+    assert asker.entities() == ["wall", "a", "b"] and [robot.prefix for robot in asker.node.robots] == ["a", "b"]
 
 
 @pytest.mark.parametrize("request_, code", (
     ({"name": "a"}, SPAWN.NAME_NOT_UNIQUE), ({"name": ""}, SPAWN.NAME_INVALID), ({"name": "a\n"}, SPAWN.NAME_INVALID),
     ({"name": "x" * 101}, SPAWN.NAME_INVALID), ({"uri": ""}, SPAWN.NO_RESOURCE),
-    ({"uri": "", "resource_string": "box()"}, UNSUPPORTED_FEATURE), ({"uri": "turtlebot4"}, SPAWN.UNSUPPORTED_FORMAT),
+    ({"uri": "", "resource_string": "box()"}, UNSUPPORTED_FEATURE), ({"uri": "robot:r2d2"}, SPAWN.UNSUPPORTED_FORMAT),
     ({"uri": "box:1,2"}, SPAWN.UNSUPPORTED_FORMAT), ({"uri": "box:1,2,x"}, SPAWN.RESOURCE_PARSE_ERROR),
     ({"uri": "box:1,0,1"}, SPAWN.RESOURCE_PARSE_ERROR), ({"uri": "box:1,nan,1"}, SPAWN.RESOURCE_PARSE_ERROR),
     ({"uri": "box:1,1,1e9"}, SPAWN.RESOURCE_PARSE_ERROR), ({"entity_namespace": "n"}, SPAWN.NAMESPACE_INVALID),

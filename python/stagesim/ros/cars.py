@@ -56,4 +56,4 @@ def subscribe(node: StageNode, team: Team) -> None:
         def command(message: Any, number: int = number, car: Model = robot.model) -> None:
             team.obey(number, steered(car, message.drive.speed, message.drive.steering_angle), message.header)
 
-        node.create_subscription(AckermannDriveStamped, joined(robot.prefix, "ackermann_cmd"), command, 10)
+        team.endpoints.subscribe(AckermannDriveStamped, joined(robot.prefix, "ackermann_cmd"), command)

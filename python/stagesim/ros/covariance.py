@@ -60,6 +60,12 @@ class OdometryErrors:
         self.jacobian = np.zeros_like(self.jacobian) if jacobian is None else jacobian.copy()
         self._before = poses.copy()
 
+    def take_over(self, other: OdometryErrors, rows: Array, others: Array) -> None:
+        """Continues rows `others` of other errors in the rows `rows`."""
+        self.jacobian[rows] = other.jacobian[others]
+        if self._before is not None and other._before is not None:
+            self._before[rows] = other._before[others]
+
     def move(self, poses: Array) -> None:
         """Adds a step, after which the estimated poses are `poses`, shape (n, 3)."""
         if self._before is None:

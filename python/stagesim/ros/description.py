@@ -1,53 +1,77 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Robots as URDF, made from their models: bodies, frames of sensors, and wheels."""
+"""Robots as URDF, made from their models: bodies with masses, frames of sensors, actuators and wheels."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Callable, Iterable, Iterator, Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-import numpy as np
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
-from ..shapes import Area, Corners, areas_of
+from .._core import Model
+from ..shapes import Area, areas_of
+from ..world import World
+from .endpoints import Endpoints
 from .messages import Array
 from .motion import STEERING, Wheels
 from .names import joined
-from .robots import Look, Robot
+from .robots import Joint, Look, Robot, composed, relative
+from .solids import Solid, inertia_of, solid_of
 
 if TYPE_CHECKING:
     from .node import StageNode
 
 WHEEL_WIDTH = 0.4  #: of a wheel, as a share of its radius
-MIN_ROUND = 12  #: corners of an outline that counts as round
+DEFAULT_MASS = 10.0  #: of robots without a mass, kilograms, as in contacts
+JOINT_TYPES = {"linear": "prismatic", "rotational": "revolute"}  #: by the kinds of actuators
 
 
-def publish_descriptions(node: StageNode, look: Look, robots: Sequence[Robot], wheels: Sequence[Wheels]) -> None:
+def publish_descriptions(node: StageNode, endpoints: Endpoints, look: Look, robots: Sequence[Robot],
+                         wheels: Sequence[Wheels], before: Sequence[Robot] = ()) -> None:
     """Publishes the URDF of each robot once, for late subscribers too, and declares a parameter with it.
 
     A value given to the parameter replaces the URDF that is made from the model.
+
+    Args:
+        node: the node.
+        endpoints: makes the publishers.
+        look: the names of frames.
+        robots: the robots.
+        wheels: their wheels.
+        before: robots with descriptions. Those that `robots` lacks lose their parameters.
     """
-    shapes = {thing.id: thing.shape for thing in node.world._core.things() if thing.robot}
     kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    described = {(robot.model.id, robot.prefix) for robot in before}
+    for _, prefix in described - {(robot.model.id, robot.prefix) for robot in robots}:
+        name = parameter_of(prefix)
+        node._descriptors[name] = ParameterDescriptor()  # undeclare_parameter() refuses read-only parameters
+        node.undeclare_parameter(name)
     for robot, own in zip(robots, wheels):
-        name = f"{robot.prefix}.robot_description".removeprefix(".")
-        made = describe(robot, look, own, shapes[robot.model.id])
-        text = node.declare_parameter(name, made, ParameterDescriptor(
+        publisher = endpoints.publisher(String, joined(robot.prefix, "robot_description"), kept, fixed=True)
+        if (robot.model.id, robot.prefix) in described:
+            continue
+        made = describe(robot, look, own, node.world)
+        text = node.declare_parameter(parameter_of(robot.prefix), made, ParameterDescriptor(
             description="the robot as URDF", read_only=True)).value
-        node.create_publisher(String, joined(robot.prefix, "robot_description"), kept).publish(String(data=text))
+        publisher.publish(String(data=text))
 
 
-def describe(robot: Robot, look: Look, wheels: Wheels, shape: bytes) -> str:
+def parameter_of(prefix: str) -> str:
+    """The parameter with the URDF of the robot with that prefix."""
+    return f"{prefix}.robot_description".removeprefix(".").replace("/", ".")
+
+
+def describe(robot: Robot, look: Look, wheels: Wheels, world: World) -> str:
     """The URDF of a robot.
 
     Args:
         robot: the robot, whose frames are links.
         look: the names of frames.
         wheels: its wheels.
-        shape: its packed shape, as of Thing.shape.
+        world: its world.
     """
     root = Element("robot", name=robot.prefix or robot.model.name)
 
@@ -55,12 +79,16 @@ def describe(robot: Robot, look: Look, wheels: Wheels, shape: bytes) -> str:
         return look.frame(robot.prefix, name)
 
     SubElement(root, "link", name=frame(look.footprint))
-    for _, child, _ in robot.mounts:
+    bodies = {look.base: robot.model, **{joint.child: joint.sensor for joint in robot.actuators}}
+    masses = masses_of(robot.model, list(bodies.values()))
+    for child in [child for _, child, _ in robot.mounts] + [joint.child for joint in robot.actuators]:
         link = SubElement(root, "link", name=frame(child))
-        if child == look.base:
-            _add_body(link, areas_of(shape))
+        if child in bodies:
+            _add_body(link, list(_areas_on(bodies[child], world, bodies.values())), masses[bodies[child].id])
     for parent, child, pose in robot.mounts:
         _add_joint(root, child, "fixed", frame(parent), frame(child), list(pose[:3]), angles_of(pose[3:]))
+    for joint in robot.actuators:
+        _add_actuator(root, joint, frame)
     for number in range(len(wheels.names)):
         _add_wheel(root, frame, frame(look.base), wheels, number)
     indent(root)
@@ -84,45 +112,80 @@ def _add_joint(root: Element, name: str, kind: str, parent: str, child: str, pla
     return joint
 
 
-def _add_body(link: Element, areas: Iterable[Area]) -> None:
+def _rigid(model: Model, links: Iterable[Model]) -> Iterator[Model]:
+    """A model and all that it carries but for robots and the models of other links."""
+    yield model
+    for child in model.children:
+        if child.type != "position" and all(child.id != link.id for link in links):
+            yield from _rigid(child, links)
+
+
+def masses_of(robot: Model, links: Sequence[Model]) -> dict[int, float]:
+    """The masses of links in kilograms, by the ids of their models. Robots without a mass have that of contacts."""
+    masses = {link.id: sum(model.mass for model in _rigid(link, links)) for link in links}
+    return masses if any(masses.values()) else {**masses, robot.id: DEFAULT_MASS}
+
+
+def _areas_on(link: Model, world: World, links: Iterable[Model]) -> Iterator[Area]:
+    """The areas of a link in its frame."""
+    for model in _rigid(link, list(links)):
+        x, y, z, heading = relative(model.pose_in_tree, link.pose_in_tree)
+        c, s = math.cos(heading), math.sin(heading)
+        for area in areas_of(world._core.body(model.id)):
+            outlines = [[(x + c * p - s * q, y + s * p + c * q) for p, q in outline] for outline in area.outlines]
+            yield Area(area.rgba, area.low + z, area.high + z, outlines)
+
+
+def _add_body(link: Element, areas: Sequence[Area], mass: float) -> None:
+    solids = []
     for number, area in enumerate(areas):
         for outline in area.outlines:
+            solids.append(solid_of(outline, round(area.low, 6), round(area.high, 6)))
             for purpose in ("visual", "collision"):
                 part = SubElement(link, purpose)
-                _add_solid(part, outline, round(area.low, 6), round(area.high, 6))
+                _add_solid(part, solids[-1])
                 if purpose == "visual":
                     material = SubElement(part, "material", name=f"{link.get('name')}_{number}")
                     SubElement(material, "color", rgba=_numbers(list(area.rgba)))
+    if mass > 0:
+        _add_inertia(link, mass, solids)
 
 
-def _add_solid(part: Element, outline: Corners, low: float, high: float) -> None:
-    """A cylinder for a round outline, a box for a rectangle, and the box around any other outline."""
-    corners = np.round(outline, 6)  # shapes have single precision
-    turn = 0.0
-    middle = (corners.min(0) + corners.max(0)) / 2
-    radii = np.hypot(*(corners - middle).T)
-    geometry: tuple[str, dict[str, str]]
-    if len(corners) >= MIN_ROUND and np.ptp(radii) < 0.02 * radii.max():
-        geometry = ("cylinder", {"radius": _numbers([round(radii.max(), 5)]), "length": _numbers([high - low])})
+def _add_inertia(link: Element, mass: float, solids: Sequence[Solid]) -> None:
+    """The inertia of solids of one density, about their centre of mass."""
+    middle, inertia = inertia_of(mass, solids)
+    part = SubElement(link, "inertial")
+    _add_origin(part, list(middle), [0.0] * 3)
+    SubElement(part, "mass", value=_numbers([mass]))
+    axes = "xyz"
+    SubElement(part, "inertia", {f"i{axes[i]}{axes[j]}": _numbers([inertia[i, j]])
+                                 for i in range(3) for j in range(i, 3)})
+
+
+def _add_actuator(root: Element, joint: Joint, frame: Callable[[str], str]) -> None:
+    """A joint whose origin is the place of the actuator at its position 0."""
+    state, model = joint.sensor.actuator, joint.sensor
+    x, y, z, heading = relative(model.pose_in_tree, joint.robot.pose_in_tree)
+    if state.kind == "rotational":
+        heading -= state.position
     else:
-        if is_rectangle(corners):
-            turn = math.atan2(corners[1, 1] - corners[0, 1], corners[1, 0] - corners[0, 0])
-            size = [round(math.dist(corners[i], corners[i + 1]), 5) for i in (0, 1)]
-            middle = corners.mean(0)
-        else:
-            size = list(np.ptp(corners, 0))
-        geometry = ("box", {"size": _numbers([*size, high - low])})
-    _add_origin(part, [*middle, (low + high) / 2], [0.0, 0.0, turn])
+        moved = composed((0.0, 0.0, 0.0, heading), (*(state.position * part for part in state.axis), 0.0))
+        x, y, z = x - moved[0], y - moved[1], z - moved[2]
+    made = _add_joint(root, joint.child.removesuffix("_link"), JOINT_TYPES[state.kind], frame(joint.parent),
+                      frame(joint.child), [x, y, z], [0.0, 0.0, heading])
+    SubElement(made, "axis", xyz=_numbers(list(state.axis)))
+    SubElement(made, "limit", lower=_numbers([state.min_position]), upper=_numbers([state.max_position]), effort="0",
+               velocity=_numbers([state.max_speed]))
+
+
+def _add_solid(part: Element, solid: Solid) -> None:
+    _add_origin(part, list(solid.middle), [0.0, 0.0, solid.turn])
+    size = list(solid.size)
+    if solid.is_round:
+        geometry = ("cylinder", {"radius": _numbers(size[:1]), "length": _numbers(size[1:])})
+    else:
+        geometry = ("box", {"size": _numbers(size)})
     SubElement(SubElement(part, "geometry"), geometry[0], geometry[1])
-
-
-def is_rectangle(corners: Array) -> bool:
-    """True for four corners with right angles."""
-    if len(corners) != 4:
-        return False
-    sides = np.roll(corners, -1, 0) - corners
-    across = np.abs((sides * np.roll(sides, -1, 0)).sum(1))
-    return bool((across < 1e-3 * (sides**2).sum(1).max()).all())
 
 
 def angles_of(quaternion: Array) -> list[float]:

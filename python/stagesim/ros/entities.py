@@ -7,21 +7,47 @@ import math
 import re
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from geometry_msgs.msg import Vector3
 from simulation_interfaces.msg import Bounds, EntityCategory, EntityState, Result, Spawnable, TagsFilter
 from simulation_interfaces.srv import SetEntityState, SpawnEntity
 
 from .._core import Model
+from ..shapes import areas_of
 from .messages import heading_of, stamp_of
 from .refusal import Refusal
+from .regions import Prism, Sphere, box_of, convex, hull_of, overlaps, prisms_of
+from .spawning import MOST_NAME, MOST_PLACE, checked_namespace, robot_types
 
 if TYPE_CHECKING:
     from .node import StageNode
 
-#: Max coordinate and max size that clients may ask for, metres.
-MOST_PLACE, MOST_SIZE = 1e5, 1e3
-MOST_NAME = 100  #: max length of a name, characters
+MOST_SIZE = 1e3  #: max size that clients may ask for, metres
+MOST_CORNERS = 1000  #: max number of points of bounds
 BOX = re.compile(r"box(?::([^,]+),([^,]+),([^,]+))?")  #: resources that can be spawned
 BOX_SIZE = (0.5, 0.5, 0.5)
+EXPECTED = "box, box:LENGTH,WIDTH,HEIGHT or robot:MACRO"
+
+
+def _region_of(bounds: Any) -> Prism | Sphere | None:
+    """The region that bounds as a filter describe; None: all of the world. Raises Refusal."""
+    if bounds.type == Bounds.TYPE_EMPTY:
+        return None
+    code, points = Result.RESULT_OPERATION_FAILED, np.array([(point.x, point.y, point.z) for point in bounds.points])
+    if not np.isfinite(points).all():
+        raise Refusal(code, "found bounds that are not finite, expected finite numbers")
+    hull = bounds.type == Bounds.TYPE_CONVEX_HULL
+    if bounds.type > Bounds.TYPE_SPHERE or hull and not 3 <= len(points) <= MOST_CORNERS or not hull and len(points) != 2:
+        raise Refusal(code, f"found bounds of the type {bounds.type} with {len(points)} points, expected two for a box or "
+                            f"a sphere, or 3 to {MOST_CORNERS} for a hull")
+    if bounds.type == Bounds.TYPE_SPHERE and points[1, 0] < 0:
+        raise Refusal(code, f"found the radius {points[1, 0]:g}, expected 0 or more")
+    try:
+        if hull:
+            return hull_of(points)
+    except ValueError as error:
+        raise Refusal(code, str(error)) from None
+    return box_of(*points) if bounds.type == Bounds.TYPE_BOX else Sphere(points[0], points[1, 0])
 
 
 class Entities:
@@ -34,8 +60,6 @@ class Entities:
 
     def __init__(self, node: StageNode, frame: str) -> None:
         self._node, self._frame = node, frame
-        self._robots = {robot.model.id for robot in node.robots}
-        self._spawned: list[Model] = []
 
     def all(self) -> dict[str, Model]:
         """All entities by their names."""
@@ -50,13 +74,14 @@ class Entities:
     @property
     def spawned(self) -> list[Model]:
         """The spawned entities that still exist."""
-        self._spawned = [model for model in self._spawned if model.exists]
-        return self._spawned
+        self._node.spawned = [model for model in self._node.spawned if model.exists]
+        return self._node.spawned
 
     def remove_spawned(self) -> None:
         """Deletes all spawned entities."""
         for model in self.spawned:
             model.delete()
+        self._node.update_team()
         self._node.moved()
 
     # ---- what they are ----
@@ -68,8 +93,8 @@ class Entities:
 
     def _chosen(self, filters: Any) -> list[Model]:
         """The entities that match the filters."""
-        if filters.bounds.type != Bounds.TYPE_EMPTY:
-            raise Refusal(Result.RESULT_FEATURE_UNSUPPORTED, "found bounds as a filter, expected none")
+        region = _region_of(filters.bounds)
+        shapes = self._shapes() if region is not None else {}
         try:
             pattern = re.compile(filters.filter)
         except (re.error, RecursionError, OverflowError) as error:
@@ -80,7 +105,14 @@ class Entities:
         matches = any if filters.tags.filter_mode == TagsFilter.FILTER_MODE_ANY else all
         return [model for name, model in self.all().items()
                 if pattern.search(name) and (not categories or self._category(model) in categories)
-                and (not wanted or matches(tag == model.type for tag in wanted))]
+                and (not wanted or matches(tag == model.type for tag in wanted))
+                and (region is None or any(
+                    overlaps(prism, region)
+                    for prism in prisms_of(areas_of(shapes[model.id]), model.global_pose, model.z)))]
+
+    def _shapes(self) -> dict[int, bytes]:
+        """The shapes of all entities, with what they carry, by their ids."""
+        return {thing.id: thing.shape for thing in self._node.world._core.things()}
 
     def list(self, request: Any, response: Any) -> None:
         """GetEntities."""
@@ -99,6 +131,22 @@ class Entities:
         response.info.category.category = self._category(model)
         response.info.description = f"{model.type}, {length:g} x {width:g} x {height:g} m"
         response.info.tags = [model.type]
+
+    def bounds(self, request: Any, response: Any) -> None:
+        """GetEntityBounds."""
+        prisms = prisms_of(areas_of(self._shapes()[self._named(request.entity).id]))
+        if not prisms:
+            return  # nothing to bound: TYPE_EMPTY
+        corners = convex(np.concatenate([outline for prism in prisms for outline in prism.outlines]))
+        low, high = min(prism.low for prism in prisms), max(prism.high for prism in prisms)
+        (x0, y0), (x1, y1) = corners.min(0), corners.max(0)
+        if len(corners) == 4 and {(x, y) for x, y in corners} == {(x, y) for x in (x0, x1) for y in (y0, y1)}:
+            response.bounds.type = Bounds.TYPE_BOX
+            points = [(x1, y1, high), (x0, y0, low)]
+        else:
+            response.bounds.type = Bounds.TYPE_CONVEX_HULL
+            points = [(x, y, z) for z in (low, high) for x, y in corners]
+        response.bounds.points = [Vector3(x=float(x), y=float(y), z=float(z)) for x, y, z in points]
 
     # ---- where they are ----
 
@@ -147,20 +195,36 @@ class Entities:
     # ---- which there are ----
 
     def spawn(self, request: Any, response: Any) -> None:
-        """SpawnEntity: makes a box."""
-        codes = SpawnEntity.Response
-        name = self._new_name(request.name, request.allow_renaming)
+        """SpawnEntity: makes a box or a robot."""
+        codes, node = SpawnEntity.Response, self._node
+        robot = request.uri.removeprefix("robot:")
+        is_robot = robot in robot_types(node.world)
+        if not request.uri:
+            code = Result.RESULT_FEATURE_UNSUPPORTED if request.resource_string else codes.NO_RESOURCE
+            raise Refusal(code, f"found no uri, expected {EXPECTED}")
+        name = self._new_name(request.name, request.allow_renaming, robot if is_robot else "box")
         if request.entity_namespace:
-            raise Refusal(codes.NAMESPACE_INVALID, "found a namespace, expected none; boxes have no topics")
-        size = self._box(request)
-        frame = request.initial_pose.header.frame_id
-        pose = self._pose(request.initial_pose.pose, frame, codes.INVALID_POSE)
-        self._spawned.append(self._node.world.create(pose=pose, size=size, name=name))
+            self._check_namespace(request.entity_namespace, is_robot)
+        size = () if is_robot else self._box(request.uri)
+        pose = self._pose(request.initial_pose.pose, request.initial_pose.header.frame_id, codes.INVALID_POSE)
+        if is_robot:
+            node.spawn(robot, name, pose, request.entity_namespace)
+        else:
+            node.spawned.append(node.world.create(pose=pose, size=size, name=name))
+            node.moved()
         response.entity_name = name
-        self._node.moved()
 
-    def _new_name(self, name: str, may_differ: bool) -> str:
-        """The name of a new entity."""
+    def _check_namespace(self, namespace: str, is_robot: bool) -> None:
+        code = SpawnEntity.Response.NAMESPACE_INVALID
+        if not is_robot:
+            raise Refusal(code, "found a namespace, expected none; boxes have no topics")
+        try:
+            checked_namespace(namespace, [robot.prefix for robot in self._node.robots])
+        except ValueError as error:
+            raise Refusal(code, str(error)) from None
+
+    def _new_name(self, name: str, may_differ: bool, kind: str) -> str:
+        """The name of a new entity; `kind`: what it is called if it has none."""
         codes, taken = SpawnEntity.Response, {model.name for model in self._node.world.models}
         if len(name) > MOST_NAME or not name.isprintable():
             raise Refusal(codes.NAME_INVALID, f"found a name of {len(name)} characters, expected up to {MOST_NAME} "
@@ -172,21 +236,18 @@ class Entities:
         if not may_differ:
             raise Refusal(codes.NAME_NOT_UNIQUE, f"found the name {name!a}, which another model has")
         number = 0
-        while f"{name or 'box'}_{number}" in taken:
+        while f"{name or kind}_{number}" in taken:
             number += 1
-        return f"{name or 'box'}_{number}"
+        return f"{name or kind}_{number}"
 
-    def _box(self, request: Any) -> tuple[float, ...]:
-        """The size of the box that a request asks for."""
+    @staticmethod
+    def _box(uri: str) -> tuple[float, ...]:
+        """The size of the box that a uri asks for."""
         codes = SpawnEntity.Response
-        if not request.uri:
-            code = Result.RESULT_FEATURE_UNSUPPORTED if request.resource_string else codes.NO_RESOURCE
-            raise Refusal(code, "found no uri, expected box or box:LENGTH,WIDTH,HEIGHT")
-        found = BOX.fullmatch(request.uri)
+        found = BOX.fullmatch(uri)
         if found is None:
-            raise Refusal(codes.UNSUPPORTED_FORMAT,
-                          f"found the uri {request.uri[:MOST_NAME]!a}, expected box or box:LENGTH,WIDTH,HEIGHT; "
-                          "robots are made at the start of the node alone")
+            raise Refusal(codes.UNSUPPORTED_FORMAT, f"found the uri {uri[:MOST_NAME]!a}, expected {EXPECTED}; "
+                                                    "get_spawnables lists the robots")
         if found[1] is None:
             return BOX_SIZE
         try:
@@ -194,22 +255,22 @@ class Entities:
         except ValueError:
             size = ()
         if not size or not all(0 < side <= MOST_SIZE for side in size):
-            raise Refusal(codes.RESOURCE_PARSE_ERROR, f"found the uri {request.uri[:MOST_NAME]!a}, expected sizes "
+            raise Refusal(codes.RESOURCE_PARSE_ERROR, f"found the uri {uri[:MOST_NAME]!a}, expected sizes "
                                                       f"above 0 and up to {MOST_SIZE:g} m")
         return size
 
     def delete(self, request: Any, _: Any) -> None:
         """DeleteEntity."""
         model = self._named(request.entity)
-        if model.id in self._robots:
-            raise Refusal(Result.RESULT_FEATURE_UNSUPPORTED, f"found the robot {model.name!a}, expected another "
-                                                             "entity: robots with topics stay")
         model.delete()
+        self._node.update_team()
         self._node.moved()
 
     def spawnables(self, request: Any, response: Any) -> None:
         """GetSpawnables."""
         response.spawnables = [Spawnable(uri="box", description="a box of 0.5 m"),
-                               Spawnable(uri="box:1,0.5,2", description="a box with these sizes, metres")]
+                               Spawnable(uri="box:1,0.5,2", description="a box with these sizes, metres"),
+                               *(Spawnable(uri=f"robot:{name}", description=f"a robot, by {file or 'the world file'}")
+                                 for name, file in sorted(robot_types(self._node.world).items()))]
         if request.sources:
             response.result.error_message = f"not known: {', '.join(request.sources)[:MOST_NAME]!a}"

@@ -56,6 +56,12 @@ class Feed:
         self.publisher: Any = None
         self.limit = Limit("readings")
 
+    def take_over(self, other: Feed) -> None:
+        """Continues an earlier feed of the topic, with its publisher, subscribers and maximum rate."""
+        self.limit, self.active = other.limit, other.active
+        if other.attached:
+            self.attach()
+
     def attach(self) -> None:
         """Starts reading the data from the world; further calls have no effect."""
         if not self.attached:
@@ -477,6 +483,10 @@ class BatteryFeed(Feed):
         self._message = BatteryState(
             voltage=nan, temperature=nan, current=nan, charge=nan, capacity=nan, design_capacity=nan,
             present=True, power_supply_status=BatteryState.POWER_SUPPLY_STATUS_UNKNOWN)
+
+    def take_over(self, other: Feed) -> None:
+        super().take_over(other)
+        self._before = getattr(other, "_before", np.nan)
 
     def make(self, stamp: Array) -> BatteryState:
         stored = float(self._fleet.energy[self._robot])

@@ -12,6 +12,7 @@ import numpy as np
 from geometry_msgs.msg import PoseWithCovarianceStamped
 
 from .covariance import in_space
+from .endpoints import Endpoints
 from .feeds import Bodies, BodyFeed
 from .frames import Frames
 from .messages import MARK, Array, Template, heading_of, planar
@@ -50,7 +51,8 @@ class Localization:
         covariances: those of the believed poses: shape (n, 36).
     """
 
-    def __init__(self, node: StageNode, look: Look, robots: Sequence[Robot], bodies: Bodies, frames: Frames) -> None:
+    def __init__(self, node: StageNode, endpoints: Endpoints, look: Look, robots: Sequence[Robot], bodies: Bodies,
+                 frames: Frames) -> None:
         self._node, self._frames = node, frames
         self.covariances = in_space(np.zeros((len(robots), 3, 3)))
         for number, robot in enumerate(robots):
@@ -61,7 +63,7 @@ class Localization:
             def believe(message: PoseWithCovarianceStamped, robot: int = number) -> None:
                 self._believe(robot, message)
 
-            node.create_subscription(PoseWithCovarianceStamped, joined(robot.prefix, "initialpose"), believe, 10)
+            endpoints.subscribe(PoseWithCovarianceStamped, joined(robot.prefix, "initialpose"), believe)
 
     def _believe(self, robot: int, message: PoseWithCovarianceStamped) -> None:
         place, covariance = message.pose.pose.position, np.asarray(message.pose.covariance)

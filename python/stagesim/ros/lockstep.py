@@ -36,6 +36,11 @@ class Lockstep:
         self._missing = set(self.names) if asked else set()
         self._since = time.monotonic()
 
+    def rename(self, names: Iterable[str]) -> None:
+        """Changes the names that must answer; new ones must do so from the next step on."""
+        self.names = frozenset(names)
+        self._missing &= self.names
+
     def answer(self, name: str) -> bool:
         """Records an answer for the current time; returns whether it was expected."""
         if name not in self._missing:

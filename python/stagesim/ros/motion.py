@@ -12,16 +12,13 @@ from array import array
 from typing import Mapping, Sequence
 
 import numpy as np
-from sensor_msgs.msg import Imu, JointState
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Int64MultiArray, MultiArrayDimension, MultiArrayLayout
 
 from .._core import Model
 from ..fleet import Fleet
-from .covariance import EXACT
 from .feeds import Bodies, BodyFeed
 from .messages import MARK, Array, Template
-
-GRAVITY = 9.80665  #: m/s2, which accelerometers at rest measure upwards (REP 145)
 
 #: Joints of wheels by drive. Those of a car's front wheels also steer.
 WHEELS: Mapping[str, tuple[str, ...]] = {
@@ -72,10 +69,11 @@ class Motion:
         acceleration: of the bodies forwards and to the left, m/s2: shape (n, 2); NaN: not known yet.
         turned: angles of the wheels, rad, shape (n, 4): those that a robot has come first.
         speeds: their turn rates, rad/s, shape (n, 4).
+        dt: duration of a step, seconds.
     """
 
     def __init__(self, fleet: Fleet, wheels: Sequence[Wheels], dt: float) -> None:
-        self._fleet, self.wheels, self._dt = fleet, wheels, dt
+        self._fleet, self.wheels, self.dt = fleet, wheels, dt
         self.acceleration = np.full((len(fleet), 2), np.nan)
         self.turned, self.speeds = np.zeros((2, len(fleet), 4))
         self._before = np.zeros((len(fleet), 3))
@@ -95,7 +93,7 @@ class Motion:
 
     def count(self) -> Array:
         """The turns of the wheels at the end of the last step, for begin()."""
-        return self.turned + self.speeds * self._dt
+        return self.turned + self.speeds * self.dt
 
     def begin(self, count: Array | None = None) -> None:
         """Starts anew after a reset or a restore; `count`: the value of count() at the restored time; None: zeros."""
@@ -104,6 +102,15 @@ class Motion:
             self._before[:] = self._fleet.actual_velocity
         self.turned[:] = 0.0 if count is None else count
         self.speeds[:] = 0.0
+
+    def take_over(self, other: Motion, rows: Array, others: Array) -> None:
+        """Continues the rows `others` of another motion in the rows `rows`."""
+        if other._follows_bodies:
+            self.follow_bodies()
+        if other._follows_wheels:
+            self.follow_wheels()
+        for name in ("acceleration", "turned", "speeds", "_before"):
+            getattr(self, name)[rows] = getattr(other, name)[others]
 
     def step(self) -> None:
         """Follows a step that has just been made."""
@@ -123,56 +130,28 @@ class Motion:
         """The change of the velocity in the frame of the body, plus the turn rate times the velocity."""
         now, before = self._fleet.actual_velocity, self._before
         mean = (now + before) / 2
-        self.acceleration[:] = (now - before)[:, :2] / self._dt
+        self.acceleration[:] = (now - before)[:, :2] / self.dt
         self.acceleration[:, 0] -= mean[:, 2] * mean[:, 1]
         self.acceleration[:, 1] += mean[:, 2] * mean[:, 0]
         before[:] = now
 
 
-class ImuFeed(BodyFeed):
-    """An inertial measurement unit at the origin of the robot: exact, and with gravity, as REP 145 wants it."""
-
-    message = Imu
-
-    def __init__(self, topic: str, robot: int, bodies: Bodies, motion: Motion, frame: str) -> None:
-        super().__init__(topic, robot, bodies)
-        self._motion = motion
-        message = Imu()
-        message.header.frame_id = frame
-        message.orientation.x = MARK
-        self._template = Template(message)
-        # Orientation, turn rates and accelerations, each before its covariance.
-        numbers = self._template.doubles(MARK, 37)
-        numbers[:] = 0.0
-        self._orientation, self._turn, self._acceleration = numbers[:4], numbers[15:16], numbers[25:28]
-        for first in (4, 16, 28):
-            numbers[first:first + 9:4] = EXACT
-        self._acceleration[2] = GRAVITY
-
-    def connect(self) -> None:
-        self._motion.follow_bodies()
-
-    def make(self, stamp: Array) -> bytes | None:
-        acceleration = self._motion.acceleration[self._robot]
-        if np.isnan(acceleration).any():
-            return None
-        self._template.stamp(stamp)
-        self._orientation[:] = self._bodies.truth()[self._robot, 3:]
-        self._turn[0] = self._bodies.velocity()[self._robot, 2]
-        self._acceleration[:2] = acceleration
-        return self._template.bytes()
-
-
 class JointsFeed(BodyFeed):
-    """Angles and turn rates of the wheels of a robot, and the angles of those that steer."""
+    """Angles and turn rates of the wheels of a robot, the angles of those that steer, and its actuators.
+
+    Args:
+        actuators: the models of the actuators by their names.
+    """
 
     message = JointState
 
-    def __init__(self, topic: str, robot: int, bodies: Bodies, motion: Motion, model: Model) -> None:
+    def __init__(self, topic: str, robot: int, bodies: Bodies, motion: Motion, model: Model,
+                 actuators: Mapping[str, Model]) -> None:
         super().__init__(topic, robot, bodies)
+        self._actuators = list(actuators.values())
         self._motion, self._wheels, self._car = motion, motion.wheels[robot], model
         self._steers = self._wheels.wheelbase > 0
-        names = [*self._wheels.names, *(STEERING if self._steers else ())]
+        names = [*self._wheels.names, *(STEERING if self._steers else ()), *actuators]
         self._count = len(names)
         message = JointState(name=[f"{name}_joint" for name in names],
                              position=array("d", [MARK] + [0.0] * (self._count - 1)),
@@ -191,7 +170,10 @@ class JointsFeed(BodyFeed):
         self._angles[:count] = self._motion.turned[self._robot, :count]
         self._speeds[:count] = self._motion.speeds[self._robot, :count]
         if self._steers:
-            self._angles[count:] = self._wheels.angles(self._car.steering_angle)
+            self._angles[count:count + 2] = self._wheels.angles(self._car.steering_angle)
+        for i, actuator in enumerate(self._actuators, self._count - len(self._actuators)):
+            state = actuator.actuator
+            self._angles[i], self._speeds[i] = state.sensed_position, state.velocity
         return self._template.bytes()
 
 

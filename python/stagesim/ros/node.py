@@ -17,7 +17,7 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import Header
 from std_srvs.srv import Empty, SetBool, Trigger
 
-from .._core import Snapshot
+from .._core import Model, Snapshot
 from ..errors import StageError
 from ..pace import Pace
 from ..world import World
@@ -28,6 +28,7 @@ from .load import LoadFeed
 from .lockstep import Lockstep, split
 from .map_feed import MapFeed
 from .parameters import declare
+from .spawning import spawn
 from .team import Kept, Team
 from .topics import RATES
 
@@ -84,6 +85,7 @@ class StageNode(Node):
 
     Attributes:
         team: the robots.
+        spawned: models that clients have made; some may be gone.
         times: seconds of real time spent so far: in "step", "publish" and "answer" (callbacks).
         silent: True: nothing is published, and no steps are made.
         paused: True: the world is paused.
@@ -125,10 +127,11 @@ class StageNode(Node):
         self.world = world
         self.paused = self.value("paused")
         self._snapshot: Snapshot | None = None
-        self._kept: Kept = (None, None, None)  # beside the snapshot
+        self._kept: Kept | None = None  # beside the snapshot
         self._last_look = 0.0
         self._pace = Pace(self.speed, not self.paused, MAX_DELAY)
         self.team = Team(self)
+        self.spawned: list[Model] = []
         self._time_feed = ClockFeed(self, self.value("clock_rate"))
         self._map_feed = MapFeed(self) if self.value("publish_map") else None
         self._load_feed = LoadFeed(self)
@@ -207,6 +210,48 @@ class StageNode(Node):
             self._send(found, everything=True)
         if self._map_feed is not None:
             self._map_feed.look(self.now)
+
+    # ---- robots ----
+
+    def spawn(self, type: str, name: str = "", pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
+              namespace: str = "") -> Model:
+        """Makes a robot, which has all of its topics and services at once.
+
+        Args:
+            type: a macro of the world file, or of the folder `robots`, such as "turtlebot3_burger".
+            name: its name in the world; empty: that of the macro, with a number if need be.
+            pose: x, y (metres) and heading (radians) in the map.
+            namespace: prefix of its topics and frames; empty: its name.
+
+        Returns:
+            The robot's model. A reset of the world deletes it.
+
+        Raises:
+            ValueError: an argument is invalid.
+            StageError: the robot can't be made.
+        """
+        made = spawn(self, type, name, pose, namespace)
+        self.spawned.append(made)
+        self.update_team()
+        self.moved()
+        return made
+
+    def update_team(self) -> None:
+        """Makes the robots' part anew if robots have come or gone; called after each such change."""
+        if not self.team.is_outdated():
+            return
+        self.team = Team(self, self.team)
+        self._lockstep.rename(self._lockstep_names())
+        if self._all_sensors:
+            self.team.attach_sensors()
+        self._last_look = 0.0
+        if self._window is not None:
+            self._window.on_world_reset()
+
+    @property
+    def _all_sensors(self) -> bool:
+        """True if sensors work without subscribers."""
+        return bool(self.value("always_on")) or self._lockstep.is_used
 
     # ---- clients ----
 
@@ -325,13 +370,14 @@ class StageNode(Node):
         self.world.restore(snapshot)
         last = self.team.last_command
         last[last >= 0] = self.now
-        self._on_world_reset((None, None, None) if file else self._kept)
+        self._on_world_reset(None if file else self._kept)
         return f"went back to {self.world.time:g} s"
 
-    def _on_world_reset(self, kept: Kept = (None, None, None)) -> None:
+    def _on_world_reset(self, kept: Kept | None = None) -> None:
         """Called after loading, a reset or a restore; see Team.begin()."""
         self.steps_asked = 0
-        self.team.begin(kept, all_sensors=self.value("always_on") or self._lockstep.is_used)
+        self.update_team()
+        self.team.begin(kept, self._all_sensors)
         self._lockstep.begin(self.now, self._step_time)
         self._pace.begin()
         self._time_feed.begin()
@@ -344,15 +390,17 @@ class StageNode(Node):
     def _set_lockstep(self) -> None:
         """Applies the parameters of lock-step. Raises ValueError if they don't fit the others."""
         self._lockstep_taken = self._lockstep_parameters()
-        text, interval = self._lockstep_taken
-        names = set(split(text))
-        if "all" in names:
-            names = names - {"all"} | set(self.team.names)
+        names = self._lockstep_names()
         if names & set(self.team.names) and not self.value("stamped_cmd_vel"):
             raise ValueError("found robots in lockstep, whose commands carry no time; "
                              "expected stamped_cmd_vel:=true")
-        self._lockstep = Lockstep(names, round(interval * 1e6))
+        self._lockstep = Lockstep(names, round(self._lockstep_taken[1] * 1e6))
         self._lockstep.begin(self.now, self._step_time)
+
+    def _lockstep_names(self) -> set[str]:
+        """The robots and programs that the parameter `lockstep` names."""
+        names = set(split(self._lockstep_taken[0]))
+        return names - {"all"} | set(self.team.names) if "all" in names else names
 
     def _lockstep_parameters(self) -> tuple[str, float]:
         return self.value("lockstep"), self.value("lockstep_interval")

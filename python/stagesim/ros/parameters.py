@@ -63,6 +63,13 @@ PARAMETERS = {
     "wheel_separation": Parameter(0.0, "distance of the left from the right wheels, metres; 0: the width of the body",
                                   **_at_least(0), fixed=True),
     "ticks_per_turn": Parameter(1000, "ticks that encoders count in a turn of a wheel", **_at_least(1), fixed=True),
+    "imu_gyro_noise": Parameter(0.0, "standard deviation of the noise of gyroscopes, rad/s", **_at_least(0), fixed=True),
+    "imu_gyro_walk": Parameter(0.0, "standard deviation of the change of their bias in a second, rad/s", **_at_least(0),
+                               fixed=True),
+    "imu_accelerometer_noise": Parameter(0.0, "standard deviation of the noise of accelerometers, m/s2", **_at_least(0),
+                                         fixed=True),
+    "imu_accelerometer_walk": Parameter(0.0, "standard deviation of the change of their bias in a second, m/s2",
+                                        **_at_least(0), fixed=True),
     "sensor_qos": Parameter("reliable", "reliability of sensors' topics: reliable publishers reach subscribers "
                             "of both kinds", **_one_of("reliable", "best_effort")),
     "ranges": Parameter("rep117", "values of ranges and depths: rep117: infinity where nothing is hit, and minus infinity "

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Callable, Iterator
+from typing import Any, Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -13,7 +13,8 @@ from ..fleet import Fleet, Reading, sensor_types
 from ..world import World
 from .feeds import (MAX_DETECTIONS, BatteryFeed, BlobsFeed, Bodies, CameraInfoFeed, Feed, FiducialsFeed, ImageFeed,
                     OdometryFeed, RangeFeed, ReadingFeed, ScanFeed, StallFeed)
-from .motion import ImuFeed, JointsFeed, Motion, TicksFeed
+from .imu import ImuErrors, ImuFeed, ImuNoise
+from .motion import JointsFeed, Motion, TicksFeed
 from .neighbours import ContactsFeed, RadioFeed
 from .names import (BASE_FRAME, FOOTPRINT_FRAME, MAP_FRAME, ODOMETRY_FRAME, ODOMETRY_TOPIC, SCAN_TOPIC, SCHEMES,
                     NamingScheme, joined, ros_name, sensor_name)
@@ -31,6 +32,7 @@ class Look:
         by_rep117: True: ranges and depths follow REP 117; False: they are published as Stage has them.
         plain_frames: True: messages name a robot's frames without its prefix, as its own /NAME/tf does.
         ticks: number of ticks that encoders count in a turn of a wheel.
+        imu: errors of inertial measurement units.
     """
 
     scheme: NamingScheme = SCHEMES["stage_ros2"]
@@ -43,6 +45,7 @@ class Look:
     by_rep117: bool = True
     plain_frames: bool = False
     ticks: int = 1000
+    imu: ImuErrors = ImuErrors()
 
     def frame(self, prefix: str, name: str) -> str:
         """The name in messages of a frame of the robot with that prefix."""
@@ -54,11 +57,11 @@ Place = tuple[float, float, float, float]  #: x, y, z (metres) and heading (radi
 
 @dataclass(frozen=True)
 class Joint:
-    """A sensor's frame that moves on its robot, as an actuator or another robot carries the sensor.
+    """A frame that moves on its robot: an actuator, or a sensor that another robot carries.
 
     Attributes:
         parent, child: names of frames, without the robot's prefix.
-        robot, sensor: models; the sensor stands on the robot, with others between them.
+        robot, sensor: models; the actuator or sensor stands on the robot or an actuator, with others between them.
         inner: the pose of the frame on the sensor.
         pan, tilt: how it is turned there, radians; positive tilts look down.
     """
@@ -86,7 +89,8 @@ class Robot:
         prefix: prefix of its topics and frames; may be empty.
         feeds: its topics.
         mounts: its static frames: parent and child without the prefix, and position and quaternion, shape (7,).
-        joints: its frames of sensors that move on it.
+        joints: its frames that move on it.
+        actuators: those of them that are actuators, each after the one that carries it.
     """
 
     model: Model
@@ -94,11 +98,12 @@ class Robot:
     feeds: list[Feed] = field(default_factory=list)
     mounts: list[tuple[str, str, np.ndarray]] = field(default_factory=list)
     joints: list[Joint] = field(default_factory=list)
+    actuators: list[Joint] = field(default_factory=list)
 
 
-def make_robots(world: World, fleet: Fleet, bodies: Bodies, motion: Motion, look: Look) -> list[Robot]:
-    """Makes all robots of the fleet, with their feeds and frames."""
-    names = look.scheme.prefixes(list(fleet.names), look.enforce_prefixes)
+def make_robots(world: World, fleet: Fleet, bodies: Bodies, motion: Motion, look: Look,
+                names: Sequence[str]) -> list[Robot]:
+    """Makes all robots of the fleet, with their feeds and frames; `names` are their prefixes."""
     models = {model.id: model for model in world.models}  # by id, because names may be ambiguous
     return [_Maker(world, fleet, bodies, motion, look, i, Robot(models[fleet.ids[i]], names[i])).robot
             for i in range(len(fleet))]
@@ -127,7 +132,9 @@ class _Maker:
         self._fleet, self._look, self._number = fleet, look, number
         self._step = round(world.dt * 1e6)
         self.robot = robot
+        self._links = {robot.model.id: look.base}  # frames that do not move on their model
         self._add_odometry(bodies)
+        self._add_actuators()
         self._add_motion(bodies, motion)
         kinds: dict[str, list[Model]] = {}
         for model in tree(self.robot.model):
@@ -166,22 +173,33 @@ class _Maker:
     def _mount(self, frame: str, sensor: Model, inner: Place = (0.0, 0.0, 0.0, 0.0), pan: float = 0.0,
                tilt: float = 0.0) -> str:
         """A frame at the pose `inner` on a sensor of the robot; returns its name in messages."""
-        base, robot = self._look.base, self.robot.model
-        if self._is_moved(sensor):
-            self.robot.joints.append(Joint(base, frame, robot, sensor, inner, pan, tilt))
+        carrier = self._carrier_of(sensor)
+        if carrier is None:
+            self.robot.joints.append(Joint(self._look.base, frame, self.robot.model, sensor, inner, pan, tilt))
         else:
-            place = composed(relative(sensor.pose_in_tree, robot.pose_in_tree), inner)
-            self.robot.mounts.append((base, frame, spatial(place, pan, tilt)))
+            place = composed(relative(sensor.pose_in_tree, carrier.pose_in_tree), inner)
+            self.robot.mounts.append((self._links[carrier.id], frame, spatial(place, pan, tilt)))
         return self._frame(frame)
 
-    def _is_moved(self, sensor: Model) -> bool:
-        """True if something between the sensor and its robot moves by itself."""
-        carrier = sensor.parent
-        while carrier is not None and carrier.id != self.robot.model.id:
-            if carrier.type in ("actuator", "position"):
-                return True
+    def _carrier_of(self, model: Model) -> Model | None:
+        """The robot, or the actuator on it, on which a model does not move; None: it is on another robot."""
+        carrier = model.parent
+        while carrier is not None and carrier.id not in self._links:
+            if carrier.type == "position":
+                return None
             carrier = carrier.parent
-        return False
+        return carrier
+
+    def _add_actuators(self) -> None:
+        """The frames of actuators, which carry the frames of sensors."""
+        found = [model for model in tree(self.robot.model) if model.type == "actuator"]
+        for i, model in enumerate(found):
+            carrier = self._carrier_of(model)
+            if carrier is not None:
+                self._links[model.id] = f"{self._look.scheme.numbered('actuator', i, len(found))}_link"
+                joint = Joint(self._links[carrier.id], self._links[model.id], carrier, model, (0.0,) * 4, 0.0, 0.0)
+                self.robot.joints.append(joint)
+                self.robot.actuators.append(joint)
 
     # ---- feeds ----
 
@@ -201,9 +219,13 @@ class _Maker:
 
     def _add_motion(self, bodies: Bodies, motion: Motion) -> None:
         row, model = self._number, self.robot.model
-        self._feed("imu", ImuFeed(self._topic("imu"), row, bodies, motion, self._frame(self._look.base)))
+        noise = ImuNoise(self._look.imu, self._fleet.world, model.id)
+        self._feed("imu", ImuFeed(self._topic("imu"), row, bodies, motion, self._frame(self._look.base), self._look.imu,
+                                  noise))
+        if motion.wheels[row].names or self.robot.actuators:
+            moved = {joint.child.removesuffix("_link"): joint.sensor for joint in self.robot.actuators}
+            self._feed("joint_states", JointsFeed(self._topic("joint_states"), row, bodies, motion, model, moved))
         if motion.wheels[row].names:
-            self._feed("joint_states", JointsFeed(self._topic("joint_states"), row, bodies, motion, model))
             self._feed("wheel_ticks", TicksFeed(self._topic("wheel_ticks"), row, bodies, motion, self._look.ticks))
 
     def _add_ranger(self, model: Model, index: int, count: int) -> None:

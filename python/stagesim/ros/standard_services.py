@@ -22,11 +22,12 @@ if TYPE_CHECKING:
     from .node import StageNode
 
 FEATURES = (
-    "SPAWNING", "DELETING", "ENTITY_TAGS", "ENTITY_CATEGORIES", "ENTITY_STATE_GETTING", "ENTITY_STATE_SETTING",
+    "SPAWNING", "DELETING", "ENTITY_TAGS", "ENTITY_BOUNDS", "ENTITY_BOUNDS_BOX", "ENTITY_BOUNDS_CONVEX",
+    "ENTITY_CATEGORIES", "ENTITY_STATE_GETTING", "ENTITY_STATE_SETTING",
     "ENTITY_INFO_GETTING", "SPAWNABLES", "SIMULATION_RESET", "SIMULATION_RESET_SPAWNED", "SIMULATION_STATE_GETTING",
     "SIMULATION_STATE_SETTING", "SIMULATION_STATE_PAUSE", "STEP_SIMULATION_SINGLE", "STEP_SIMULATION_MULTIPLE",
     "STEP_SIMULATION_ACTION")
-UNSUPPORTED = ("GetAvailableWorlds", "GetCurrentWorld", "GetEntityBounds", "GetNamedPoseBounds", "GetNamedPoses",
+UNSUPPORTED = ("GetAvailableWorlds", "GetCurrentWorld", "GetNamedPoseBounds", "GetNamedPoses",
                "LoadWorld", "SetEntityInfo", "UnloadWorld")
 STATES = {SimulationState.STATE_STOPPED: "stopped", SimulationState.STATE_PLAYING: "playing",
           SimulationState.STATE_PAUSED: "paused", SimulationState.STATE_QUITTING: "quitting"}
@@ -66,7 +67,7 @@ class StandardServices:
         self._goal: _Goal | None = None
         handlers = {
             "GetEntities": entities.list, "GetEntitiesStates": entities.list_with_states,
-            "GetEntityInfo": entities.describe, "GetEntityState": entities.state,
+            "GetEntityInfo": entities.describe, "GetEntityBounds": entities.bounds, "GetEntityState": entities.state,
             "SetEntityState": entities.set_state, "SpawnEntity": entities.spawn, "DeleteEntity": entities.delete,
             "GetSpawnables": entities.spawnables, "ResetSimulation": self._reset, "StepSimulation": self._step,
             "GetSimulationState": self._get_state, "SetSimulationState": self._set_state,
@@ -98,7 +99,7 @@ class StandardServices:
 
     def _features(self, _: Any, response: Any) -> Any:
         response.features.features = [getattr(SimulatorFeatures, name) for name in FEATURES]
-        response.features.spawn_formats = ["box"]
+        response.features.spawn_formats = ["box", "robot"]
         response.features.custom_info = f"Stage {__version__}; docs/ros.md describes its services"
         return response
 

@@ -10,12 +10,13 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
+from .endpoints import Endpoints
 from .feeds import Bodies
 from .frames import Frames
 from .messages import Array, Transforms, planar, stamp_of, stamps_of
 from .names import joined
 from .robots import Look, Robot
-from .topics import Limit, make_publisher
+from .topics import Limit
 
 try:
     from tf2_msgs.msg import TFMessage
@@ -26,7 +27,7 @@ except ModuleNotFoundError:  # not among PyPI's wheels
 _MOST_MESSAGES = 64
 
 
-def transform_feeds(node: Node, look: Look, robots: Sequence[Robot], bodies: Bodies, frames: Frames,
+def transform_feeds(node: Node, endpoints: Endpoints, look: Look, robots: Sequence[Robot], bodies: Bodies, frames: Frames,
                     with_map: bool, namespaced: str) -> list[TransformFeed]:
     """The feeds of all frames; none, after a warning, if there is no module tf2_msgs.
 
@@ -40,9 +41,9 @@ def transform_feeds(node: Node, look: Look, robots: Sequence[Robot], bodies: Bod
         return []
     own = [i for i, robot in enumerate(robots) if robot.prefix and namespaced != "no"]
     shared = [i for i in range(len(robots)) if namespaced == "also" or i not in own]
-    feeds = [TransformFeed(node, look, robots, bodies, frames, with_map, [i], robots[i].prefix) for i in own]
+    feeds = [TransformFeed(endpoints, look, robots, bodies, frames, with_map, [i], robots[i].prefix) for i in own]
     if shared:
-        feeds.append(TransformFeed(node, look, robots, bodies, frames, with_map, shared))
+        feeds.append(TransformFeed(endpoints, look, robots, bodies, frames, with_map, shared))
     return feeds
 
 
@@ -53,7 +54,7 @@ class TransformFeed:
     robot's odometry and the poses of that instant: the robot's body, and sensors that stand on an actuator.
 
     Args:
-        node: the node that publishes.
+        endpoints: makes the publishers.
         look: the names of frames.
         robots: all robots of the world.
         bodies: their poses.
@@ -69,10 +70,10 @@ class TransformFeed:
         limit: its maximum rate.
     """
 
-    def __init__(self, node: Node, look: Look, robots: Sequence[Robot], bodies: Bodies, frames: Frames,
+    def __init__(self, endpoints: Endpoints, look: Look, robots: Sequence[Robot], bodies: Bodies, frames: Frames,
                  with_map: bool, chosen: Sequence[int], namespace: str = "") -> None:
         topic = joined(namespace, "tf") if namespace else "/tf"
-        self.publisher = make_publisher(node, TFMessage, topic, 100)
+        self.publisher = endpoints.publisher(TFMessage, topic, 100)
         self.active = False
         self.limit = Limit("tf")
         self._look, self._bodies, self._frames, self._with_map = look, bodies, frames, with_map
@@ -82,7 +83,7 @@ class TransformFeed:
         self._joints = [(i, joint) for i, robot in enumerate(self._robots) for joint in robot.joints]
         self._joint_owners = np.array([i for i, _ in self._joints], np.intp)
         kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._static = node.create_publisher(TFMessage, f"{topic}_static", kept)
+        self._static = endpoints.publisher(TFMessage, f"{topic}_static", kept, fixed=True)
         names = [(joined(prefix, parent), joined(prefix, child))
                  for prefix, robot in zip(self._prefixes, self._robots) for parent, child, _ in robot.mounts]
         poses = [pose for robot in self._robots for _, _, pose in robot.mounts]
