@@ -44,7 +44,7 @@ def expected_topics(world: st.World, scheme: str) -> list[str]:
     """The topics that docs/ros.md documents, computed independently of the node."""
     old = scheme == "stage_ros"
     robots = [model for model in world.models if model.type == "position" and model.parent is None]
-    topics = []
+    topics = ["/diagnostics"]
     for i, robot in enumerate(robots):
         prefix = "/" if len(robots) == 1 else f"/robot_{i}/" if old else f"/{robot.name}/"
         kinds = Counter(model.type for model in tree(robot))
