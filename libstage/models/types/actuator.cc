@@ -24,10 +24,28 @@ namespace Stg {
 namespace {
 constexpr double kWatts = 2.0;
 constexpr double kSecond = 1e6;  // microseconds
+
+ReadingShape ShapeOfJoint(const ModelActuator&) { return ReadingShape(); }
+
+bool CopyPosition(const ModelActuator& actuator, size_t, double* to) {
+  *to = actuator.GetPosition();
+  return true;
+}
+
+bool CopyVelocity(const ModelActuator& actuator, size_t, double* to) {
+  *to = actuator.GetVelocity();
+  return true;
+}
 }  // namespace
 
 ModelType ActuatorType() {
-  return ModelTypeOf<ModelActuator>("actuator").Updates(ModelType::kParallel);
+  return ModelTypeOf<ModelActuator>("actuator")
+      .Updates(ModelType::kParallel)
+      .Reads(MakeReading("position", "m or rad",
+                         "Displacement from the pose in the world file, at the end of the step.",
+                         ShapeOfJoint, CopyPosition))
+      .Reads(MakeReading("velocity", "m/s or rad/s", "The velocity of the step.", ShapeOfJoint,
+                         CopyVelocity));
 }
 
 ModelActuator::ModelActuator(World* world_, Model* parent_, const std::string& type_)

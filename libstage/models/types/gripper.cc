@@ -61,13 +61,61 @@ void Describe(const ModelGripper&, SensorExtent* extent) {
   extent->rays = extent->parts = 4;  // two beams, two contact strips
 }
 
+// ---- readings -----------------------------------------------------------------------------------
+
+ReadingShape ShapeOfState(const ModelGripper&) { return ReadingShape(); }
+ReadingShape ShapeOfPair(const ModelGripper&) { return ReadingShape(2); }
+
+/// GetConfig() only copies, but is not declared const.
+ModelGripper::config_t ConfigOf(const ModelGripper& gripper) {
+  return const_cast<ModelGripper&>(gripper).GetConfig();
+}
+
+template <auto state>
+bool CopyState(const ModelGripper& gripper, size_t, int32_t* to) {
+  *to = static_cast<int32_t>(ConfigOf(gripper).*state);
+  return true;
+}
+
+template <double ModelGripper::config_t::*place>
+bool CopyPlace(const ModelGripper& gripper, size_t, double* to) {
+  *to = ConfigOf(gripper).*place;
+  return true;
+}
+
+template <Model* (ModelGripper::config_t::*pair)[2]>
+bool CopyPair(const ModelGripper& gripper, size_t length, bool* to) {
+  const ModelGripper::config_t config = ConfigOf(gripper);
+  for (size_t i = 0; i < length; i++) to[i] = (config.*pair)[i] != nullptr;
+  return true;
+}
+
+bool CopyGripped(const ModelGripper& gripper, size_t, bool* to) {
+  *to = ConfigOf(gripper).gripped != nullptr;
+  return true;
+}
+
 }  // namespace
 
 ModelType GripperType() {
   return ModelTypeOf<ModelGripper>("gripper")
       .Updates(ModelType::kParallel | ModelType::kRequestsSensed)
       .Senses(Describe)
-      .Measurable();
+      .Measurable()
+      .Reads(MakeReading("paddles", "", "0 open, 1 closed, 2 opening, 3 closing.", ShapeOfState,
+                         CopyState<&ModelGripper::config_t::paddles>))
+      .Reads(MakeReading("paddle_position", "", "Position of the fingers: 0 open, 1 closed.",
+                         ShapeOfState, CopyPlace<&ModelGripper::config_t::paddle_position>))
+      .Reads(MakeReading("lift", "", "0 down, 1 up, 2 going up, 3 going down.", ShapeOfState,
+                         CopyState<&ModelGripper::config_t::lift>))
+      .Reads(MakeReading("lift_position", "", "Position of the lift: 0 down, 1 up.", ShapeOfState,
+                         CopyPlace<&ModelGripper::config_t::lift_position>))
+      .Reads(MakeReading("beams", "", "Whether the inner and the outer beam are broken.",
+                         ShapeOfPair, CopyPair<&ModelGripper::config_t::beam>))
+      .Reads(MakeReading("contacts", "", "Whether something touches the left and the right finger.",
+                         ShapeOfPair, CopyPair<&ModelGripper::config_t::contact>))
+      .Reads(MakeReading("gripped", "", "Whether the gripper holds something.", ShapeOfState,
+                         CopyGripped));
 }
 
 ModelGripper::ModelGripper(World* world_, Model* parent_, const std::string& type_)

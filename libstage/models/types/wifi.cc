@@ -52,6 +52,26 @@ void Describe(const ModelWifi& wifi, SensorExtent* extent) {
   extent->rays_vary = wifi.propagation == ModelWifi::PROPAGATION_RAYTRACE;
 }
 
+// ---- readings -----------------------------------------------------------------------------------
+
+const std::vector<ModelWifi::Neighbor>& Reached(const ModelWifi& wifi) {
+  return wifi.GetNeighbors();
+}
+
+ReadingShape ShapeOfCount(const ModelWifi&) { return ReadingShape(); }
+
+bool CopyCount(const ModelWifi& wifi, size_t, int32_t* to) {
+  *to = static_cast<int32_t>(wifi.GetNeighbors().size());
+  return true;
+}
+
+void PutPosition(const ModelWifi::Neighbor& device, double* to) {
+  to[0] = device.pose.x;
+  to[1] = device.pose.y;
+}
+void PutPower(const ModelWifi::Neighbor& device, double* to) { *to = device.db; }
+void PutFrequency(const ModelWifi::Neighbor& device, double* to) { *to = device.freq; }
+
 }  // namespace
 
 ModelType WifiType() {
@@ -59,7 +79,17 @@ ModelType WifiType() {
       .Moves(ModelType::kStays)
       .Updates(ModelType::kParallel | ModelType::kIgnoresOwnTree | ModelType::kRequestsSensed)
       .Senses(Describe)
-      .Measurable();
+      .Measurable()
+      .Reads(
+          MakeReading("count", "", "Number of devices that are reached.", ShapeOfCount, CopyCount))
+      .Reads(MakeListReading("position", "m",
+                             "Where each device was at the start of the step: x and y.", Reached,
+                             PutPosition, 2))
+      .Reads(MakeListReading("power", "dBm",
+                             "Power of this device's signal there; 1 with simple propagation.",
+                             Reached, PutPower))
+      .Reads(
+          MakeListReading("frequency", "MHz", "Frequency of each device.", Reached, PutFrequency));
 }
 
 ModelWifi::ModelWifi(World* world_, Model* parent_, const std::string& type_)
