@@ -25,6 +25,7 @@ class LogWriter {
   /// Adds a serialized message.
   void Add(uint16_t channel, usec_t time, const Buffer& message);
   McapWriter& mcap() { return mcap_; }
+  const McapWriter& mcap() const { return mcap_; }
 
  private:
   McapWriter mcap_;

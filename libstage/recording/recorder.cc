@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "messages/report.hh"
+#include "recording/activity.hh"
 #include "recording/fields.hh"
 #include "recording/log_writer.hh"
 #include "recording/moved_models.hh"
@@ -21,6 +22,7 @@
 #include "recording/ros_names.hh"
 #include "recording/world_files.hh"
 #include "stage_config.hh"
+#include "world/around_step.hh"
 #include "world/engine.hh"
 #include "world/world.hh"
 #include "world/world_handle.hh"
@@ -80,6 +82,7 @@ usec_t TimeBetweenUpdates(const Model& model) {
 struct LoggedRobot {
   LoggedRobot(const Robot& of, RangeConvention ranges, usec_t now)
       : robot(of),
+        id(of.model->GetId()),
         odometry(of.odom_frame, of.footprint_frame),
         truth(kMapFrame, of.footprint_frame) {
     for (const ScanSource& scan : of.scans)
@@ -88,6 +91,9 @@ struct LoggedRobot {
   }
   /// Takes over what was already written for this robot.
   void ContinueFrom(const LoggedRobot& before) {
+    activity = before.activity;
+    odometry.ContinueFrom(before.odometry);
+    origin = before.origin;
     is_new = before.is_new;
     robot_state = before.robot_state;
     for (size_t i = 0; i < std::min(scans.size(), before.scans.size()); i++)
@@ -97,7 +103,16 @@ struct LoggedRobot {
       if (sensors[i].source.topic == before.sensors[i].source.topic)
         sensors[i].written = before.sensors[i].written;
   }
+  /// True if frames and sensors are those of `other`.
+  bool HasFramesOf(const LoggedRobot& other) const {
+    return id == other.id && robot.base_frame == other.robot.base_frame &&
+           std::ranges::equal(scans, other.scans, [](const LoggedScan& a, const LoggedScan& b) {
+             return a.source.frame == b.source.frame;
+           });
+  }
   Robot robot;
+  uint32_t id;  // of its model
+  Activity activity;
   OdometryMaker odometry, truth;
   std::vector<LoggedScan> scans;
   std::vector<LoggedSensor> sensors;
@@ -110,6 +125,7 @@ struct LoggedRobot {
 
 struct LoggedField {
   FieldSource source;
+  uint32_t id;  // of the model
   usec_t next;  // when values are due
 };
 
@@ -133,11 +149,18 @@ class Recorder::Impl : public std::enable_shared_from_this<Impl> {
       : options_(options), log_(options.file, options.compression) {}
 
   void Attach(World* world);
+  void Begin(World* world);
+  void BeforeStep(World* world);
+  void AfterStep(World* world);
   void Finish();
+  /// Throws std::runtime_error if anything could not be written.
+  void CheckFile() const;
 
  private:
   void Arm();
-  void AfterStep();
+  void StepAttached();
+  void LookAt(World* world);
+  void FindModels();
   void AddFiles();
   void AddMap();
   void FindRobots();
@@ -163,7 +186,7 @@ class Recorder::Impl : public std::enable_shared_from_this<Impl> {
   WorldHandle handle_;  // of world_
   uint64_t epoch_ = 0, topology_version_ = 0;
   usec_t now_ = 0, next_ = 0;
-  bool ended_ = false;
+  bool attached_ = false, ended_ = false, was_set_back_ = false;
   std::vector<LoggedRobot> robots_;
   std::vector<LoggedField> fields_;
   bool fixed_changed_ = true;  // /tf_static needs to be written
@@ -175,52 +198,83 @@ class Recorder::Impl : public std::enable_shared_from_this<Impl> {
 // ---- attaching and stepping ---------------------------------------------------------------------
 
 void Recorder::Impl::Attach(World* world) {
-  world_ = world;
+  attached_ = true;
   handle_ = WorldHandle(world);
   epoch_ = world->engine().epoch;
-  now_ = world->SimTimeNow();
-  next_ = now_ + options_.every;
-  AddFiles();
-  FindRobots();
-  FindFields();
-  CheckRobots();
-  WriteAll();
-  AddMap();
+  Begin(world);
   Arm();
 }
 
-/// A callback that is requested again after each step is not part of the world's state.
-void Recorder::Impl::Arm() {
-  world_->CallAfterStep([weak = weak_from_this()](World&) {
-    if (const std::shared_ptr<Impl> self = weak.lock()) self->AfterStep();
-  });
+void Recorder::Impl::Begin(World* world) {
+  world_ = world;
+  now_ = world->SimTimeNow();
+  next_ = now_ + options_.every;
+  AddFiles();
+  FindModels();
+  CheckRobots();
+  WriteAll();
+  AddMap();
 }
 
-void Recorder::Impl::AfterStep() {
+/// A call that is requested again after each step is not part of the world's state.
+void Recorder::Impl::Arm() {
+  const auto call = [weak = weak_from_this()](auto what) {
+    return [weak, what](World& world) {
+      if (const std::shared_ptr<Impl> self = weak.lock()) what(self.get(), &world);
+    };
+  };
+  world_->CallAfterStep(AroundStep{call([](Impl* self, World* world) { self->BeforeStep(world); }),
+                                   call([](Impl* self, World*) { self->StepAttached(); })});
+}
+
+void Recorder::Impl::StepAttached() {
   if (ended_) return;
-  WorldEngine& engine = world_->engine();
-  now_ = world_->SimTimeNow();
-  if (engine.topology_version != topology_version_) {
-    FindRobots();
-    FindFields();
-  }
-  NoteScans();
-  if (now_ >= next_) {
-    WriteAll();
-    while (options_.every > 0 && next_ <= now_) next_ += options_.every;
-  }
+  AfterStep(world_);
   if (log_.mcap().problem().empty())
     Arm();
   else
     world_->Quit();
 }
 
+/// Looks the models up again if there may be others, or other objects for them.
+void Recorder::Impl::LookAt(World* world) {
+  if (attached_ && world->engine().topology_version == topology_version_) return;
+  world_ = world;
+  FindModels();
+}
+
+void Recorder::Impl::BeforeStep(World* world) {
+  if (world->SimTimeNow() < now_) ended_ = was_set_back_ = true;
+  if (ended_) return;
+  LookAt(world);
+  for (LoggedRobot& robot : robots_)
+    if (robot.robot.position) robot.activity.BeforeStep(*robot.robot.position);
+}
+
+void Recorder::Impl::AfterStep(World* world) {
+  if (ended_) return;
+  now_ = world->SimTimeNow();
+  LookAt(world);
+  NoteScans();
+  for (LoggedRobot& robot : robots_)
+    if (robot.robot.position) robot.activity.AfterStep(*robot.robot.position, now_);
+  if (now_ < next_) return;
+  WriteAll();
+  while (options_.every > 0 && next_ <= now_) next_ += options_.every;
+}
+
 void Recorder::Impl::Finish() {
-  if (world_ && (!handle_ || world_->engine().epoch != epoch_))
+  const bool is_lost = attached_ && (!handle_ || world_->engine().epoch != epoch_);
+  if (is_lost || was_set_back_)
     messages::Warn("the log ends at " + std::to_string(static_cast<double>(now_) / 1e6) +
-                   " s, as its world was unloaded");
+                   " s, as its world was " +
+                   (is_lost ? "unloaded" : "set back to an earlier time"));
   ended_ = true;
   log_.mcap().Finish();
+  CheckFile();
+}
+
+void Recorder::Impl::CheckFile() const {
   if (const std::string problem = log_.mcap().problem(); !problem.empty())
     throw std::runtime_error(problem);
 }
@@ -255,11 +309,16 @@ bool Recorder::Impl::IsWanted(const Robot& robot) const {
          });
 }
 
-/// Called again whenever models were added or removed; keeps the progress of robots that remain.
+/// Called again whenever models may have been added or removed.
+void Recorder::Impl::FindModels() {
+  topology_version_ = world_->engine().topology_version;
+  FindRobots();
+  FindFields();
+}
+
+/// Keeps the progress of robots that remain.
 void Recorder::Impl::FindRobots() {
   WorldEngine& engine = world_->engine();
-  topology_version_ = engine.topology_version;
-  fixed_changed_ = true;
   const std::vector<LoggedRobot> before = std::exchange(robots_, {});
   std::unordered_map<std::string, const LoggedRobot*> known;
   for (const LoggedRobot& robot : before) known[robot.robot.base_frame] = &robot;
@@ -267,25 +326,29 @@ void Recorder::Impl::FindRobots() {
     if (!IsWanted(robot)) continue;
     LoggedRobot& found = robots_.emplace_back(robot, options_.ranges, now_);
     const auto same = known.find(robot.base_frame);
-    if (same != known.end() && same->second->robot.model == robot.model)
-      found.ContinueFrom(*same->second);
+    if (same != known.end() && same->second->id == found.id) found.ContinueFrom(*same->second);
   }
+  const auto have_same_frames = [](const LoggedRobot& a, const LoggedRobot& b) {
+    return a.HasFramesOf(b);
+  };
+  fixed_changed_ =
+      fixed_changed_ || attached_ || !std::ranges::equal(robots_, before, have_same_frames);
 }
 
-/// Called when FindRobots() is, too. The values of new fields are due at once.
+/// The values of new fields are due at once.
 void Recorder::Impl::FindFields() {
   const std::vector<LoggedField> before = std::exchange(fields_, {});
   for (const FieldSource& source : FieldsOf(world_->engine().models)) {
     const auto known = std::ranges::find_if(before, [&](const LoggedField& field) {
-      return field.source.field == source.field && field.source.topic == source.topic;
+      return field.id == source.field->GetId() && field.source.topic == source.topic;
     });
-    fields_.push_back({source, known == before.end() ? now_ : known->next});
+    fields_.push_back({source, source.field->GetId(), known == before.end() ? now_ : known->next});
   }
 }
 
 void Recorder::Impl::CheckRobots() const {
   if (!robots_.empty() || options_.robots.empty()) return;
-  throw std::runtime_error("--log-models: found no robot called " +
+  throw std::runtime_error(std::string(options_.robots_option) + ": found no robot called " +
                            messages::Quoted(options_.robots[0]) +
                            (options_.robots.size() > 1 ? " or matching the other patterns" : ""));
 }
@@ -300,10 +363,14 @@ void Recorder::Impl::WriteAll() {
   ChooseDueRobots();
   if (fixed_changed_) WriteFixedTransforms();
   WriteTransforms();
+  const TouchesByModel touches = robots_.empty() ? TouchesByModel() : FindTouches(world_);
   for (LoggedRobot& robot : robots_) {
     if (robot.is_due) WriteOdometry(&robot);
+    robot.activity.WriteCommand(robot.robot, now_, &log_);
     WriteScans(&robot);
     WriteReadings(&robot);
+    robot.activity.WriteContacts(robot.robot, touches, now_, &log_);
+    robot.activity.WriteBattery(robot.robot, now_, &log_);
   }
   WriteFields();
   log_.mcap().EndStep();
@@ -461,6 +528,12 @@ void Recorder::Impl::WritePoses() {
 Recorder::Recorder(const LogOptions& options) : impl_(std::make_shared<Impl>(options)) {}
 Recorder::~Recorder() = default;
 void Recorder::Attach(World* world) { impl_->Attach(world); }
+void Recorder::Begin(World* world) { impl_->Begin(world); }
+void Recorder::BeforeStep(World* world) { impl_->BeforeStep(world); }
+void Recorder::AfterStep(World* world) {
+  impl_->AfterStep(world);
+  impl_->CheckFile();
+}
 void Recorder::Finish() { impl_->Finish(); }
 
 }  // namespace Stg::recording

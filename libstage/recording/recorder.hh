@@ -23,8 +23,9 @@ namespace Stg::recording {
 
 struct LogOptions {
   std::string file;
-  usec_t every = 0;                 ///< simulated time; 0: at every update
-  std::vector<std::string> robots;  ///< names, or patterns with * and ?; empty: all
+  usec_t every = 0;                            ///< simulated time; 0: at every update
+  std::vector<std::string> robots;             ///< names, or patterns with * and ?; empty: all
+  const char* robots_option = "--log-models";  ///< what errors call it
   Compression compression = DefaultCompression();
   RangeConvention ranges = RangeConvention::kRep117;
 };
@@ -39,9 +40,19 @@ class Recorder {
   Recorder& operator=(const Recorder&) = delete;
 
   /// Call when the world is loaded. Writes its state now and the changes of each step, until the
-  /// world is unloaded. If the file can no longer be written, it asks the world to quit. Throws
-  /// std::runtime_error if no robot matches, or if there are too many topics.
+  /// world is unloaded or set back to an earlier time. If the file can no longer be written, it
+  /// asks the world to quit. Throws std::runtime_error if no robot matches, or if there are too
+  /// many topics.
   void Attach(World* world);
+
+  // For a world that is a row of a pool, and of which there is no lasting object. Each call has an
+  // object in the present state, which may be deleted afterwards. They throw std::runtime_error as
+  // Attach() does, and if the file can no longer be written.
+
+  void Begin(World* world);       ///< instead of Attach()
+  void BeforeStep(World* world);  ///< after the commands for the step were given
+  void AfterStep(World* world);
+
   /// Completes the file. Throws std::runtime_error if anything could not be written.
   void Finish();
 

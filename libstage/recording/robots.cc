@@ -2,8 +2,10 @@
 
 #include "recording/robots.hh"
 
+#include <algorithm>
 #include <map>
 #include <set>
+#include <typeinfo>
 #include <unordered_map>
 
 #include "geometry/trigonometry.hh"
@@ -84,6 +86,15 @@ void NameAll(std::vector<Robot>* robots) {
   }
 }
 
+/// Returns the type whose readings are logged besides scans, or null. Scans lack what sensors
+/// respond, and what types derived from rangers measure.
+const ModelType* ReadingsOf(const Model& model, const ModelRanger* ranger) {
+  const ModelType* const type = FindSensorType(model);
+  if (!ranger || !type || *type->of != typeid(ModelRanger)) return type;
+  const auto responds = [](const ModelRanger::Sensor& sensor) { return sensor.response.exists(); };
+  return std::ranges::any_of(ranger->GetSensors(), responds) ? type : nullptr;
+}
+
 }  // namespace
 
 std::vector<Robot> RobotsOf(const std::vector<Model*>& models) {
@@ -91,7 +102,7 @@ std::vector<Robot> RobotsOf(const std::vector<Model*>& models) {
   std::unordered_map<const Model*, size_t> places;
   for (Model* model : models) {
     auto* ranger = dynamic_cast<ModelRanger*>(model);
-    const ModelType* const type = ranger ? nullptr : FindSensorType(*model);
+    const ModelType* const type = ReadingsOf(*model, ranger);
     const bool is_pushed = model->IsPushable() && !model->Parent();
     if (!ranger && !type && !is_pushed && !dynamic_cast<ModelPosition*>(model)) continue;
     Model* carrier = CarrierOf(model);

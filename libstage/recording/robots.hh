@@ -23,7 +23,7 @@ struct ScanSource {
   bool moves;         // true if an actuator or another position moves it relative to the robot
 };
 
-/// A sensor that is no ranger.
+/// A sensor with readings that are not in scans.
 struct SensorSource {
   Model* sensor;
   const ModelType* type;  // with the readings

@@ -77,6 +77,8 @@ class OdometryMaker {
  public:
   OdometryMaker(const std::string& frame, const std::string& child_frame);
   size_t size() const { return bytes_.size(); }
+  /// Goes on with the covariance of another one.
+  void ContinueFrom(const OdometryMaker& other) { covariance_ = other.covariance_; }
   /// Errors of an estimate; all 0 for true poses.
   struct Errors {
     Velocity fractions;                   // of the motion, which odometry adds

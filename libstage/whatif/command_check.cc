@@ -53,6 +53,11 @@ uint64_t StepsOfInterval(const Model& model, usec_t step) {
 
 }  // namespace
 
+ModelPosition::ControlMode CommandCheck::CommandOf(const ModelPosition& robot, Pose* numbers) {
+  *numbers = robot.goal;
+  return robot.control_mode;
+}
+
 void CommandCheck::Check(const Command& command, const Model* model) {
   const auto refuse = [&](const std::string& why) {
     throw CommandRefused{Refusal(command, model, why)};

@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
+#include "models/position.hh"
 #include "whatif/branches.hh"
 
 namespace Stg {
 
 class Model;
-class ModelPosition;
 
 /// Thrown in a step of a branch that must fail because of a command.
 struct CommandRefused {
@@ -25,6 +25,8 @@ struct CommandRefused {
 /// The commands of a branch with a World that a controller may still replace.
 class CommandCheck {
  public:
+  /// The kind of a robot's present command. `numbers`: its speeds, accelerations or goal.
+  static ModelPosition::ControlMode CommandOf(const ModelPosition& robot, Pose* numbers);
   /// Throws CommandRefused if nobody obeys the command. `model` is the one with its number, in the
   /// branch or in the prototype of a scene; null if there is none.
   static void Check(const Command& command, const Model* model);

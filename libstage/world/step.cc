@@ -24,12 +24,23 @@
 #include "models/exception_origin.hh"
 #include "models/position.hh"
 #include "models/ranger.hh"
+#include "world/around_step.hh"
 #include "world/engine.hh"
 #include "world/phases/field_phase.hh"
 #include "world/world.hh"
 #include "world/world_handle.hh"
 
 namespace Stg {
+
+namespace {
+
+/// Makes the calls before a step; see AroundStep.
+void CallBeforeStep(const WorldEngine& engine, World* world) {
+  for (const auto& call : engine.calls_after_step)
+    if (const auto* const around = call.target<AroundStep>()) around->before(*world);
+}
+
+}  // namespace
 
 bool World::UpdateAll() {
   bool all_done = true;
@@ -59,6 +70,7 @@ bool World::Update(void) {
   if (PastQuitTime() || TestQuit()) return true;
   // A callback may delete the world; the engine outlives it here.
   const std::shared_ptr<WorldEngine> engine = engine_;
+  if (!engine->calls_after_step.empty() && engine->IsIdle()) CallBeforeStep(*engine, this);
   if (MakeStep(engine)) return true;
   if (!engine->world_deleted && !engine->calls_after_step.empty() && engine->IsIdle())
     CallAfterThisStep();

@@ -73,9 +73,9 @@ Output
   --from-snapshot FILE start from that state of the same world file. The run continues exactly as
                        the run that wrote FILE, with its seed. --duration counts from the beginning
                        of the world
-  --log FILE.mcap      record what robots sense, estimate and do, as messages of ROS 2 in an MCAP
-                       file, for ROS tools, Foxglove and replay. Changes no result. One world only.
-                       The file of a killed run is valid up to its last complete chunk
+  --log FILE.mcap      record what robots sense, are told, touch and do, as messages of ROS 2 in an
+                       MCAP file, for ROS tools, Foxglove and replay. Changes no result. One world
+                       only. The file of a killed run is valid up to its last complete chunk
   --log-every SECONDS  simulated time between records (default: record at every update)
   --log-models NAMES   record only these robots: names or patterns with * and ?, separated by commas
   --log-compression HOW
