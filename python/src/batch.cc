@@ -165,11 +165,6 @@ class Batch::Recorder : public StepObserver {
   }
   void BetweenRounds() override { signals_.Poll(); }
 
- private:
-  /// Index of the world's row in an array of all moments.
-  size_t Place(uint32_t id, uint64_t moment) const {
-    return static_cast<size_t>(moment) * batch_.size() + id;
-  }
   void SetCommands(uint32_t id, uint64_t moment) {
     if (!commands_) return;
     const size_t numbers = 3 * batch_.crowd_->size();
@@ -181,6 +176,12 @@ class Batch::Recorder : public StepObserver {
       std::memcpy(record.to + place * record.bytes_per_world,
                   record.live + id * record.bytes_per_world, record.bytes_per_world);
     recorded_[place] = true;
+  }
+
+ private:
+  /// Index of the world's row in an array of all moments.
+  size_t Place(uint32_t id, uint64_t moment) const {
+    return static_cast<size_t>(moment) * batch_.size() + id;
   }
 
   Batch& batch_;
@@ -210,6 +211,10 @@ void Batch::StepVariants(const Indices& which, uint64_t steps) {
 void Batch::Step(const Indices& which, uint64_t steps) {
   const Use use(this);
   const GilRelease no_gil;
+  logs_.empty() ? StepWorlds(which, steps) : StepLogged(which, steps);
+}
+
+void Batch::StepWorlds(const Indices& which, uint64_t steps) {
   if (device_crowd_) return device_crowd_->Step(which, steps);
   if (!device().empty()) return StepVariants(which, steps);
   Stepper stepper(this);
@@ -221,7 +226,13 @@ void Batch::Rollout(const double* commands, size_t moments, uint64_t steps,
   const Use use(this);
   const GilRelease no_gil;
   Recorder recorder(this, commands, steps, records, recorded);
-  pool_->Step(pool_->All(), moments * steps, &recorder, steps);
+  if (logs_.empty()) return pool_->Step(pool_->All(), moments * steps, &recorder, steps);
+  for (size_t moment = 0; moment < moments; moment++) {
+    pool_->ForEach(pool_->All(), [&](uint32_t id) { recorder.SetCommands(id, moment); });
+    StepLogged(pool_->All(), steps);
+    for (const uint32_t id : pool_->All())
+      if (pool_->Failure(id).empty()) recorder.Copy(id, moment);
+  }
 }
 
 void Batch::Reset(const Indices& which, const std::optional<std::vector<uint64_t>>& given,

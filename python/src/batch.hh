@@ -19,6 +19,7 @@
 
 #include "crowd.hh"
 #include "device_crowd.hh"
+#include "recording/recorder.hh"
 #include "rows/varied.hh"
 #include "simulation.hh"
 #include "source.hh"
@@ -26,6 +27,8 @@
 #include "worlds/world_pool.hh"
 
 namespace Stg::python {
+
+class BatchLog;
 
 class Batch : public Source, public std::enable_shared_from_this<Batch> {
  public:
@@ -58,6 +61,8 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   void SetPrototype(uint32_t variant, Simulation* prototype, const Crowd::Robots& robots,
                     const std::vector<rows::VariedNumber>& varied);
 
+  /// Logs a world from now on, until the log is finished or deleted. Throws Failure.
+  std::shared_ptr<BatchLog> StartLog(uint32_t index, const recording::LogOptions& options);
   /// Makes `steps` steps of these worlds; worlds that have failed or ended make none.
   void Step(const Indices& which, uint64_t steps);
   /// A live array that Rollout() records.
@@ -162,6 +167,11 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   class Gatherer;
 
   void MakeWorlds();
+  void StepWorlds(const Indices& which, uint64_t steps);
+  void StepLogged(const Indices& which, uint64_t steps);
+  using Logs = std::vector<std::shared_ptr<BatchLog>>;
+  Logs LogsOf(const Indices& which);
+  void GiveCommands(const Logs& logs);
   void StepVariants(const Indices& which, uint64_t steps);
   void Gather(const Indices& which);
   void StoreContacts(uint32_t variant, const std::vector<ContactPoint>& contacts, size_t at,
@@ -176,6 +186,7 @@ class Batch : public Source, public std::enable_shared_from_this<Batch> {
   const std::unique_ptr<WorldPool> pool_;
   std::shared_ptr<Crowd> crowd_;
   std::shared_ptr<DeviceCrowd> device_crowd_;
+  std::vector<std::weak_ptr<BatchLog>> logs_;
 };
 
 }  // namespace Stg::python

@@ -294,7 +294,8 @@ std::tuple<double, double, double> Fit(Batch& batch, uint32_t index, int width, 
 }
 
 void BindBatch(nb::module_& module) {
-  nb::class_<Batch>(module, "Batch", "Many worlds; see stagesim.Batch.")
+  nb::class_<Batch> batch(module, "Batch", "Many worlds; see stagesim.Batch.");
+  batch
       .def(nb::new_(&Make), nb::arg("prototypes"), nb::arg("seeds"), nb::arg("variants"),
            nb::arg("threads"), nb::arg("robots"), nb::arg("device").none() = nb::none(),
            nb::arg("placed") = std::vector<std::string>(), nb::arg("branch") = false)
@@ -368,6 +369,7 @@ void BindBatch(nb::module_& module) {
       .def("find_places", &FindPlaces, nb::arg("models"), nb::arg("to"))
       .def("teleport_on_card", &TeleportOnCard, nb::arg("poses"), nb::arg("which"))
       .def("reset_on_card", &ResetOnCard, nb::arg("flags"));
+  BindLog(batch);
 }
 
 void BindDeviceCrowd(nb::module_& module) {

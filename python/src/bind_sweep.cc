@@ -9,10 +9,8 @@
 #include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
-#include <functional>
 #include <map>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -20,49 +18,15 @@
 
 #include "bindings.hh"
 #include "recording/mcap_reader.hh"
-#include "recording/recorder.hh"
 #include "recording/ros_messages.hh"
+#include "run_log.hh"
 #include "simulation.hh"
 #include "stage/sweep/folder.hh"
 #include "stage/sweep/record.hh"
-#include "text.hh"
 
 namespace Stg::python {
 
 namespace {
-
-/// Calls f() and turns a std::runtime_error into a Failure.
-template <typename F>
-auto Failing(F f) {
-  try {
-    return f();
-  } catch (const std::runtime_error& error) {
-    throw Failure{Kind::kStage, error.what()};
-  }
-}
-
-/// The log of a run. It keeps the world's Simulation alive.
-class RunLog {
- public:
-  RunLog(std::shared_ptr<Simulation> simulation, const recording::LogOptions& options,
-         std::function<void()> keep)
-      : simulation_(std::move(simulation)), recorder_(options), keep_(std::move(keep)) {}
-
-  void Attach(World* world) { recorder_.Attach(world); }
-  /// Closes the log and gives it its final name. The world may have been deleted before.
-  void Finish() {
-    const Source::Use use(simulation_.get());
-    Failing([&] {
-      recorder_.Finish();
-      keep_();
-    });
-  }
-
- private:
-  const std::shared_ptr<Simulation> simulation_;
-  recording::Recorder recorder_;
-  const std::function<void()> keep_;
-};
 
 /// The folder of a sweep, for workers.
 class Sweep {
@@ -151,8 +115,6 @@ void BindSweep(nb::module_& module) {
       [](const std::string& path) { Failing([&] { program::SweepFolder(path).Make(); }); },
       nb::arg("path"));
   module.def("places_in_log", &PlacesInLog, nb::arg("file"));
-  nb::class_<RunLog>(module, "RunLog", "The log of a run, as stage sweep --log makes it.")
-      .def("finish", &RunLog::Finish);
   nb::class_<Sweep>(module, "Sweep", "The folder of a sweep, for workers.")
       .def(nb::init<std::string>(), nb::arg("folder"))
       .def_prop_ro("world", [](const Sweep& sweep) { return sweep.plan().world; })

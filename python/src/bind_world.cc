@@ -261,6 +261,7 @@ void BindWorld(nb::module_& module) {
   BindCast(world);
   BindField(module, world);
   BindLight(world);
+  BindLog(module, world);
   BindMap(world);
   BindPicture(module, world);
   BindRadio(world);

@@ -18,6 +18,7 @@ namespace Stg::python {
 /// Values of the options of worlds by their names: arguments of World().
 std::map<std::string, OptionValue> ValuesOf(const RunOptions& options);
 
+class Batch;
 class ModelHandle;
 class Simulation;
 
@@ -25,6 +26,8 @@ void BindBelief(nanobind::module_& module);
 void BindCast(nanobind::class_<Simulation>& world);
 void BindField(nanobind::module_& module, nanobind::class_<Simulation>& world);
 void BindLight(nanobind::class_<Simulation>& world);
+void BindLog(nanobind::module_& module, nanobind::class_<Simulation>& world);
+void BindLog(nanobind::class_<Batch>& batch);
 void BindMap(nanobind::class_<Simulation>& world);
 void BindModel(nanobind::module_& module);
 void BindSensors(nanobind::module_& module, nanobind::class_<ModelHandle>& model);

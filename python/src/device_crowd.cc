@@ -264,6 +264,16 @@ uint32_t DeviceCrowd::StepsOfLaunch(uint64_t left) {
       std::min<uint64_t>(left, static_cast<uint64_t>(std::clamp(most, 1.0, 1e6))));
 }
 
+void DeviceCrowd::Command(std::span<const uint32_t> worlds) {
+  Member* const commands = Commands();
+  if (!commands) return;
+  if (!has_stepped_) Subscribe(commands->plan);
+  WithDevice([&] {
+    GiveCommands(worlds);
+    PoolAccess::NoteDeviceSteps(pool_);
+  });
+}
+
 void DeviceCrowd::Step(std::span<const uint32_t> worlds, uint64_t steps) {
   SignalChecks signals;
   if (Member* const commands = Commands(); commands && !has_stepped_ && steps > 0)

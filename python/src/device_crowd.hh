@@ -51,6 +51,8 @@ class DeviceCrowd : public std::enable_shared_from_this<DeviceCrowd> {
 
   // Only the source calls the functions below, without the GIL. They throw Failure.
 
+  /// Gives commands to these worlds, which Step() does, too.
+  void Command(std::span<const uint32_t> worlds);
   /// Gives commands to these worlds, steps them and updates the arrays.
   void Step(std::span<const uint32_t> worlds, uint64_t steps);
   /// Resets worlds, sets their commands to 0 and updates the arrays. All worlds must have the same

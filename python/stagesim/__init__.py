@@ -22,6 +22,7 @@ from .errors import GoneError, StageError, WorldError
 from .field import Field
 from .fleet import Fleet, Messages, Reading, Sensor, sensor_types
 from .futures import Futures
+from .log import Log
 from .pictures import Film, save_png
 from .world import Contacts, World
 
@@ -33,7 +34,7 @@ Ranger = Fiducials = Blobs = Camera = Sensor  # former names
 __version__: str = _core.version()
 __all__ = [
     "Batch", "BatchContacts", "Behaviour", "Belief", "ConsequenceEngine", "Contacts", "Decision", "DeviceArray", "Field",
-    "Film", "Fleet", "Futures", "GoneError", "Messages", "Model", "Moments", "OtherKind", "RangeSensor", "Reading", "Sensor",
+    "Film", "Fleet", "Futures", "GoneError", "Log", "Messages", "Model", "Moments", "OtherKind", "RangeSensor", "Reading", "Sensor",
     "Sightings", "Snapshot", "StageError", "View", "World", "WorldError", "save_png", "scenarios", "scenes",
     "sensor_types", "shipped_worlds",
 ]

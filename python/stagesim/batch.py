@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from functools import partial
 from typing import TYPE_CHECKING, Any, Mapping, Sequence, Union
 
 import numpy as np
@@ -20,6 +21,7 @@ from ._variation import Variation, key_of, recipe_with
 from .device_array import checked_tensor, is_on_card, on_host
 from .errors import StageError, WorldError
 from .fleet import Bools, Crowd, Floats
+from .log import Log, started
 from .pictures import Pixels
 from .world import Column, Recipe, World, rendered
 
@@ -680,6 +682,31 @@ class Batch(Crowd):
         poses = np.empty((self.n, len(self.placed), 3))
         self._core.find_places(self._things, poses)
         return poses
+
+    def log(self, file: str | os.PathLike[str], worlds: Which = 0, *, every: float = 0,
+            models: str | Iterable[str] | None = None, compression: str | None = None, ranges: str = "rep117") -> Log:
+        """Starts logs of some of the worlds, one file for each: see docs/recording.md.
+
+            with batch.log("run-{}.mcap", [0, 7]):      # run-0.mcap and run-7.mcap
+                batch.step(600)
+
+        Each file has the messages of the log that World.log() writes of the same world alone. The states stay the same, but
+        steps take longer: after each step, an object is made for each logged world.
+
+        Args:
+            file: an MCAP file; {} in its name stands for the number of the world. With several worlds it is needed.
+            worlds: which worlds; None: all.
+
+        All other arguments and errors are those of World.log(). IndexError: there is no such world.
+        """
+        chosen, name = self._chosen(worlds).tolist(), str(os.fspath(file))
+        if not chosen:
+            raise ValueError(f"found the worlds {_checks.shown(worlds)} for a log, expected one or more")
+        if len(chosen) > 1 and "{}" not in name:
+            raise ValueError(f"found the file {_checks.shown(name)} for logs of {len(chosen)} worlds, expected a name with "
+                             "{}, which stands for the number of the world")
+        starts = [(name.replace("{}", str(i)), partial(self._core.start_log, i)) for i in chosen]
+        return started(starts, every, models, compression, ranges)
 
     def render(self, index: int, width: int = 640, height: int = 480, *, center: tuple[float, float] | None = None,
                scale: float | None = None, data: bool = True) -> Pixels:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import fnmatch
 import math
 import os
+import weakref
 from typing import TYPE_CHECKING, Any, Callable, Iterable, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from ._core import Model, Snapshot
 from .errors import GoneError, StageError, WorldError
 from .field import Field
 from .fleet import Fleet, Floats
+from .log import Log, started
 from .pictures import Pixels, png_of
 
 if TYPE_CHECKING:  # imported when they are needed
@@ -242,7 +244,9 @@ class World:
         self._core.reset(self.seed if seed is None else _options.checked("seed", seed))
 
     def close(self) -> None:
-        """Frees the world. Arrays of its fleets keep their values; any other use raises GoneError."""
+        """Frees the world and closes its logs. Arrays of its fleets keep their values; any other use raises GoneError."""
+        for log in list(getattr(self, "_logs", ())):
+            log.close()
         self._core.close()
 
     def __enter__(self) -> World:
@@ -469,6 +473,32 @@ class World:
         self._core.cast(from_.reshape(count, 3), angles.tolist(), max_range, z, robots, ignore,
                         ray_model or "", out.reshape(count, len(angles)))
         return out
+
+    # ---- logs ----
+
+    def log(self, file: str | os.PathLike[str], *, every: float = 0, models: str | Iterable[str] | None = None,
+            compression: str | None = None, ranges: str = "rep117") -> Log:
+        """Starts a log of the world, as `stage --log` writes it: see docs/recording.md.
+
+            with world.log("run.mcap"):
+                world.run(60)
+
+        Args:
+            file: an MCAP file, which is made, or replaces an earlier log.
+            every: simulated time between records, seconds; 0: each update is recorded.
+            models: only these robots: a name, or several, or patterns with * and ?. None: all.
+            compression: "lz4", "zstd" or "none"; None: "lz4", unless Stage was built without it.
+            ranges: values of rays without a hit: "rep117": infinity; "stage": the maximum range.
+
+        Raises:
+            StageError: the file can't be written, or no robot has such a name.
+            ValueError: an argument has an invalid value.
+        """
+        log = started([(file, self._core.start_log)], every, models, compression, ranges)
+        if not hasattr(self, "_logs"):
+            self._logs: weakref.WeakSet[Log] = weakref.WeakSet()
+        self._logs.add(log)
+        return log
 
     # ---- pictures ----
 

@@ -102,6 +102,7 @@ def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str,
     batch, core, model = s.batch._core, s.core, s.model
     add_sensor, crowd = s.world.create("ranger").add_sensor, s.world.fleet()._crowd
     lamp = {"crowd": s.lit.fleet()._crowd, "index": 0}
+    log = {"file": "/dev/null", "every": 0, "models": [], "compression": "", "by_rep_117": True}
     return {
         "Crowd.sensor": (s.world.fleet()._crowd.sensor, {"type": "fiducial", "index": 0, "most": 2, "reading": "id"}),
         "DeviceCrowd.sensor": (s.on_device._core.device_crowd.sensor if s.on_device else skip,
@@ -145,6 +146,8 @@ def compiled_calls(s: Subjects) -> dict[str, tuple[Callable[..., Any], dict[str,
                                                         "varied": [[s.ids[0], 0, 0]], "properties": ["mass"]}),
         "Batch.take": (batch.take, {"index": 0}),
         "Batch.fork": (batch.fork, {"index": 0}),
+        "Batch.start_log": (batch.start_log, {"index": 0, **log}),
+        "Simulation.start_log": (core.start_log, log),
         "Simulation.section_texts": (core.section_texts, {"section": 1, "property": "size"}),
         "Simulation.is_called": (core.is_called, {"section": 1, "selector": "position"}),
         "Simulation.can_vary": (core.can_vary, {"model": 1, "sensor": 0, "property": "mass"}),

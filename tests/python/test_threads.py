@@ -57,7 +57,8 @@ model( name "wall" size [0.1 4 1] pose [2 0 0 0] color "red" )
 #: Arguments of functions.
 ARGUMENTS: dict[str, Any] = {
     "World.step": (1,), "World.run": (0.1,), "World.cast": ([[0, 0, 0]], 0, 5), "World.set_metric": ("mine", 1.0),
-    "World.model": ("r",), "World.include": ("robots/turtlebot3_burger.inc",), "World.restore": "snapshot",
+    "World.model": ("r",), "World.log": ("/dev/null",), "Batch.log": ("/dev/null",),
+    "World.include": ("robots/turtlebot3_burger.inc",), "World.restore": "snapshot",
     "World.render": (8, 8), "Batch.restore": "snapshot",
     "Batch.snapshot": (0,), "Batch.fork": (0,), "Batch.state_hash": (0,), "Batch.rollout": {"moments": 2},
     "Batch.teleport": ([0, 0, 0],), "Batch.place": ([0, 0, 0],), "Batch.set_map": (None, Scene()),
