@@ -30,7 +30,9 @@ TYPES = {"base_scan": LaserScan, "image": Image, "depth": Image, "camera_info": 
 ELSEWHERE = {"contacts", "imu", "robot_description", "joint_states", "wheel_ticks"}
 
 #: Readings without a message of their own, by type of model.
-ARRAYS = {"groundsensor": ["value"], "lightsensor": ["intensity", "color", "direction"],
+ARRAYS = {"actuator": ["position", "velocity"], "wifi": ["count", "position", "power", "frequency"],
+          "gripper": ["paddles", "paddle_position", "lift", "lift_position", "beams", "contacts", "gripped"],
+          "groundsensor": ["value"], "lightsensor": ["intensity", "color", "direction"],
           "radio": ["count", "sender", "sent", "range", "bearing", "size", "data"]}
 
 

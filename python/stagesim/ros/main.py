@@ -39,6 +39,8 @@ def options(argv: Sequence[str]) -> argparse.Namespace:
                              "several times")
     parser.add_argument("--lifecycle", action="store_true", help="start a lifecycle node without a world, which the "
                         "transition configure loads and the transition activate runs")
+    parser.add_argument("--log", metavar="FILE", help="an MCAP file in which the run is recorded (default: the parameter "
+                        "log_file, or none)")
     parser.add_argument("--stats", action="store_true", help="at the end, print how long each part took, as JSON")
     parser.add_argument("--gui", type=_port_of, nargs="?", const=0, metavar="PORT",
                         help="show the world in a page for browsers on this machine: --gui=PORT, or --gui for any "
@@ -109,6 +111,8 @@ def run(argv: Sequence[str]) -> int | str:
 
 def _check(chosen: argparse.Namespace) -> None:
     """Raises ValueError if options of worlds and maps do not fit."""
+    if chosen.lifecycle and chosen.log:
+        raise ValueError("found --lifecycle and --log, expected the parameter log_file instead of --log")
     if chosen.map is None and chosen.robot:
         raise ValueError("found --robot without --map, expected both")
     if chosen.map is not None and (chosen.world or not chosen.robot):
@@ -139,7 +143,7 @@ def _run(chosen: argparse.Namespace) -> int:
         return 0
     file, world = _world_of(chosen, "" if chosen.map is not None else world_file(chosen.world))
     with world:
-        node = StageNode(world, gui=chosen.gui)
+        node = StageNode(world, gui=chosen.gui, log_file=chosen.log)
         try:
             _announce(node, file)
             figures = run_measured(node, chosen.duration)

@@ -19,6 +19,7 @@ from std_srvs.srv import Empty, SetBool, Trigger
 
 from .._core import Model, Snapshot
 from ..errors import StageError
+from ..log import Log
 from ..pace import Pace
 from ..world import World
 from .clock import ClockFeed
@@ -82,6 +83,7 @@ class StageNode(Node):
         parameters: values of parameters by name; those of the command line take precedence.
         gui: port of the page that shows the world while run() runs; 0: any free port; None: the page is shown
             at any free port if the parameter `gui` is true.
+        log_file: an MCAP file in which the world is recorded until close(); None: the parameter `log_file`.
 
     Attributes:
         team: the robots.
@@ -95,11 +97,11 @@ class StageNode(Node):
     Raises:
         ValueError: a parameter has an invalid value.
         GoneError: the world has no robot.
-        StageError: the page can't be served.
+        StageError: the page can't be served, or the log can't be written.
     """
 
-    def __init__(self, world: World | None, name: str = "stage",
-                 parameters: Mapping[str, Any] | None = None, gui: int | None = None) -> None:
+    def __init__(self, world: World | None, name: str = "stage", parameters: Mapping[str, Any] | None = None,
+                 gui: int | None = None, log_file: str | None = None) -> None:
         super().__init__(name, parameter_overrides=[Parameter(key, value=value)
                                                     for key, value in (parameters or {}).items()])
         self.times = {"step": 0.0, "publish": 0.0, "answer": 0.0}
@@ -109,6 +111,8 @@ class StageNode(Node):
         self._server: Server | None = None
         self._executor = Executor(self)
         self._standard: StandardServices | None = None
+        self._log: Log | None = None
+        self._log_file = log_file
         try:
             self._start(world, gui)
         except BaseException:
@@ -140,6 +144,8 @@ class StageNode(Node):
         self._set_lockstep()
         self._on_world_reset()
         self._standard = standard_services(self, self.value("map_frame_id"), MAX_STEPS)
+        file = self._log_file or self.value("log_file")
+        self._log = world.log(file) if file else None
         if gui is not None or self.value("gui"):
             self._open_window(gui or 0)
 
@@ -495,15 +501,17 @@ class StageNode(Node):
         return len(self.team.feeds)
 
     def _stop(self) -> None:
-        """Stops the page and the action server, which no list of the node has."""
+        """Stops the page, the log and the action server, which no list of the node has."""
         if self._server is not None:
             self._server.stop()
         if self._standard is not None:
             self._standard.close()
-        self._window, self._server, self._standard = None, None, None
+        if self._log is not None:
+            self._log.close()
+        self._window, self._server, self._standard, self._log = None, None, None, None
 
     def close(self) -> None:
-        """Stops the page and destroys the node. The world stays valid."""
+        """Stops the page, destroys the node and completes the log. The world stays valid."""
         self._stop()
         self._executor.close()
         self.destroy_node()

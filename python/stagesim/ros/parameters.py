@@ -86,6 +86,7 @@ PARAMETERS = {
         **_at_least(0)),
     "speed": Parameter(1.0, "simulated seconds per second of real time; 0: as many as possible", **_at_least(0)),
     "paused": Parameter(False, "start in the paused state", fixed=True),
+    "log_file": Parameter("", "an MCAP file in which the run is recorded, as by stage --log; empty: none", fixed=True),
     "gui": Parameter(False, "serve a page that shows the world, at any free port", fixed=True),
     "steps": Parameter(1, "number of steps per call of the service step", expected="a whole number, 1 to 1000000",
                        fits=lambda value: 1 <= value <= 1_000_000),

@@ -50,6 +50,7 @@ ARGUMENTS = {
     "snapshot_file": ("", str, "file of the services snapshot and restore; empty: in memory"),
     "speed": ("1.0", float, "simulated seconds per second of real time; 0.0: as many as possible"),
     "paused": ("false", bool, "start in the paused state"),
+    "log_file": ("", str, "an MCAP file in which the run is recorded; empty: none"),
     "gui": ("false", bool, "open the page that shows the world"),
     "lockstep": ("", str, "names of the robots and other clients that the simulation waits for"),
     "lockstep_interval": ("0.0", float, "simulated seconds between two answers of a client; 0.0: one per step"),
