@@ -57,7 +57,6 @@ def drive(client: Client, robot: str, points: np.ndarray, car: bool = False, **n
                       "stamped_cmd_vel": node.get("stamped_cmd_vel", False)}
         follower = client.serve(Follower(**parameters))
         odometry = client.listen(Odometry, "/odom")
-        commands = []
 
         def listen() -> bool:
             made.advance()
@@ -65,14 +64,14 @@ def drive(client: Client, robot: str, points: np.ndarray, car: bool = False, **n
             return bool(odometry) and follower.count_subscribers(follower._out.topic_name) > 0
 
         client.until(listen)
+        client.until(lambda: time_of(odometry[-1]) == made.now)
+        client.spin(0.3)  # so that the follower has seen all odometry, and answers each step once from now on
         follower.follow(path_of(points, "odom"))
         poses = []
         while follower._pursuit is not None:
             assert len(poses) < 5000
-            count = made._executor.calls
             made.advance()
-            client.until(lambda: time_of(odometry[-1]) == made.now)
-            client.until(lambda: made._executor.spin(0.001) or made._executor.calls > count)
+            client.until(lambda: made._executor.spin(0.001) or made.team.last_command[0] == made.now)
             poses.append(tuple(made.team.fleet.pose[0]))
         for _ in range(3):
             made.advance()
