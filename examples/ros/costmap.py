@@ -5,10 +5,10 @@
   python -m stagesim.ros simple.world
   python examples/ros/costmap.py --ros-args -r base_scan:=/r0/base_scan1 -p frame:=r0/odom
 
-Each scan frees the cells that its rays pass, and marks those where they end. Parameters, the first four as those of
-Nav2: `inf_is_valid` (true: a ray without a hit, +Inf, frees cells), `obstacle_max_range` (hits further away mark nothing;
-2.5 m), `raytrace_max_range` (rays free cells up to there; 3 m), `resolution` (0.05 m), `side` (20 m), `frame` (odom),
-`namespace` of the topics tf and tf_static (empty).
+Each scan frees the cells that its rays pass, and marks those where they end. Nav2 has the parameters `inf_is_valid` (true:
+a ray without a hit, +Inf, frees cells), `obstacle_max_range` (hits further away mark nothing; 2.5 m),
+`raytrace_max_range` (rays free cells up to there; 3 m) and `resolution` (0.05 m), too. Others are `side` (20 m), `frame`
+(odom), and `namespace` of the topics tf and tf_static (empty).
 """
 
 from __future__ import annotations

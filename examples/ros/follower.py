@@ -6,10 +6,10 @@
   python examples/ros/follower.py --ros-args -r odom:=/r0/odom -r cmd_vel:=/r0/cmd_vel -p eight:=1.0
 
 It follows each nav_msgs/Path on the topic `path` once, with poses in any frame of /tf, and stops at its end. Parameters:
-`lookahead` (0.5 m), `speed` (0.5 m/s), `acceleration` (0.5 m/s2, to stop), `tolerance` (0.02 m, of the end), `eight` (radius
-of the circles of a figure eight that it follows first, from where the robot is; 0: none), `wheelbase` (of a car that gets
-steering angles on ackermann_cmd, metres; 0: velocities on cmd_vel), `stamped_cmd_vel` (false), `namespace` of the topics
-tf and tf_static (empty).
+`lookahead` (0.5 m), `speed` (0.5 m/s), `acceleration` (0.5 m/s2, to stop) and `tolerance` (0.02 m, of the end). `eight` is
+the radius of the circles of a figure eight that it follows first, from where the robot is; 0: none. `wheelbase`, metres, is
+that of a car that gets steering angles on ackermann_cmd; 0: velocities on cmd_vel. Others are `stamped_cmd_vel` (false), and
+`namespace` of the topics tf and tf_static (empty).
 """
 
 from __future__ import annotations

@@ -33,8 +33,9 @@ BINARY_DIR = Path(os.environ.get("STAGE_BINARY_DIR") or ROOT / "build" / "releas
 FULL = "--full" in sys.argv
 # A sanitizer must be the first library that a program loads, and Python is built without it.
 IS_SANITIZED = bool(re.search(r"(?m)^STAGE_SANITIZE:\w+=.", (BINARY_DIR / "CMakeCache.txt").read_text(encoding="utf-8")))
-# tutorial_test.py and guides_test.py run the commands of the tutorial and of the guide to controllers.
-PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").glob("*.md") if path.stem != "tutorial"),
+# tutorial_test.py, guides_test.py and tests/ros/test_guide.py run the commands of the tutorial, of the guide to
+# controllers and of the paths for ROS.
+PAGES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").glob("*.md") if path.stem not in ("tutorial", "ros")),
          ROOT / "examples/batch_controller/README.md", ROOT / "examples/drive/README.md", ROOT / "examples/model/README.md"]
 EXPORT = "export PATH=$PWD/build/release/bin:$PATH"
 # Commands that wait for a user, or need components that are not in every build.

@@ -23,7 +23,7 @@ from std_srvs.srv import Empty, SetBool, Trigger
 
 RESPONSES = {"/reset_positions": Empty.Response, "/stage/pause": SetBool.Response, "/stage/reset": Trigger.Response,
              "/stage/step": Trigger.Response}
-#: Topics that only the Python node has, as docs/ros.md says, without prefixes and numbers.
+#: Topics that only the Python node has, as docs/ros_reference.md says, without prefixes and numbers.
 ONLY_PYTHON = {"contacts", "robot_description", "amcl_pose", "fiducials", "blobs", "bumper", "bumper/", "range_and_bearing"}
 #: Sines, cosines and tangents of NumPy and of the C library may differ in the last digits, and sums are not in the same
 #: order. All else must be equal to the last bit: ranges, intensities, pixels, estimates, velocities and stamps.
@@ -297,6 +297,6 @@ def test_parameters_have_the_defaults_of_the_python_node() -> None:
     for name, given in found.items():
         default = PARAMETERS[name].default
         assert given == (f'"{default}"' if isinstance(default, str) else str(default).lower()), name
-    page = (ROOT / "docs" / "ros.md").read_text().split("\n## The node in C++\n")[1].split("\n## ")[0]
+    page = (ROOT / "docs" / "ros_reference.md").read_text().split("\n## The node in C++\n")[1].split("\n## ")[0]
     for name in set(PARAMETERS) - set(found):
         assert f"`{name}`" in page, f"{name} is only in the Python node, and the page does not say so"

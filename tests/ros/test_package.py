@@ -84,19 +84,21 @@ GIVEN = {
     "map_resolution": 0.5, "map_height": 0.3, "namespaced_tf": "also", "wheel_radius": 0.1, "wheel_separation": 0.4,
     "ticks_per_turn": 77, "single_beams": "none", "sensor_qos": "best_effort", "ranges": "stage", "clock_rate": 20.0,
     "stamped_cmd_vel": True, "cars_turn": True, "always_on": True, "base_watchdog_timeout": 1.5, "steps": 3, "seed": 9,
+    "imu_gyro_noise": 0.01, "imu_gyro_walk": 0.02, "imu_accelerometer_noise": 0.03, "imu_accelerometer_walk": 0.04,
     "snapshot_file": "my snapshot", "speed": 2.0, "paused": True, "gui": False, "lockstep": "", "lockstep_interval": 0.2}
 
 
 def test_each_argument_of_the_launch_file_arrives(client: Client, tmp_path: Path, one: str) -> None:
-    assert set(GIVEN) == set(PARAMETERS) - {"world_file"}
+    given = {**GIVEN, "log_file": str(tmp_path / "my log.mcap")}
+    assert set(given) == set(PARAMETERS) - {"world_file"}
     file = tmp_path / "more.yaml"
     file.write_text("stage: {ros__parameters: {topics.scan.rate: 4.0, ticks_per_turn: 78}}")
-    texts = {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in GIVEN.items()}
+    texts = {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in given.items()}
     found = commands(PACKAGE / "launch" / "stage.launch.py", tmp_path, world=one, rviz="true", params_file=str(file), **texts)
     assert set(found) == {"stage_ros2", "rviz2"} and "use_sim_time: true" in (tmp_path / "rviz20.yaml").read_text()
     process = start_launched(found["stage_ros2"], "stagesim.ros")
     try:
-        expected = {**GIVEN, "topics.scan.rate": 4.0, "ticks_per_turn": 78}
+        expected = {**given, "topics.scan.rate": 4.0, "ticks_per_turn": 78}
         assert parameters_of(client, "/stage", list(expected)) == expected
     finally:
         status, text = process.end()
@@ -153,10 +155,10 @@ def test_arguments_of_the_node_that_decides_arrive(client: Client, tmp_path: Pat
         commands(file, tmp_path)
 
 
-@pytest.mark.parametrize(("part", "parameters"), [(0, PARAMETERS), (1, WHAT_IF)])
-def test_all_parameters_are_documented(part: int, parameters: dict[str, Parameter]) -> None:
-    text = (ROOT / "docs" / "ros.md").read_text()
-    rows = dict(re.findall(r"^\| `(\w+)` \| ([^|]*?) \|", text.split("\n## A robot that decides\n")[part], re.MULTILINE))
+@pytest.mark.parametrize(("page", "parameters"), [("ros_reference.md", PARAMETERS), ("ros_what_if.md", WHAT_IF)])
+def test_all_parameters_are_documented(page: str, parameters: dict[str, Parameter]) -> None:
+    text = (ROOT / "docs" / page).read_text()
+    rows = dict(re.findall(r"^\| `(\w+)` \| ([^|]*?) \|", text, re.MULTILINE))
     for name, parameter in parameters.items():
         default = parameter.default
         shown = str(default).lower() if isinstance(default, bool) else str(default)
@@ -164,7 +166,7 @@ def test_all_parameters_are_documented(part: int, parameters: dict[str, Paramete
 
 
 def test_names_of_both_schemes_are_documented() -> None:
-    text = (ROOT / "docs" / "ros.md").read_text()
+    text = "".join((ROOT / "docs" / page).read_text() for page in ("ros.md", "ros_reference.md"))
     for scheme in SCHEMES.values():
         assert f"`{scheme.ground_truth}`" in text
 

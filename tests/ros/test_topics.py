@@ -43,7 +43,7 @@ def tree(model: st.Model) -> Iterator[st.Model]:
 
 
 def expected_topics(world: st.World, scheme: str) -> list[str]:
-    """The topics that docs/ros.md documents, computed independently of the node."""
+    """The topics that docs/ros_reference.md documents, computed independently of the node."""
     old = scheme == "stage_ros"
     robots = [model for model in world.models if model.type == "position" and model.parent is None]
     topics = ["/diagnostics"]

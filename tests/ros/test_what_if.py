@@ -170,7 +170,7 @@ def test_a_node_that_ends_stops_its_robot(start: Start, client: Client, write: A
 
 def test_the_commands_of_the_page_drive_the_robot_to_its_goal(ros: None, client: Client) -> None:
     root = Path(os.environ.get("STAGE_SOURCE_DIR") or Path(__file__).resolve().parents[2])
-    page = (root / "docs" / "ros.md").read_text().split("\n## A robot that decides\n")[1]
+    page = (root / "docs" / "ros_what_if.md").read_text()
     commands = [shlex.split(line) for line in page.splitlines() if line.startswith("python -m stagesim.ros")]
     assert len(commands) == 2
     places = client.listen(Odometry, "/robot/ground_truth")

@@ -100,7 +100,7 @@ class StandardServices:
     def _features(self, _: Any, response: Any) -> Any:
         response.features.features = [getattr(SimulatorFeatures, name) for name in FEATURES]
         response.features.spawn_formats = ["box", "robot"]
-        response.features.custom_info = f"Stage {__version__}; docs/ros.md describes its services"
+        response.features.custom_info = f"Stage {__version__}; docs/ros_reference.md describes its services"
         return response
 
     def _refuse(self, _: Any, __: Any) -> None:

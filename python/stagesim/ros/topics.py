@@ -12,7 +12,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from .parameters import Parameter
 
-#: Kinds of topics, as docs/ros.md names them without numbers.
+#: Kinds of topics, as docs/ros_reference.md names them without numbers.
 KINDS = ("odom", "ground_truth", "scan", "image", "depth", "camera_info", "fiducials", "blobs", "bumper", "readings",
          "range_and_bearing", "contacts", "stall", "imu", "joint_states", "wheel_ticks", "battery", "amcl_pose", "tf")
 
