@@ -54,9 +54,9 @@ PARAMETERS = {
     "map_resolution": Parameter(0.05, "side of a cell of /map, metres; a node with --map has that of the file",
                                 "a number, 0.0001 to 1000", lambda value: 0.0001 <= value <= 1000, fixed=True),
     "map_height": Parameter(-1.0, "/map has what a lidar at this height sees, metres; below 0: all that stands still", fixed=True),
-    "namespaced_tf": Parameter("no", "publish the frames of each robot with a prefix on /PREFIX/tf and /PREFIX/tf_static, "
-                               "and name them without the prefix, as Nav2 expects of several robots: no, also (beside "
-                               "/tf, which has prefixes) or only", **_one_of("no", "also", "only")),
+    "namespaced_tf": Parameter("never", "publish the frames of each robot with a prefix on /PREFIX/tf and /PREFIX/tf_static, "
+                               "and name them without the prefix, as Nav2 expects of several robots: never, also (beside "
+                               "/tf, which has prefixes) or only", **_one_of("never", "also", "only")),
     "single_beams": Parameter("scan", "the kind of message for sensors with one ray",
                               **_one_of("scan", "range", "none")),
     "wheel_radius": Parameter(0.0, "radius of wheels, metres; 0: a fifth of their separation", **_at_least(0), fixed=True),

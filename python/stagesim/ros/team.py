@@ -55,7 +55,7 @@ def look_of(node: StageNode) -> Look:
     value = node.value
     return Look(SCHEMES[value("naming")], value("enforce_prefixes"), value("odom_frame_id"),
                 value("base_link_frame_id"), value("base_footprint_frame_id"), value("map_frame_id"),
-                value("single_beams"), value("ranges") == "rep117", value("namespaced_tf") != "no",
+                value("single_beams"), value("ranges") == "rep117", value("namespaced_tf") != "never",
                 value("ticks_per_turn"), ImuErrors(**{name: value(f"imu_{name}") for name in (
                     "gyro_noise", "gyro_walk", "accelerometer_noise", "accelerometer_walk")}))
 

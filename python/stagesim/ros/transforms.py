@@ -32,14 +32,14 @@ def transform_feeds(node: Node, endpoints: Endpoints, look: Look, robots: Sequen
     """The feeds of all frames; none, after a warning, if there is no module tf2_msgs.
 
     Args:
-        namespaced: "no": one feed on /tf; "only": one for each robot with a prefix, on /PREFIX/tf, with frames without
+        namespaced: "never": one feed on /tf; "only": one for each robot with a prefix, on /PREFIX/tf, with frames without
             the prefix; "also": both.
     """
     if TFMessage is None:
         node.get_logger().warning("no /tf: there is no Python module tf2_msgs; docs/ros.md says how to "
                                   "make it (python -m stagesim.ros.make_messages)")
         return []
-    own = [i for i, robot in enumerate(robots) if robot.prefix and namespaced != "no"]
+    own = [i for i, robot in enumerate(robots) if robot.prefix and namespaced != "never"]
     shared = [i for i in range(len(robots)) if namespaced == "also" or i not in own]
     feeds = [TransformFeed(endpoints, look, robots, bodies, frames, with_map, [i], robots[i].prefix) for i in own]
     if shared:

@@ -29,7 +29,7 @@ ARGUMENTS = {
     "publish_map": ("false", bool, "publish /map and /map_metadata, which normally a map_server or SLAM does"),
     "map_resolution": ("0.05", float, "side of a cell of /map, metres"),
     "map_height": ("-1.0", float, "/map has what a lidar at this height sees, metres; below 0: all that stands still"),
-    "namespaced_tf": ("no", str, "frames of each robot on /PREFIX/tf, without the prefix: no, also or only"),
+    "namespaced_tf": ("never", str, "frames of each robot on /PREFIX/tf, without the prefix: never, also or only"),
     "wheel_radius": ("0.0", float, "radius of wheels, metres; 0.0: a fifth of their separation"),
     "wheel_separation": ("0.0", float, "distance of the left from the right wheels, metres; 0.0: the width of the body"),
     "ticks_per_turn": ("1000", int, "ticks that encoders count in a turn of a wheel"),
