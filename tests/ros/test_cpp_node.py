@@ -24,7 +24,8 @@ from std_srvs.srv import Empty, SetBool, Trigger
 RESPONSES = {"/reset_positions": Empty.Response, "/stage/pause": SetBool.Response, "/stage/reset": Trigger.Response,
              "/stage/step": Trigger.Response}
 #: Topics that only the Python node has, as docs/ros_reference.md says, without prefixes and numbers.
-ONLY_PYTHON = {"contacts", "robot_description", "amcl_pose", "fiducials", "blobs", "bumper", "bumper/", "range_and_bearing"}
+ONLY_PYTHON = {"contacts", "robot_description", "amcl_pose", "fiducials", "blobs", "bumper", "bumper/", "range_and_bearing",
+               "diagnostics", "actuator"}
 #: Sines, cosines and tangents of NumPy and of the C library may differ in the last digits, and sums are not in the same
 #: order. All else must be equal to the last bit: ranges, intensities, pixels, estimates, velocities and stamps.
 TRIGONOMETRIC = re.compile(

@@ -210,7 +210,7 @@ class Team:
             transforms.look_for_listeners()
         found = []
         for feed in self._next_topics():
-            listened = feed.publisher.handle.get_subscription_count() > 0
+            listened = feed.publisher.get_subscription_count() > 0
             if listened and not feed.active:
                 feed.attach()
                 found.append(feed)
