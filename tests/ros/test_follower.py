@@ -67,11 +67,16 @@ def drive(client: Client, robot: str, points: np.ndarray, car: bool = False, **n
         client.until(lambda: time_of(odometry[-1]) == made.now)
         client.spin(0.3)  # so that the follower has seen all odometry, and answers each step once from now on
         follower.follow(path_of(points, "odom"))
+
+        def is_answered() -> bool:
+            made._executor.spin(0.001)
+            return bool(made.team.last_command[0] == made.now)
+
         poses = []
         while follower._pursuit is not None:
             assert len(poses) < 5000
             made.advance()
-            client.until(lambda: made._executor.spin(0.001) or made.team.last_command[0] == made.now)
+            client.until(is_answered)
             poses.append(tuple(made.team.fleet.pose[0]))
         for _ in range(3):
             made.advance()

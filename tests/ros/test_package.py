@@ -127,9 +127,8 @@ def test_a_launched_lifecycle_node_loads_a_map_with_robots(client: Client, tmp_p
     assert found[:2] == ["--lifecycle", "--map"]
     process = Process(*found[:found.index("--ros-args")], more=found[found.index("--ros-args") + 1:])
     try:
-        configure = client.node.create_client(ChangeState, "/stage/change_state")
-        client.until(configure.service_is_ready)
-        configure.call_async(ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CONFIGURE)))
+        assert client.call("/stage/change_state", ChangeState,
+                           transition=Transition(id=Transition.TRANSITION_CONFIGURE)).success
         client.until(lambda: client.node.count_publishers("/r1/odom"))
     finally:
         status, text = process.end()

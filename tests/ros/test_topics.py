@@ -16,7 +16,7 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_testing import SENSOR, TWO, Client, Process, node_here
 from sensor_msgs.msg import BatteryState, CameraInfo, Image, LaserScan, Range
-from std_msgs.msg import Bool, UInt8MultiArray
+from std_msgs.msg import Bool, Float32MultiArray, Float64MultiArray, Int32MultiArray, UInt8MultiArray
 from visualization_msgs.msg import MarkerArray
 
 TFMessage = pytest.importorskip("tf2_msgs.msg", reason="tf2_msgs is not there; try tools/setup --ros").TFMessage
@@ -24,16 +24,36 @@ TFMessage = pytest.importorskip("tf2_msgs.msg", reason="tf2_msgs is not there; t
 SCHEMES = ("stage_ros2", "stage_ros")
 KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TYPES = {"base_scan": LaserScan, "image": Image, "depth": Image, "camera_info": CameraInfo,
-         "fiducials": MarkerArray, "blobs": MarkerArray, "bumper": UInt8MultiArray, "stall": Bool}
+         "fiducials": MarkerArray, "blobs": MarkerArray, "bumper": UInt8MultiArray, "stall": Bool,
+         "battery": BatteryState}
+#: Types of messages with readings, by types of their elements.
+ELEMENTS = {"bool": UInt8MultiArray, "uint8": UInt8MultiArray, "int32": Int32MultiArray, "float32": Float32MultiArray,
+            "float64": Float64MultiArray}
+MOST = 32  # detections in a message
 
 #: Topics that are compared with the simulator by other tests.
-ELSEWHERE = {"contacts", "imu", "robot_description", "joint_states", "wheel_ticks"}
+ELSEWHERE = {"contacts", "diagnostics", "imu", "robot_description", "joint_states", "wheel_ticks"}
 
 #: Readings without a message of their own, by type of model.
 ARRAYS = {"actuator": ["position", "velocity"], "wifi": ["count", "position", "power", "frequency"],
           "gripper": ["paddles", "paddle_position", "lift", "lift_position", "beams", "contacts", "gripped"],
           "groundsensor": ["value"], "lightsensor": ["intensity", "color", "direction"],
           "radio": ["count", "sender", "sent", "range", "bearing", "size", "data"]}
+
+
+def reading_of(topic: str) -> tuple[str, st.fleet.Reading] | None:
+    """The type of sensor and its reading that a topic such as /r0/wifi/count has, or None."""
+    kind, name = topic.split("/")[-2:]
+    if kind not in ARRAYS:
+        return None
+    return kind, next(reading for reading in st.fleet.sensor_types()[kind] if reading.name == name)
+
+
+def type_of(topic: str) -> type:
+    reading, name = reading_of(topic), topic.split("/")[-1]
+    if reading is not None:
+        return ELEMENTS[reading[1].dtype]
+    return next((kind for start, kind in TYPES.items() if name.startswith(start)), Odometry)
 
 
 def tree(model: st.Model) -> Iterator[st.Model]:
@@ -102,13 +122,9 @@ def zoo(start: Callable[..., Process], client: Client,
 def test_messages_of_the_zoo_equal_the_state_of_the_simulator(zoo: tuple[Client, str]) -> None:
     client, scheme = zoo
     world = st.World("zoo.world")
-    topics = [topic for topic in expected_topics(world, scheme) if topic.split("/")[-1] not in ELSEWHERE]
-    got = {}
-    for topic in topics:
-        name = topic.split("/")[-1]
-        kind = next((kind for start, kind in TYPES.items() if name.startswith(start)), Odometry)
-        kind = BatteryState if name == "battery" else kind
-        got[topic] = client.listen(kind, topic, SENSOR)
+    topics = [topic for topic in expected_topics(world, scheme)
+              if reading_of(topic) is not None or topic.split("/")[-1] not in ELSEWHERE]
+    got = {topic: client.listen(type_of(topic), topic, SENSOR) for topic in topics}
     moving, fixed = client.listen(TFMessage, "/tf"), client.listen(TFMessage, "/tf_static", KEPT)
     client.until(lambda: all(client.node.count_publishers(topic) for topic in [*topics, "/tf"]))
     attach_all(world)
@@ -136,6 +152,8 @@ def attach_all(world: st.World) -> None:
                 ask(index)
             except st.GoneError:
                 break
+    for kind in ("gripper", "wifi"):
+        fleet.sensor(kind, 0, MOST)
 
 
 def stamp_of(message: Any) -> float:
@@ -145,7 +163,7 @@ def stamp_of(message: Any) -> float:
 
 def is_of(moment: float, messages: list[Any]) -> bool:
     """True if the last message has that stamp, or no stamp."""
-    return bool(messages) and (isinstance(messages[-1], (UInt8MultiArray, Bool)) or
+    return bool(messages) and (isinstance(messages[-1], (Bool, *ELEMENTS.values())) or
                                stamp_of(messages[-1]) == pytest.approx(moment, abs=1e-9))
 
 
@@ -154,14 +172,25 @@ def check(world: st.World, got: dict[str, list[Any]], scheme: str) -> None:
     fleet = world.fleet()
     seen: Counter[str] = Counter()
     for topic, messages in got.items():
-        *_, prefix, name = ["", *topic.strip("/").split("/")]
+        reading = reading_of(topic)
+        *_, prefix, name = ["", *topic.strip("/").split("/")][:-1 if reading is not None else None]
         robot = int(prefix.split("_")[1]) if scheme == "stage_ros" else fleet.names.index(prefix)
         message = messages[-1]
         assert is_of(world.time, messages)
+        if reading is not None:
+            check_reading(fleet, robot, *reading, message)
+            seen["readings of " + reading[0]] += 1
+            continue
         kind = next((kind for kind in CHECKS if name.startswith(kind)), name)
         CHECKS[kind](world, fleet, robot, name, message)
         seen[kind] += 1
-    assert set(seen) == set(CHECKS) - {"ground_truth" if scheme == "stage_ros" else "base_pose_ground_truth"}
+    assert set(seen) == {"readings of gripper", "readings of wifi"} | set(CHECKS) - {
+        "ground_truth" if scheme == "stage_ros" else "base_pose_ground_truth"}
+
+
+def check_reading(fleet: st.Fleet, robot: int, kind: str, reading: Any, message: Any) -> None:
+    row = getattr(fleet.sensor(kind, 0, MOST), reading.name)[robot]
+    assert np.array_equal(np.array(message.data, row.dtype), np.ravel(row), equal_nan=reading.dtype.startswith("float"))
 
 
 def check_scan(world: st.World, fleet: st.Fleet, robot: int, name: str, scan: LaserScan) -> None:
