@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
+
+from .parameters import undeclare
 
 
 class Belongings:
@@ -31,5 +32,4 @@ class Belongings:
         for service in parts.intersection(node.services) - self._parts:
             node.destroy_service(service)
         for name in parameters - self._parameters:
-            node._descriptors[name] = ParameterDescriptor()  # undeclare_parameter() refuses read-only parameters
-            node.undeclare_parameter(name)
+            undeclare(node, name)

@@ -18,6 +18,7 @@ from .endpoints import Endpoints
 from .messages import Array
 from .motion import STEERING, Wheels
 from .names import joined
+from .parameters import undeclare
 from .robots import Joint, Look, Robot, composed, relative
 from .solids import Solid, inertia_of, solid_of
 
@@ -46,9 +47,7 @@ def publish_descriptions(node: StageNode, endpoints: Endpoints, look: Look, robo
     kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     described = {(robot.model.id, robot.prefix) for robot in before}
     for _, prefix in described - {(robot.model.id, robot.prefix) for robot in robots}:
-        name = parameter_of(prefix)
-        node._descriptors[name] = ParameterDescriptor()  # undeclare_parameter() refuses read-only parameters
-        node.undeclare_parameter(name)
+        undeclare(node, parameter_of(prefix))
     for robot, own in zip(robots, wheels):
         publisher = endpoints.publisher(String, joined(robot.prefix, "robot_description"), kept, fixed=True)
         if (robot.model.id, robot.prefix) in described:

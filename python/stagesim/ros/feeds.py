@@ -317,7 +317,8 @@ class RangeFeed(Beams):
 class ImageFeed(Feed):
     """Colour or depth images of a camera, which `source` returns: shape (height, width, ...).
 
-    `times` returns the time of its last picture, shape (1,); NaN: there is none. `by_rep117`: depths follow REP 117; otherwise they are the far clipping distance where nothing is seen.
+    `times` returns the time of its last picture, shape (1,); NaN: there is none. `by_rep117`: depths follow REP 117;
+    otherwise they are the far clipping distance where nothing is seen.
     """
 
     message = Image

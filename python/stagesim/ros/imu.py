@@ -58,10 +58,13 @@ class ImuNoise:
         errors: the sizes of the errors.
         world: the world.
         robot: the id of the robot.
+
+    Attributes:
+        errors: the sizes of the errors.
     """
 
     def __init__(self, errors: ImuErrors, world: World, robot: int) -> None:
-        self._errors, self._world, self._robot = errors, world, robot
+        self.errors, self._world, self._robot = errors, world, robot
         self._seed = -1
         self._number = -1  # of the present block
         self._white = self._bias = np.zeros((BLOCK, 6))
@@ -80,9 +83,9 @@ class ImuNoise:
         while len(self._starts) <= number + 1:
             self._starts.append(self._starts[-1] + self._draw(1, len(self._starts) - 1).sum(0))
         self._number = number
-        self._white = self._draw(0, number) * self._errors.noise
+        self._white = self._draw(0, number) * self.errors.noise
         steps = self._draw(1, number)
-        self._bias = (self._starts[number] + np.cumsum(steps, 0) - steps[0]) * self._errors.walk * np.sqrt(self._world.dt)
+        self._bias = (self._starts[number] + np.cumsum(steps, 0) - steps[0]) * self.errors.walk * np.sqrt(self._world.dt)
 
     def _draw(self, purpose: int, number: int) -> Array:
         """Normal random numbers of a block; `purpose`: 0: white noise, 1: steps of the biases."""
@@ -90,15 +93,17 @@ class ImuNoise:
 
 
 class ImuFeed(BodyFeed):
-    """An inertial measurement unit at the origin of the robot, with gravity, as REP 145 wants it."""
+    """An inertial measurement unit at the origin of the robot, with gravity, as REP 145 wants it.
+
+    Without `noise`, it is exact.
+    """
 
     message = Imu
 
-    def __init__(self, topic: str, robot: int, bodies: Bodies, motion: Motion, frame: str, errors: ImuErrors,
-                 noise: ImuNoise) -> None:
+    def __init__(self, topic: str, robot: int, bodies: Bodies, motion: Motion, frame: str,
+                 noise: ImuNoise | None) -> None:
         super().__init__(topic, robot, bodies)
-        self._motion, self._errors = motion, errors
-        self._noise = None if errors == ImuErrors() else noise
+        self._motion, self._noise = motion, noise
         message = Imu()
         message.header.frame_id = frame
         message.orientation.x = MARK
@@ -131,5 +136,5 @@ class ImuFeed(BodyFeed):
         errors = noise.at(round(seconds / self._motion.dt))
         self._turn += errors[:3]
         self._acceleration += errors[3:]
-        variances = EXACT + self._errors.variances(seconds)
+        variances = EXACT + noise.errors.variances(seconds)
         self._turn_variances[:], self._acceleration_variances[:] = variances[:3], variances[3:]

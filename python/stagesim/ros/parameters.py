@@ -149,3 +149,9 @@ def _has_type_of(default: Any, value: Any) -> bool:
     if isinstance(default, list):  # rclpy has arrays, and bytes if there are no numbers
         return not isinstance(value, (str, int, float)) and all(_has_type_of(0.0, number) for number in value)
     return isinstance(value, (int, float) if isinstance(default, float) else int) and not isinstance(value, bool)
+
+
+def undeclare(node: Node, name: str) -> None:
+    """Removes a parameter, which may be a fixed one."""
+    node._descriptors[name] = ParameterDescriptor()  # undeclare_parameter() refuses read-only parameters
+    node.undeclare_parameter(name)

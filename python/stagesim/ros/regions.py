@@ -70,12 +70,12 @@ def _heights(values: Iterable[float]) -> tuple[float, float]:
 
 def convex(points: Array) -> Array:
     """The corners of the convex hull of points, shape (n, 2), counterclockwise, without those on its sides."""
-    ordered = sorted(set(map(tuple, points.tolist())))
+    ordered = np.unique(points, axis=0)  # sorted
     if len(ordered) < 3:
-        return np.array(ordered).reshape(-1, 2)
+        return ordered.reshape(-1, 2)
 
-    def chain(corners: Iterable[tuple[float, ...]]) -> list[tuple[float, ...]]:
-        found: list[tuple[float, ...]] = []
+    def chain(corners: Array) -> list[Array]:
+        found: list[Array] = []
         for corner in corners:
             while len(found) > 1 and _turn(found[-2], found[-1], corner) <= 0:
                 found.pop()
@@ -85,9 +85,10 @@ def convex(points: Array) -> Array:
     return np.array(chain(ordered) + chain(ordered[::-1]))
 
 
-def _turn(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
-    """Positive if the path from a over b to c turns to the left."""
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+def _turn(a: Array, b: Array, c: Array) -> Array:
+    """Positive if the path from a over b to c turns to the left, for points of shape (..., 2)."""
+    return np.asarray((b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1])
+                      - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0]))
 
 
 def overlaps(prism: Prism, region: Prism | Sphere) -> bool:
@@ -127,10 +128,9 @@ def _cross(one: Array, other: Array) -> bool:
     a, b = one[:, None], np.roll(one, -1, 0)[:, None]
     c, d = other[None], np.roll(other, -1, 0)[None]
 
-    def turns(p: Array, q: Array, r: Array) -> Array:
-        return np.sign((q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1])
-                       - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0]))
+    def lie_across(p: Array, q: Array, r: Array, s: Array) -> Array:
+        """Whether r and s are on different sides of the line from p to q, or on it."""
+        return np.asarray(np.sign(_turn(p, q, r)) * np.sign(_turn(p, q, s)) <= 0)
 
-    lie_across = (turns(a, b, c) * turns(a, b, d) <= 0) & (turns(c, d, a) * turns(c, d, b) <= 0)
     boxes_meet = ((np.minimum(a, b) <= np.maximum(c, d)) & (np.minimum(c, d) <= np.maximum(a, b))).all(-1)
-    return bool((lie_across & boxes_meet).any())
+    return bool((lie_across(a, b, c, d) & lie_across(c, d, a, b) & boxes_meet).any())

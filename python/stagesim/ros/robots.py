@@ -219,9 +219,9 @@ class _Maker:
 
     def _add_motion(self, bodies: Bodies, motion: Motion) -> None:
         row, model = self._number, self.robot.model
-        noise = ImuNoise(self._look.imu, self._fleet.world, model.id)
-        self._feed("imu", ImuFeed(self._topic("imu"), row, bodies, motion, self._frame(self._look.base), self._look.imu,
-                                  noise))
+        errors = self._look.imu
+        noise = None if errors == ImuErrors() else ImuNoise(errors, self._fleet.world, model.id)
+        self._feed("imu", ImuFeed(self._topic("imu"), row, bodies, motion, self._frame(self._look.base), noise))
         if motion.wheels[row].names or self.robot.actuators:
             moved = {joint.child.removesuffix("_link"): joint.sensor for joint in self.robot.actuators}
             self._feed("joint_states", JointsFeed(self._topic("joint_states"), row, bodies, motion, model, moved))
