@@ -13,7 +13,6 @@ a ray without a hit, +Inf, frees cells), `obstacle_max_range` (hits further away
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 
 from grids import Grid, along, bearings_of, ends_of
+from programs import run
 from transforms import KEPT, Placed, Transforms, nanoseconds
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
@@ -77,11 +77,7 @@ class Costmap(Node):
 
 
 def main() -> None:
-    rclpy.init(args=sys.argv)
-    try:
-        rclpy.spin(Costmap())
-    except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
-        pass
+    run(Costmap)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,6 @@ that of a car that gets steering angles on ackermann_cmd; 0: velocities on cmd_v
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 
+from programs import run
 from transforms import Placed, Transforms, placed, pose_of, seen_from
 
 SPACING = 0.01  # between the points of a path, metres
@@ -142,11 +142,7 @@ class Follower(Node):
 
 
 def main() -> None:
-    rclpy.init(args=sys.argv)
-    try:
-        rclpy.spin(Follower())
-    except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
-        pass
+    run(Follower)
 
 
 if __name__ == "__main__":

@@ -50,10 +50,16 @@ class Grid:
         """Whether cells are in the map, shape (...)."""
         return ((indices >= 0) & (indices < self.cells.shape)).all(-1)
 
+    def mask(self, points: np.ndarray) -> np.ndarray:
+        """True for the cells of the points that lie in the map, shape (rows, columns)."""
+        found = self.indices(points)
+        mask = np.zeros(self.cells.shape, bool)
+        mask[tuple(found[self.inside(found)].T)] = True
+        return mask
+
     def set(self, points: np.ndarray, value: Any) -> None:
         """Sets the cells of the points that lie in the map."""
-        found = self.indices(points)
-        self.cells[tuple(found[self.inside(found)].T)] = value
+        self.cells[self.mask(points)] = value
 
     def message(self, frame: str, stamp: Any, occupancy: np.ndarray) -> OccupancyGrid:
         """The map as a message, with a percentage for each cell, or -1 for unknown: int8, of the shape of the cells."""

@@ -13,7 +13,6 @@ It publishes the transform from the map to the odometry's frame on /tf, and the 
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
 from grids import Grid, bearings_of, ends_of
+from programs import run
 from transforms import KEPT, Placed, Transforms, nanoseconds, placed, pose_of, seen_from
 
 OCCUPIED = 65  # per cent, from which a cell of the map is occupied
@@ -178,11 +178,7 @@ class Localizer(Node):
 
 
 def main() -> None:
-    rclpy.init(args=sys.argv)
-    try:
-        rclpy.spin(Localizer())
-    except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
-        pass
+    run(Localizer)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,6 @@ tf_static (empty).
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 
 from grids import Grid, along, bearings_of, ends_of
+from programs import run
 from transforms import KEPT, Placed, Transforms
 
 HIT, PASSED, MOST = 0.9, -0.4, 4.0  # changes of the logarithm of the odds that a cell is occupied, and their limit
@@ -38,16 +38,10 @@ class Map:
         hit = np.isfinite(ranges)
         seen = hit | (ranges == np.inf)
         ends = ends_of(pose, bearings[seen], np.where(hit, ranges, most)[seen])
-        occupied = np.zeros(self.grid.cells.shape, bool)
-        self._mark(occupied, ends[hit[seen]])
-        free = np.zeros_like(occupied)
-        self._mark(free, along(pose[:2], ends, self.grid.resolution / 2))
+        occupied = self.grid.mask(ends[hit[seen]])
+        free = self.grid.mask(along(pose[:2], ends, self.grid.resolution / 2))
         change = np.where(occupied, HIT, np.where(free, PASSED, 0.0))
         np.clip(self.grid.cells + change, -MOST, MOST, out=self.grid.cells)
-
-    def _mark(self, cells: np.ndarray, points: np.ndarray) -> None:
-        found = self.grid.indices(points)
-        cells[tuple(found[self.grid.inside(found)].T)] = True
 
     def occupancy(self) -> np.ndarray:
         """Percentages, as in nav_msgs/OccupancyGrid: -1 for cells that no ray has reached; int8."""
@@ -82,11 +76,7 @@ class Mapper(Node):
 
 
 def main() -> None:
-    rclpy.init(args=sys.argv)
-    try:
-        rclpy.spin(Mapper())
-    except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
-        pass
+    run(Mapper)
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@ from rclpy.node import Node
 from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import LaserScan
 
+from programs import run
 from transforms import Placed, Transforms
 
 NEAR, FAR = 0.6, 2.0  # distances of an obstacle to turn away from, and from home to turn back, metres
@@ -82,12 +83,8 @@ class Wander(Node):
 
 
 def main() -> None:
-    rclpy.init(args=sys.argv)
     robots = remove_ros_args(sys.argv)[1:]
-    try:
-        rclpy.spin(Wander(robots or [""]))
-    except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
-        pass
+    run(lambda: Wander(robots or [""]))
 
 
 if __name__ == "__main__":
