@@ -15,9 +15,11 @@
 
 namespace Stg::python {
 
-void BatchLog::Finish() {
-  const Source::Use use(batch_.get());
+Source& BatchLog::source() const { return *batch_; }
+
+void BatchLog::Complete() {
   if (std::exchange(finished_, true)) return;
+  file_.Release();
   Failing([&] { recorder_.Finish(); });
 }
 

@@ -60,13 +60,19 @@ std::shared_ptr<RunLog> StartLog(Simulation& simulation, const std::string& file
   });
 }
 
+template <typename Log>
+void BindEnds(nb::class_<Log> log) {
+  log.def("finish", [](Log& self) { Logged([&] { Finish(&self); }); });
+  log.def("finish_when_free",
+          [](const std::shared_ptr<Log>& self) { Logged([&] { FinishWhenFree(self); }); });
+}
+
 }  // namespace
 
 void BindLog(nb::module_& module, nb::class_<Simulation>& world) {
-  nb::class_<RunLog>(module, "RunLog", "The log of a run; see stagesim.Log.")
-      .def("finish", [](RunLog& log) { Logged([&] { log.Finish(); }); });
-  nb::class_<BatchLog>(module, "BatchLog", "The log of a world of a batch; see stagesim.Log.")
-      .def("finish", [](BatchLog& log) { Logged([&] { log.Finish(); }); });
+  BindEnds(nb::class_<RunLog>(module, "RunLog", "The log of a run; see stagesim.Log."));
+  BindEnds(
+      nb::class_<BatchLog>(module, "BatchLog", "The log of a world of a batch; see stagesim.Log."));
   world.def("start_log", &StartLog, nb::arg("file"), nb::arg("every"), nb::arg("models"),
             nb::arg("compression"), nb::arg("by_rep_117"));
 }

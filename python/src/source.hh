@@ -8,6 +8,10 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <mutex>
+#include <utility>
+#include <vector>
 
 #include "failure.hh"
 #include "models/model.hh"
@@ -52,7 +56,10 @@ class Source {
         throw Failure{Kind::kStage,
                       "found the world in use by another thread, or by this very call"};
     }
-    ~Use() { source_.in_use_ = false; }
+    ~Use() {
+      source_.in_use_ = false;
+      source_.CallWaiting();
+    }
     Use(const Use&) = delete;
     Use& operator=(const Use&) = delete;
 
@@ -60,8 +67,36 @@ class Source {
     Source& source_;
   };
 
+  /// Calls f() as soon as nobody holds a Use: now, or when the present one ends, maybe in another
+  /// thread. f must not throw, nor keep the last pointer to this source.
+  void CallWhenFree(std::function<void()> f) {
+    {
+      const std::lock_guard lock(mutex_);
+      waiting_.push_back(std::move(f));
+      has_waiting_ = true;
+    }
+    CallWaiting();
+  }
+
  private:
+  /// Whoever ends a Use looks at has_waiting_ after that, so no call is forgotten.
+  void CallWaiting() {
+    while (has_waiting_ && !in_use_.exchange(true)) {
+      std::vector<std::function<void()>> calls;
+      {
+        const std::lock_guard lock(mutex_);
+        calls.swap(waiting_);
+        has_waiting_ = false;
+      }
+      for (const std::function<void()>& call : calls) call();
+      in_use_ = false;
+    }
+  }
+
   std::atomic<bool> in_use_{false};
+  std::atomic<bool> has_waiting_{false};
+  std::mutex mutex_;                            // of waiting_
+  std::vector<std::function<void()>> waiting_;  // see CallWhenFree()
 };
 
 }  // namespace Stg::python

@@ -14,9 +14,6 @@ from .errors import StageError
 
 COMPRESSIONS, RANGES = ("lz4", "zstd", "none"), ("rep117", "stage")
 
-#: Paths of logs that are being written.
-_written: set[str] = set()
-
 
 class Log:
     """A log that is being written: see World.log(), Batch.log() and docs/recording.md.
@@ -28,7 +25,7 @@ class Log:
     def __init__(self, files: Sequence[str], cores: Sequence[_core.RunLog | _core.BatchLog]) -> None:
         self.files = tuple(files)  #: the files, one for each logged world
         self._cores = list(cores)
-        self._end = weakref.finalize(self, _finish, self.files, self._cores, True)
+        self._end = weakref.finalize(self, _forget, self._cores)
 
     def close(self) -> None:
         """Completes the files. Closing a closed log has no effect.
@@ -36,9 +33,17 @@ class Log:
         Raises:
             StageError: a file can't be written, or another thread is using the world; then the log goes on.
         """
-        if self._end.alive:
-            _finish(self.files, self._cores)
-            self._end.detach()
+        if not self._end.alive:
+            return
+        failure = None
+        for core in self._cores:
+            try:
+                core.finish()
+            except StageError as error:
+                failure = failure or error
+        if failure is not None:
+            raise failure
+        self._end.detach()
 
     @property
     def closed(self) -> bool:
@@ -56,19 +61,10 @@ class Log:
         return f"<Log {self.files[0]!r}{more}{', closed' if self.closed else ''}>"
 
 
-def _finish(files: Sequence[str], cores: Sequence[_core.RunLog | _core.BatchLog], forget: bool = False) -> None:
-    """Completes all files, also after an error, which is raised then. `forget`: nothing will try again."""
-    failure = None
-    for file, core in zip(files, cores):
-        try:
-            core.finish()
-            forget_it = True
-        except StageError as error:
-            failure, forget_it = failure or error, forget
-        if forget_it:
-            _written.discard(os.path.realpath(file))
-    if failure is not None:
-        raise failure
+def _forget(cores: Sequence[_core.RunLog | _core.BatchLog]) -> None:
+    """Completes files to which nothing refers. If another thread is using the world, it does so afterwards."""
+    for core in cores:
+        core.finish_when_free()
 
 
 def started(starts: Sequence[tuple[str | os.PathLike[str], Callable[..., Any]]], every: float,
@@ -81,12 +77,9 @@ def started(starts: Sequence[tuple[str | os.PathLike[str], Callable[..., Any]]],
         for file, (_, start) in zip(files, starts):
             if not isinstance(file, str) or not file:
                 raise ValueError(f"found {_checks.shown(file)} as the file of a log, expected the name of a file")
-            if os.path.realpath(file) in _written:
-                raise StageError(f"{file}: another log is being written there, expected a file of its own for each log")
             cores.append(start(file, *arguments))
-            _written.add(os.path.realpath(file))
     except BaseException:
-        _finish(files[:len(cores)], cores, True)
+        _forget(cores)
         raise
     return Log(files, cores)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import subprocess
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -337,6 +338,31 @@ def test_logs_end_with_their_objects(tmp_path: Path) -> None:
     del log
     world.step()
     assert [time // 10**8 for time, _ in messages(file)["/clock"]] == [0, 1]
+
+
+def is_in_use(world: st.World | st.Batch) -> bool:
+    """True while another thread is using the world or batch."""
+    try:
+        world.time  # noqa: B018
+    except st.StageError:
+        return True
+    return False
+
+
+def test_a_forgotten_log_is_completed_when_its_world_is_free(tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    for world in (st.World.from_text(ROOM), st.Batch.of(st.World.from_text(ROOM), 2, threads=1)):
+        log = world.log(file, every=10)
+        thread = threading.Thread(target=world.step, args=(50_000,))
+        thread.start()
+        while not is_in_use(world):
+            assert thread.is_alive(), "the run is too short for this test"
+        del log
+        with pytest.raises(st.StageError, match="another log is being written there"):
+            st.World.from_text(ROOM).log(file)
+        thread.join()
+        assert [time // 10**9 for time, _ in messages(file)["/clock"]] == list(range(0, 5001, 10))
+        st.World.from_text(ROOM).log(file).close()
 
 
 def test_wrong_arguments_have_one_clear_line(tmp_path: Path) -> None:

@@ -36,10 +36,10 @@ def test_sweeps_pull_in_what_they_need_when_they_need_it() -> None:
 
 
 def test_import_is_quick() -> None:
-    """The import is quick: minimum processor time of several runs, without NumPy, which takes some 0.1 s."""
-    code = ("import time, numpy; start = time.process_time(); import stagesim;"
-            "print(time.process_time() - start)")
-    assert min(float(python(code)) for _ in range(5)) < 0.05
+    """The import takes half of the processor time of NumPy's, which itself takes some 0.1 s: on a machine of any speed."""
+    code = ("import time; start = time.process_time(); import numpy; middle = time.process_time(); import stagesim;"
+            "print((time.process_time() - middle) / (middle - start))")
+    assert min(float(python(code)) for _ in range(5)) < 0.5
 
 
 def test_package_contains_all_files() -> None:
