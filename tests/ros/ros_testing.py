@@ -16,7 +16,8 @@ from functools import cached_property
 from typing import IO, Any, Callable, Iterator, Mapping, Sequence
 
 import rclpy
-from patience import PATIENCE, slowness
+from patience import PATIENCE
+from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
@@ -33,6 +34,7 @@ class Client:
         self._executor = rclpy.executors.SingleThreadedExecutor()
         self._executor.add_node(self.node)
         self._services: dict[str, Any] = {}  # clients of services, by names
+        self._met: set[tuple[int, ...]] = set()  # servers that know the clients of their services
         self._nodes: list[Node] = []
 
     def close(self) -> None:
@@ -85,13 +87,40 @@ class Client:
         kind = kind or Trigger
         if name not in self._services:
             self._services[name] = self.node.create_client(kind, name)
-            assert self._services[name].wait_for_service(PATIENCE), name
-            # The node drops the response to a client that it has not discovered yet.
-            self.spin(0.3 * slowness())
         assert self._services[name].wait_for_service(PATIENCE), name
+        self._meet_servers_of(name)
         future = self._services[name].call_async(kind.Request(**request))
         self.until(future.done)
         return future.result()
+
+    def _meet_servers_of(self, name: str) -> None:
+        """Waits until the node with a service has discovered the client of that service.
+
+        Before that, it would drop its response. It hears of clients in the order in which they were created, so the
+        client waits for an answer to one that was created later. Questions with lost answers are asked again.
+        """
+        servers: list[Any] = []
+
+        def find() -> bool:
+            servers[:] = self.node.get_publishers_info_by_topic(f"rr{name}Reply", no_mangle=True)
+            return bool(servers) and not any(server.node_name.startswith("_") for server in servers)
+
+        self.until(find)
+        known = {tuple(server.endpoint_gid) for server in servers}
+        if known <= self._met:
+            return
+        newest = servers[-1]
+        later = self.node.create_client(GetParameters, f"{newest.node_namespace.rstrip('/')}/{newest.node_name}"
+                                                       "/get_parameters")
+        answer = asked = None
+        end = time.monotonic() + PATIENCE
+        while answer is None or not answer.done():
+            assert time.monotonic() < end, f"{name}: its node does not answer"
+            if later.service_is_ready() and (asked is None or time.monotonic() > asked + 2):
+                answer, asked = later.call_async(GetParameters.Request()), time.monotonic()
+            self.spin(0.02)
+        self.node.destroy_client(later)
+        self._met |= known
 
     def step(self, count: int = 1) -> tuple[float, str]:
         """Makes the node do `count` steps; returns its time and its state hash."""
