@@ -10,7 +10,7 @@ namespace Stg::python {
 
 namespace {
 
-std::mutex g_mutex;              // of g_files
+std::mutex g_mutex;              // guards g_files
 std::set<std::string>* g_files;  // absolute paths; never deleted, because logs may end at exit
 
 }  // namespace

@@ -79,7 +79,8 @@ class Source {
   }
 
  private:
-  /// Whoever ends a Use looks at has_waiting_ after that, so no call is forgotten.
+  /// The end of each Use looks at has_waiting_ after giving the source free, so no call is
+  /// forgotten.
   void CallWaiting() {
     while (has_waiting_ && !in_use_.exchange(true)) {
       std::vector<std::function<void()>> calls;
@@ -95,7 +96,7 @@ class Source {
 
   std::atomic<bool> in_use_{false};
   std::atomic<bool> has_waiting_{false};
-  std::mutex mutex_;                            // of waiting_
+  std::mutex mutex_;                            // guards waiting_
   std::vector<std::function<void()>> waiting_;  // see CallWhenFree()
 };
 

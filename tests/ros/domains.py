@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import socket
+from pathlib import Path
 
 #: Domains whose ports lie below those that systems give to clients, so that nothing else takes them.
 DOMAINS = range(1, 101)
@@ -29,9 +30,8 @@ def take_domain() -> socket.socket:
         if guard is None:
             continue
         os.environ["ROS_DOMAIN_ID"] = str(domain)
-        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-        # Killed nodes leave locks behind in shared memory, which later nodes would wait for.
-        os.environ["FASTDDS_BUILTIN_TRANSPORTS"] = "UDPv4"
+        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "SYSTEM_DEFAULT"  # as the profile says
+        os.environ["FASTDDS_DEFAULT_PROFILES_FILE"] = str(Path(__file__).with_name("local.xml"))
         return guard
     raise RuntimeError(f"found no free ROS domain of {DOMAINS[0]} to {DOMAINS[-1]}, expected one")
 

@@ -52,7 +52,7 @@ class Asker:
         if name not in self._clients:
             self._clients[name] = self.client.node.create_client(kind, f"/{snake(name)}")
             self.until(self._clients[name].service_is_ready)
-            self.client.spin(0.2 * slowness())  # the node drops the response to a client not discovered yet
+            self.client.spin(0.5 * slowness())  # the node drops the response to a client not discovered yet
         future = self._clients[name].call_async(kind.Request(**request))
         self.until(future.done)
         return future.result()
