@@ -102,8 +102,9 @@ class Client:
         servers: list[Any] = []
 
         def find() -> bool:
-            servers[:] = self.node.get_publishers_info_by_topic(f"rr{name}Reply", no_mangle=True)
-            return bool(servers) and not any(server.node_name.startswith("_") for server in servers)
+            found = self.node.get_publishers_info_by_topic(f"rr{name}Reply", no_mangle=True)
+            servers[:] = [server for server in found if not server.node_name.startswith("_")]  # known by name
+            return bool(servers)
 
         self.until(find)
         known = {tuple(server.endpoint_gid) for server in servers}

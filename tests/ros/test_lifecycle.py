@@ -208,3 +208,19 @@ def test_fifty_cycles_leave_nothing_behind(here: Any, two: str) -> None:
     grown = memory() - size
     print(f"grown by {grown} bytes")
     assert grown < 4_000_000
+
+
+def test_a_closed_node_leaves_no_services(client: Client) -> None:
+    """Clients would send requests to services that remain, and wait for ever."""
+    node = LifecycleStageNode(lambda name: (name, st.World(name)), "brief", first="simple.world")
+
+    def services() -> list[Any]:
+        return client.node.get_publishers_info_by_topic("rr/brief/change_stateReply", no_mangle=True)
+
+    client.until(services)
+    gc.disable()
+    try:
+        node.close()
+        client.until(lambda: not services(), 30)
+    finally:
+        gc.enable()

@@ -156,5 +156,6 @@ class LifecycleStageNode(StageNode, LifecycleNode):
     def close(self) -> None:
         """Destroys the node and frees the world."""
         super().close()  # ends the executor before what it serves, which it can't forget after ROS was shut down
+        self._state_machine.destroy_when_not_in_use()  # whose services other nodes would find until it is collected
         if self.is_loaded and hasattr(self, "world"):
             self.world.close()
