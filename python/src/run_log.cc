@@ -21,7 +21,6 @@ WrittenFile::WrittenFile(const std::string& file) {
   const std::lock_guard lock(g_mutex);
   if (!g_files) g_files = new std::set<std::string>;
   if (g_files->insert(path_).second) return;
-  path_.clear();
   throw Failure{Kind::kStage, file +
                                   ": another log is being written there, expected a file of "
                                   "its own for each log"};
